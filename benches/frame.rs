@@ -14,12 +14,14 @@ use osp::{
     math::Aabb,
     occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
-    recording::{SynthKind, synthesize},
-    render::{Classes, DrawOrder},
-    replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
-    scene::Scene,
     view::View,
+};
+use osp_render::{Classes, DrawOrder};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Moment},
+    scene::Scene,
 };
 
 /// Polygons that a frame removes, and that it brings back.

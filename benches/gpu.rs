@@ -20,12 +20,14 @@ use osp::{
     math::{Aabb, rotate},
     occlusion::Occlusion,
     polygon::{Change, PolygonId},
-    recording::{SynthKind, synthesize},
-    render::{Gpu, Layer, Offscreen, RendererConfig},
-    replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
-    scene::Scene,
     view::View,
+};
+use osp_render::{Gpu, Layer, Offscreen, RendererConfig};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Moment},
+    scene::Scene,
 };
 
 /// Polygons that a frame removes, and that it brings back.

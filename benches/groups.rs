@@ -18,9 +18,11 @@ use osp::{
     },
     math::Aabb,
     polygon::{Change, PolygonId, VisibleBlocks},
+    view::{Projection, View},
+};
+use osp_session::{
     recording::{Author, Event, GroupId, SynthKind, Transform, synthesize},
     scene::Scene,
-    view::{Projection, View},
 };
 
 const SIZES: [u32; 3] = [1_000, 10_000, 100_000];

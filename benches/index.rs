@@ -12,9 +12,11 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{Change, PolygonId},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
     scene::Scene,
 };
 

@@ -12,8 +12,10 @@ use osp::{
     index::{IndexConfig, IndexError, Osp, SpatialIndex},
     math::Aabb,
     polygon::{Change, PolygonId},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{SynthKind, synthesize},
-    rivals::IndexKind,
     scene::Scene,
 };
 

@@ -9,19 +9,20 @@ use std::hint::black_box;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
-    lab::scenes::TestScene,
-    math::Aabb,
-    math::Sphere,
+    math::{Aabb, Sphere},
     occlusion::{
         BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
         OcclusionStage, OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts,
         PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested,
     },
     polygon::{Change, VisibleBlocks},
-    replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
-    scene::Scene,
     view::{View, ViewWindow},
+};
+use osp_lab::scenes::TestScene;
+use osp_rivals::IndexKind;
+use osp_session::{
+    replay::{CameraChoice, CameraPath, Moment},
+    scene::Scene,
 };
 
 const OCCLUDERS: usize = 64;

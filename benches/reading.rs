@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
-use osp::recording::{Author, Event, Flush, Header, OpenOptions, RonReader, RonWriter, StrokeId};
+use osp_session::recording::{Author, Event, Flush, Header, OpenOptions, RonReader, RonWriter, StrokeId};
 
 const EVENTS: u32 = 20_000;
 
@@ -36,7 +36,9 @@ fn reading(c: &mut Criterion) {
         b.iter(|| {
             let mut reader = RonReader::new(&bytes[..], "bench", OpenOptions::default()).expect("a header");
             let mut count = 0;
-            while let Some(event) = osp::recording::EventSource::next_event(&mut reader).expect("an event") {
+            while let Some(event) =
+                osp_session::recording::EventSource::next_event(&mut reader).expect("an event")
+            {
                 std::hint::black_box(&event);
                 count += 1;
             }

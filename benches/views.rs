@@ -13,9 +13,11 @@ use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Frustum, Plane},
     polygon::{Change, PolygonId, VisibleBlocks},
+    view::{Projection, View},
+};
+use osp_session::{
     recording::{SynthKind, synthesize},
     scene::Scene,
-    view::{Projection, View},
 };
 
 /// Frames of a rig.

@@ -13,6 +13,8 @@ use glam::{Affine3A, EulerRot, Mat4, Quat, Vec3, Vec4};
 use osp::{
     math::{Aabb, Capsule, Containment, Frustum, Obb, Ray, Sphere, Volume},
     polygon::PolygonId,
+};
+use osp_session::{
     recording::{SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,

@@ -1,5 +1,5 @@
 //! The index alone: boxes in, what a camera may see out. No features needed:
-//! `cargo run --no-default-features --example cull_boxes`.
+//! `cargo run --example cull_boxes`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 

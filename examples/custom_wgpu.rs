@@ -10,9 +10,9 @@ use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
     polygon::{BLOCK, PolygonId, VisibleBlocks},
-    render::{Gpu, RenderError},
     view::{Projection, View},
 };
+use osp_render::{Gpu, RenderError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt, DrawIndirectArgs};
 
 const SIDE: u32 = 512;

@@ -1,5 +1,5 @@
 //! An engine's own keys and geometry, culled by the frustum and by what hides what. No features needed:
-//! `cargo run --no-default-features --example engine`.
+//! `cargo run --example engine`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 

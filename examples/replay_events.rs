@@ -8,6 +8,8 @@ use osp::{
     frame::{Pipeline, StageClock},
     index::{IndexConfig, Osp},
     math::Aabb,
+};
+use osp_session::{
     recording::{OpenOptions, Pace, open},
     replay::{CameraChoice, CameraPath, Player},
 };

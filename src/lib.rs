@@ -10,9 +10,6 @@
 //!             osp, or a rival    what may be in view   large occluders,                     wgpu, or the
 //!                                                      previous frame's                     caller's own
 //!                └──────────────── frame: Pipeline ────────────────┘
-//!
-//!  where Geometry and changes come from a recorded session:
-//!  recording ──> stroke ──> scene          replay plays it; a frame of it is reported and fingerprinted
 //! ```
 //!
 //! # In an engine
@@ -86,30 +83,20 @@
 //!
 //! # Layers
 //!
-//! A module knows only modules above it in this table. Without features the library is the first six, and needs
-//! `glam`, `libm` and `thiserror` only. What differs between a desktop and a page in a browser (clock, files, threads) is in
-//! one module below them all, `platform`.
+//! A module knows only modules above it in this table. The library needs `glam`, `libm` and `thiserror`, and has no features.
 //!
-//! | module | what it is | feature |
-//! | --- | --- | --- |
-//! | [`math`] | boxes, planes, frusta, rays | |
-//! | [`polygon`] | the caller's polygons: id, shape, change, [`Geometry`](polygon::Geometry) | |
-//! | [`index`] | the trait [`SpatialIndex`](index::SpatialIndex), [`Osp`](index::Osp), the reference | |
-//! | [`view`] | an eye and what its screen shows | |
-//! | [`occlusion`] | occluders, and structures that say what they hide | |
-//! | [`frame`] | one frame: apply changes, cull, leave out what is hidden | |
-//! | `brush` | the brushes: what strokes become and look like | `session` |
-//! | `recording` | events, their files, importers (`formats`), synthetic sessions | `session` |
-//! | `stroke` | samples become polygons | `session` |
-//! | `scene` | strokes, groups, undo; implements `Geometry` | `session` |
-//! | `replay` | a session frame by frame: pacing, cameras, fingerprints | `session` |
-//! | `world` | finished sessions that are larger than memory, in blocks | `worlds` |
-//! | `rivals` | every other index; other crates' trees (`peers`) | `rivals` |
-//! | `render` | drawing with wgpu, occlusion culling on the GPU | `render` |
-//! | `lab` | oracle, verification, test scenes; with `bench` benchmarks and reports | `lab`, `bench` |
-//! | `live` | several authors in one session, over a server of NATS | `live` |
-//! | `app` | the window | `window` |
-//! | `cli` | the program | `cli` (default) |
+//! | module | what it is |
+//! | --- | --- |
+//! | [`math`] | boxes, planes, frusta, rays |
+//! | [`polygon`] | the caller's polygons: id, shape, change, [`Geometry`](polygon::Geometry) |
+//! | [`index`] | the trait [`SpatialIndex`](index::SpatialIndex), [`Osp`](index::Osp), the reference |
+//! | [`view`] | an eye and what its screen shows |
+//! | [`occlusion`] | occluders, and structures that tell what they hide |
+//! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
+//!
+//! Around it lie the crates of the program `osp`, each of which knows those above it only: `osp-session` (recorded sessions,
+//! brushes, scenes), `osp-rivals` (every other index), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
+//! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
 //!
 //! # Vocabulary
 //!
@@ -148,56 +135,6 @@ pub mod occlusion;
 pub mod polygon;
 pub mod view;
 
-mod platform;
-
-#[cfg(feature = "session")]
-pub mod brush;
-#[cfg(feature = "session")]
-pub mod recording;
-#[cfg(feature = "session")]
-pub mod replay;
-#[cfg(feature = "session")]
-pub mod scene;
-#[cfg(feature = "session")]
-mod small_file;
-#[cfg(feature = "session")]
-pub mod stroke;
-
-#[cfg(feature = "worlds")]
-pub mod world;
-
-#[cfg(feature = "rivals")]
-pub mod rivals;
-
-#[cfg(feature = "render")]
-pub mod render;
-
-#[cfg(feature = "lab")]
-pub mod lab;
-
-#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
-pub mod live;
-#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
-pub mod wall;
-
-#[cfg(any(feature = "formats", feature = "render"))]
-#[cfg_attr(
-    all(target_arch = "wasm32", not(feature = "window")),
-    expect(dead_code, reason = "only the window saves files")
-)]
-#[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]
-mod atomic_file;
-#[cfg(feature = "formats")]
-pub mod export;
-#[cfg(any(feature = "cli", feature = "window"))]
-#[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the window writes models alone"))]
-mod output_file;
-
-#[cfg(feature = "window")]
-pub mod app;
-#[cfg(feature = "cli")]
-pub mod cli;
-
-#[cfg(all(doctest, feature = "cli"))]
+#[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct ReadmeExample;

@@ -16,10 +16,12 @@ use osp::{
     math::{Aabb, Frustum},
     occlusion::Occlusion,
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
-    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
-    rivals::IndexKind,
-    scene::Scene,
     view::{Projection, View},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    scene::Scene,
 };
 
 const IN_PLACE: [IndexKind; 6] = [

@@ -1,5 +1,5 @@
 //! `bindings/conformance.txt`: cases that every binding runs, too. Here every index that is compiled in and brute force
-//! run them. `OSP_WRITE=1 cargo test --no-default-features --test conformance_cases` writes the file anew.
+//! run them. `OSP_WRITE=1 cargo test --test conformance_cases` writes the file anew.
 
 #[path = "support/boxes.rs"]
 mod boxes;
@@ -36,7 +36,7 @@ const HEAD: &str = "\
 #   hit ID t | hit none                          the box that it enters first, and where (0 from inside), to a part in 10^4
 #
 # A view answers each box that lies wholly behind none of its six planes; touching is not behind. Numbers are f32.
-# tests/conformance_cases.rs makes this file: OSP_WRITE=1 cargo test --no-default-features --test conformance_cases
+# tests/conformance_cases.rs makes this file: OSP_WRITE=1 cargo test --test conformance_cases
 ";
 
 /// Largest size of the file: it is read by every binding's tests.
@@ -63,8 +63,7 @@ fn indexes() -> Vec<(String, Make)> {
             all.push((name, Box::new(move || Box::new(Osp::with_backend(&config, backend)))));
         }
     }
-    #[cfg(feature = "rivals")]
-    all.extend(osp::rivals::IndexKind::ALL.iter().map(|kind| {
+    all.extend(osp_rivals::IndexKind::ALL.iter().map(|kind| {
         let make: Make = Box::new(move || kind.create(&large));
         (kind.name().to_owned(), make)
     }));

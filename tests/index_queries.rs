@@ -17,8 +17,8 @@ use osp::{
     index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
-    rivals::IndexKind,
 };
+use osp_rivals::IndexKind;
 
 /// A session with gaps (some polygons are erased) in every index.
 fn filled(boxes: &[Aabb]) -> Vec<Box<dyn SpatialIndex>> {

@@ -26,9 +26,6 @@ mod allocations;
 mod as_frames_do;
 #[path = "occlusion/coherence.rs"]
 mod coherence;
-#[cfg(feature = "cli")]
-#[path = "occlusion/command.rs"]
-mod command;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
 #[path = "support/counting.rs"]
@@ -47,19 +44,12 @@ mod literal;
 mod near_limits;
 #[path = "occlusion/occluders.rs"]
 mod occluders;
-#[cfg(feature = "cli")]
-#[path = "occlusion/options.rs"]
-mod options;
 #[path = "occlusion/pipeline.rs"]
 mod pipeline;
 #[path = "occlusion/pool.rs"]
 mod pool;
-#[cfg(feature = "cli")]
-#[path = "occlusion/pvs.rs"]
-mod pvs;
-#[cfg(feature = "formats")]
-#[path = "occlusion/pvs_file.rs"]
-mod pvs_file;
+#[path = "occlusion/previous_frame.rs"]
+mod previous_frame;
 #[path = "occlusion/random.rs"]
 mod random;
 #[path = "occlusion/session.rs"]

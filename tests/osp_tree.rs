@@ -23,8 +23,8 @@ use osp::{
     index::{Backend, BruteForce, DrawList, IndexConfig, IndexError, Osp, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
     polygon::{PolygonId, VisibleBlocks},
-    rivals::IndexKind,
 };
+use osp_rivals::IndexKind;
 
 fn config() -> IndexConfig {
     IndexConfig { root: root(), capacity: 1000 }

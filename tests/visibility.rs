@@ -27,11 +27,13 @@ use osp::{
     index::IndexConfig,
     math::{Aabb, Containment, Frustum, PlaneMask},
     polygon::PolygonId,
+    view::{Projection, View},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{Author, Camera, Event, GroupId, Pace, Pacer, RecordingError, StrokeId, Transform},
     replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
-    rivals::IndexKind,
     scene::Scene,
-    view::{Projection, View},
 };
 use proptest::prelude::*;
 

@@ -1,4 +1,7 @@
-use crate::platform::time::Instant;
+#[cfg(not(target_arch = "wasm32"))]
+use std::time::Instant;
+#[cfg(target_arch = "wasm32")]
+use web_time::Instant;
 
 /// The clock of the crate's stages: time, and allocations if the caller counts them.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +70,7 @@ impl Default for StageClock {
 }
 
 /// The shortest of the first `most` steps of a clock, by its readings in nanoseconds; 0 if it stands still.
-pub(crate) fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
+pub fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
     let (mut last, mut shortest, mut steps) = (read(), u64::MAX, 0);
     for _ in 0..MOST_READINGS {
         let now = read();

@@ -12,13 +12,11 @@ mod record;
 mod rest;
 mod spaces;
 
-#[cfg(feature = "bench")]
-pub(crate) use clock::shortest_step_ns;
+pub use clock::shortest_step_ns;
 pub use clock::{Reading, Stage, StageClock};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
-#[cfg(feature = "window")]
-pub(crate) use pipeline::Loading;
+pub use pipeline::Loading;
 pub use pipeline::Pipeline;
 pub use previous_frame_pass::PreviousFramePass;
 pub use record::{FrameRecord, OcclusionRecord};

@@ -21,7 +21,6 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 const ANNOUNCED: usize = 16;
 
 /// Polygons that a step of loading inserts: a multiple of [`ANNOUNCED`], so that the index is given the same at once.
-#[cfg(feature = "window")]
 const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 
 /// Most updates that an index is handed at once, and fewest: fewer than these are handed over one by one.
@@ -53,9 +52,8 @@ pub struct Pipeline {
 }
 
 /// What [`Pipeline::load_some`] inserts, and how far it has come.
-#[cfg(feature = "window")]
 #[derive(Debug)]
-pub(crate) struct Loading {
+pub struct Loading {
     all: Vec<Change>,
     at: usize,
 }
@@ -232,14 +230,12 @@ impl Pipeline {
     }
 
     /// Begins [`Pipeline::load`] for whoever has little time at once.
-    #[cfg(feature = "window")]
-    pub(crate) fn begin_load(geometry: &dyn Geometry) -> Loading {
+    pub fn begin_load(geometry: &dyn Geometry) -> Loading {
         Loading { all: present(geometry), at: 0 }
     }
 
     /// Inserts the next polygons. Returns whether there are more.
-    #[cfg(feature = "window")]
-    pub(crate) fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
+    pub fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
         let Loading { all, at } = loading;
         let part = *at..all.len().min(*at + LOADED_AT_ONCE);
         *at = part.end;

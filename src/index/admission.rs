@@ -3,7 +3,7 @@ use crate::{math::Aabb, polygon::PolygonId};
 
 /// What every index checks before it inserts a polygon.
 #[inline]
-pub(crate) fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+pub fn admit(id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
     admit_id(id)?;
     if bounds.is_valid() { Ok(()) } else { Err(IndexError::InvalidBounds(id)) }
 }

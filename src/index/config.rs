@@ -21,7 +21,7 @@ impl IndexConfig {
     pub const MOST_RESERVED: usize = 1 << 22;
 
     /// Polygons to reserve memory for.
-    pub(crate) fn room(&self) -> usize {
+    pub fn room(&self) -> usize {
         self.capacity.min(Self::MOST_RESERVED)
     }
 }

@@ -6,7 +6,7 @@ use crate::{
 
 /// The boxes filed in an index, by id, and the checks that every index makes before it changes anything.
 #[derive(Clone, Debug)]
-pub(crate) struct FiledBoxes {
+pub struct FiledBoxes {
     boxes: ById<Aabb>,
     len: usize,
 }
@@ -16,30 +16,37 @@ impl FiledBoxes {
         Self { boxes: ById::new(Aabb::EMPTY), len: 0 }
     }
 
-    pub(crate) fn with_capacity(capacity: usize) -> Self {
+    /// Room for this many boxes.
+    pub fn with_capacity(capacity: usize) -> Self {
         let mut filed = Self::new();
         filed.boxes.reserve(capacity);
         filed
     }
 
-    pub(crate) fn len(&self) -> usize {
+    /// How many boxes are filed.
+    pub fn len(&self) -> usize {
         self.len
     }
 
     /// The box of a polygon that is filed; [`Aabb::EMPTY`] of any other.
     #[inline]
-    #[cfg_attr(not(feature = "rivals"), expect(dead_code, reason = "only other structures look a box up"))]
-    pub(crate) fn get(&self, id: PolygonId) -> Aabb {
+    pub fn get(&self, id: PolygonId) -> Aabb {
         self.boxes.get(id)
     }
 
     #[inline]
-    pub(crate) fn contains(&self, id: PolygonId) -> bool {
+    /// Whether none is filed.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether a box is filed under this number.
+    pub fn contains(&self, id: PolygonId) -> bool {
         !self.boxes.get(id).is_empty()
     }
 
     /// Files a box.
-    pub(crate) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+    pub fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
         if self.contains(id) {
             return Err(IndexError::Duplicate(id));
@@ -50,7 +57,7 @@ impl FiledBoxes {
     }
 
     /// Takes a box out and returns it.
-    pub(crate) fn remove(&mut self, id: PolygonId) -> Result<Aabb, IndexError> {
+    pub fn remove(&mut self, id: PolygonId) -> Result<Aabb, IndexError> {
         let before = self.boxes.get(id);
         if before.is_empty() {
             return Err(IndexError::Unknown(id));
@@ -61,7 +68,7 @@ impl FiledBoxes {
     }
 
     /// Replaces a box and returns the one of before.
-    pub(crate) fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<Aabb, IndexError> {
+    pub fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<Aabb, IndexError> {
         let before = self.boxes.get(id);
         if before.is_empty() {
             return Err(IndexError::Unknown(id));
@@ -74,16 +81,18 @@ impl FiledBoxes {
     }
 
     /// What is filed, ascending by id.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (PolygonId, &Aabb)> {
+    pub fn iter(&self) -> impl Iterator<Item = (PolygonId, &Aabb)> {
         self.boxes.iter().filter(|(_, bounds)| !bounds.is_empty())
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// Forgets all boxes.
+    pub fn clear(&mut self) {
         self.boxes.clear();
         self.len = 0;
     }
 
-    pub(crate) fn bytes(&self) -> usize {
+    /// Memory that the boxes take, bytes.
+    pub fn bytes(&self) -> usize {
         self.boxes.bytes()
     }
 }

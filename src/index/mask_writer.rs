@@ -4,7 +4,7 @@ use super::simd::{IdWriter, Kernel};
 use crate::polygon::BLOCK;
 
 /// Where a pass over blocks of sixteen puts what it finds: a list of ids, or the masks of blocks.
-pub(crate) trait RunSink {
+pub trait RunSink {
     /// Polygons `first + bit` of a mask, all of one block.
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
@@ -27,7 +27,8 @@ impl RunSink for IdWriter<'_> {
 }
 
 /// Sets the masks of blocks, and notes which.
-pub(crate) struct MaskWriter<'a> {
+#[derive(Debug)]
+pub struct MaskWriter<'a> {
     masks: &'a mut [u16],
     begin: usize,
     end: usize,
@@ -36,7 +37,7 @@ pub(crate) struct MaskWriter<'a> {
 
 impl<'a> MaskWriter<'a> {
     /// Writes to the masks of an empty set that reaches to the highest number; see [`crate::polygon::VisibleBlocks::masks_for`].
-    pub(crate) fn new(masks: &'a mut [u16]) -> Self {
+    pub fn new(masks: &'a mut [u16]) -> Self {
         Self { masks, begin: usize::MAX, end: 0, found: 0 }
     }
 
@@ -56,7 +57,7 @@ impl<'a> MaskWriter<'a> {
 
     /// The set is complete: what [`crate::polygon::VisibleBlocks::note_filled`] is told.
     #[inline(always)]
-    pub(crate) fn finish(self) -> (Range<usize>, usize) {
+    pub fn finish(self) -> (Range<usize>, usize) {
         (self.begin..self.end, self.found)
     }
 }

@@ -14,11 +14,25 @@ pub mod groups;
 pub(crate) mod mask_writer;
 mod osp;
 pub(crate) mod probe;
-#[cfg_attr(not(feature = "rivals"), expect(dead_code, reason = "kernels that only other structures run"))]
 pub(crate) mod simd;
 mod spatial_index;
 pub(crate) mod waiting;
 mod work;
+
+/// What the structures that are compared with [`Osp`] share with it, so that both run the same code for the same work: tests of
+/// many boxes at once, what is refused, boxes by number, answers as masks or lists, searches by distance. No part of
+/// the library that engines use; it changes without notice.
+#[doc(hidden)]
+pub mod kernels {
+    pub use super::{
+        admission::admit,
+        filed_boxes::FiledBoxes,
+        mask_writer::{MaskWriter, RunSink},
+        probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
+        simd::{Backend, Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
+        waiting::Waiting,
+    };
+}
 
 pub use brute_force::BruteForce;
 pub use config::IndexConfig;

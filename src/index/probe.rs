@@ -46,37 +46,40 @@ pub(crate) fn box_query<I: SpatialIndex + ?Sized>(
 }
 
 /// The nearest hit so far.
-pub(crate) struct Nearest<'a> {
+#[allow(missing_debug_implementations, reason = "it holds a function")]
+pub struct Nearest<'a> {
     hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
     t_max: f32,
     found: Option<(PolygonId, f32)>,
 }
 
 impl<'a> Nearest<'a> {
-    pub(crate) fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
+    /// Begins a search up to this distance along the ray; `hit` gives the distance to a polygon that the ray meets.
+    pub fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }
 
     /// How far boxes are still of interest.
-    pub(crate) fn reach(&self) -> f32 {
+    pub fn reach(&self) -> f32 {
         self.found.map_or(self.t_max, |(_, t)| (t * (1.0 + RAY_SLACK)).min(self.t_max))
     }
 
     /// Asks a polygon.
-    pub(crate) fn ask(&mut self, id: PolygonId) {
+    pub fn ask(&mut self, id: PolygonId) {
         let Some(t) = (self.hit)(id).filter(|&t| t <= self.t_max) else { return };
         if self.found.is_none_or(|(other, best)| t < best || (t == best && id < other)) {
             self.found = Some((id, t));
         }
     }
 
-    pub(crate) fn found(&self) -> Option<(PolygonId, f32)> {
+    /// The nearest polygon and its distance along the ray.
+    pub fn found(&self) -> Option<(PolygonId, f32)> {
         self.found
     }
 }
 
 /// Whether a box that the ray enters at `t` is still of interest: what [`Ray::enter_box`] says, without the box.
-pub(crate) fn is_wanted(t: f32, reach: f32) -> bool {
+pub fn is_wanted(t: f32, reach: f32) -> bool {
     is_no_later(t, reach)
 }
 
@@ -191,7 +194,8 @@ impl Ord for Near {
 }
 
 /// The nearest polygons to a point so far.
-pub(crate) struct NearestPolygons<'a> {
+#[allow(missing_debug_implementations, reason = "it holds a function")]
+pub struct NearestPolygons<'a> {
     point: Vec3,
     count: usize,
     distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
@@ -229,14 +233,14 @@ impl<'a> NearestPolygons<'a> {
     }
 
     /// The distance of a box, metres, if it is still of interest.
-    pub(crate) fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
+    pub fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
         let reach_m = self.reach_m();
         // A root: the square of a short distance may be too small for an `f32`.
         Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
     }
 
     /// Asks a polygon.
-    pub(crate) fn ask(&mut self, id: PolygonId) {
+    pub fn ask(&mut self, id: PolygonId) {
         let near = Near { distance_m: (self.distance_m)(id), id };
         if near.distance_m.is_nan() {
             return;
@@ -280,7 +284,7 @@ pub(crate) fn nearest<I: SpatialIndex + ?Sized>(
 }
 
 /// [`SpatialIndex::nearest`] of an index of `len` polygons that looks for them in its own way.
-pub(crate) fn nearest_by(
+pub fn nearest_by(
     point: Vec3,
     count: usize,
     len: usize,

@@ -2,10 +2,11 @@ use std::cmp::Ordering;
 
 /// A place that a search for what is nearest has still to look at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Waiting<P> {
+pub struct Waiting<P> {
     /// Where the ray enters it, or its distance from the point.
-    pub(crate) t: f32,
-    pub(crate) place: P,
+    pub t: f32,
+    /// What waits: a node or a polygon.
+    pub place: P,
 }
 
 impl<P: PartialEq> Eq for Waiting<P> {}

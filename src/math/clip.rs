@@ -4,7 +4,7 @@ use std::ops::{Add, Mul, Sub};
 
 /// Where a corner that [`split_convex`] reports lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub enum Part {
     /// It is a corner of the polygon, in front of the plane or on it.
     Front,
     /// It is a corner of the polygon, behind the plane.
@@ -15,7 +15,7 @@ pub(crate) enum Part {
 
 /// A walk along the edges of a polygon, from one corner with its signed distance from a plane to the next.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Edges<P> {
+pub struct Edges<P> {
     from: P,
     distance: f64,
 }
@@ -39,7 +39,7 @@ impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P
 /// Reports, in order, the corners of both parts into which a plane divides a convex polygon: at most two for each corner.
 /// `distance` is a corner's signed distance from the plane, in any unit, positive in front of it.
 #[inline]
-pub(crate) fn split_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut report: impl FnMut(Part, P))
+pub fn split_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut report: impl FnMut(Part, P))
 where
     P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>,
 {
@@ -56,7 +56,7 @@ where
 
 /// Reports, in order, the corners of the part of a convex polygon in front of a plane; see [`split_convex`].
 #[inline]
-pub(crate) fn clip_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut keep: impl FnMut(P))
+pub fn clip_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut keep: impl FnMut(P))
 where
     P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>,
 {

@@ -25,21 +25,19 @@ mod volume;
 
 pub use aabb::Aabb;
 pub use capsule::Capsule;
-pub(crate) use clip::{Edges, Part, clip_convex, split_convex};
+pub use clip::{Edges, Part, clip_convex, split_convex};
 pub use frustum::{Containment, Frustum, PlaneMask};
 pub use obb::Obb;
 pub(crate) use outward::Corners;
 pub use plane::Plane;
 pub(crate) use quad::QUAD_FLATNESS;
-#[cfg(feature = "session")]
-pub(crate) use quad::is_flat_and_convex;
+pub use quad::is_flat_and_convex;
 pub use ray::Ray;
 pub(crate) use ray::{is_no_later, latest};
-pub(crate) use rotation::rotate_exactly;
+pub use rotation::rotate_exactly;
 pub use rotation::{rotate, unit};
 pub(crate) use solid_angle::triangle_solid_angle_sr;
 pub use sphere::Sphere;
-#[cfg(feature = "session")]
-pub(crate) use tolerance::DEGENERATE_AREA_M2_PER_M2;
+pub use tolerance::DEGENERATE_AREA_M2_PER_M2;
 pub use tolerance::{COORDINATE_LIMIT_M, TOLERANCE_M};
 pub use volume::Volume;

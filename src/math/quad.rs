@@ -1,12 +1,10 @@
-#[cfg(feature = "session")]
 use glam::Vec3;
 
 /// Part of its longest edge by which a quad may leave a plane and count as flat.
 pub(crate) const QUAD_FLATNESS: f32 = 1.0e-2;
 
 /// Whether a quad is flat to [`QUAD_FLATNESS`] and none of its corners turns in.
-#[cfg(feature = "session")]
-pub(crate) fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
+pub fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
     let normal = (c - a).cross(d - b);
     let length = normal.length();
     // A quad without area is neither: its halves are then dropped, or kept, one by one.

@@ -21,7 +21,7 @@ pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
 }
 
 /// [`rotate`] in `f64`, for what has to hold whatever `f32` rounds.
-pub(crate) fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
+pub fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
     let u = Vec3::new(q.x, q.y, q.z).as_dvec3();
     let t = u.cross(v) * 2.0;
     v + t * f64::from(q.w) + u.cross(t)

@@ -2,30 +2,30 @@
 /// last try have saved a small share of their time up to what a try costs. In the long run all tries together then cost
 /// no more than that share.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct TryBudget {
+pub struct TryBudget {
     frames: u32,
     saved_ns: f64,
 }
 
 impl TryBudget {
     /// Counts a frame that saves `ns` for a try that costs `price_ns`; no more than the price is saved.
-    pub(crate) fn save(&mut self, ns: f64, price_ns: f64) {
+    pub fn save(&mut self, ns: f64, price_ns: f64) {
         self.frames = self.frames.saturating_add(1);
         self.saved_ns = (self.saved_ns + ns).min(price_ns);
     }
 
     /// Frames since the last try.
-    pub(crate) fn frames(&self) -> u32 {
+    pub fn frames(&self) -> u32 {
         self.frames
     }
 
     /// Whether a try at this price is due, `least_frames` after the last one or later.
-    pub(crate) fn is_due(&self, price_ns: f64, least_frames: u32) -> bool {
+    pub fn is_due(&self, price_ns: f64, least_frames: u32) -> bool {
         self.frames >= least_frames && self.saved_ns >= price_ns
     }
 
     /// Begins to save for the next try.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
         *self = Self::default();
     }
 }

@@ -108,7 +108,7 @@ impl Occlusion {
     }
 
     /// Splitting planes of a tree of this many occluders, at most.
-    pub(crate) fn node_budget(occluders: usize) -> usize {
+    pub fn node_budget(occluders: usize) -> usize {
         (occluders * 32).clamp(512, 16_384)
     }
 

@@ -1,10 +1,12 @@
+//! Polygons as pixels of a picture of a view's window.
+
 use glam::{DVec2, DVec3};
 
 use crate::view::ViewWindow;
 
 /// From the eye's space to pixels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Raster {
+pub struct Raster {
     pub(crate) eye_in_world: DVec3,
     pub(crate) forward: DVec3,
     right: DVec3,
@@ -19,7 +21,8 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
-    pub(crate) fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
+    /// A picture of the window with this many pixels across and down.
+    pub fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
         let forward = window.forward();
         let flat = window.corners().map(|c| c / c.dot(forward) - forward);
         let right = (flat[1] - flat[0]).normalize_or(forward.any_orthonormal_vector());
@@ -44,7 +47,7 @@ impl Raster {
 
     /// Where a point before the eye lies, pixels.
     #[inline]
-    pub(crate) fn project(&self, p: DVec3) -> DVec2 {
+    pub fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
     }
@@ -73,7 +76,7 @@ impl Raster {
     /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
     /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
     #[inline]
-    pub(crate) fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
+    pub fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
         [normal.dot(self.step[0]), normal.dot(self.step[1]), normal.dot(self.first)]
     }
 }

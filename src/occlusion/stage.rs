@@ -59,7 +59,7 @@ impl OcclusionStage {
     }
 
     /// A stage around any culler.
-    pub(crate) fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
+    pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
         // The pool holds twice its capacity before it is trimmed, and may be one over.
         selector.reserve(2 * config.pool.capacity.min(MOST_CAPACITY) + 1);
@@ -217,7 +217,7 @@ impl OcclusionStage {
 
 /// What is left of `in_view` becomes `drawn`, by a culler that was built for the same view (`None`: without occluders):
 /// see [`OcclusionStage::thin_out`].
-pub(crate) fn thin_out(
+pub fn thin_out(
     culler: Option<&dyn OcclusionCuller>,
     config: CullConfig,
     index: &dyn SpatialIndex,

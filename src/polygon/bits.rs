@@ -2,28 +2,28 @@
 //! where they lie. ([`VisibleBlocks`](super::VisibleBlocks) is another set: its masks of sixteen are an answer's blocks.)
 
 /// Bits of a word.
-pub(crate) const WORD: usize = 64;
+pub const WORD: usize = 64;
 
 /// Words for this many bits.
-pub(crate) const fn words_for(bits: usize) -> usize {
+pub const fn words_for(bits: usize) -> usize {
     bits.div_ceil(WORD)
 }
 
 /// Whether a bit is set; not beyond the last word.
 #[inline]
-pub(crate) fn contains(words: &[u64], i: usize) -> bool {
+pub fn contains(words: &[u64], i: usize) -> bool {
     words.get(i / WORD).is_some_and(|word| word >> (i % WORD) & 1 == 1)
 }
 
 /// Sets a bit. Panics beyond the last word.
 #[inline]
-pub(crate) fn insert(words: &mut [u64], i: usize) {
+pub fn insert(words: &mut [u64], i: usize) {
     words[i / WORD] |= 1 << (i % WORD);
 }
 
 /// Clears a bit. Panics beyond the last word.
 #[inline]
-pub(crate) fn remove(words: &mut [u64], i: usize) {
+pub fn remove(words: &mut [u64], i: usize) {
     words[i / WORD] &= !(1 << (i % WORD));
 }
 
@@ -34,13 +34,13 @@ pub(crate) fn rank_in_word(words: &[u64], i: usize) -> usize {
 }
 
 /// The numbers whose bits are set, in order.
-pub(crate) fn iter(words: &[u64]) -> impl Iterator<Item = usize> + Clone + '_ {
+pub fn iter(words: &[u64]) -> impl Iterator<Item = usize> + Clone + '_ {
     words.iter().enumerate().flat_map(|(at, word)| bits_of(*word).map(move |bit| at * WORD + bit))
 }
 
 /// The bits that are set in a word, in order.
 #[inline]
-pub(crate) fn bits_of(word: u64) -> impl Iterator<Item = usize> + Clone {
+pub fn bits_of(word: u64) -> impl Iterator<Item = usize> + Clone {
     let mut left = word;
     std::iter::from_fn(move || {
         let bit = left.trailing_zeros() as usize;

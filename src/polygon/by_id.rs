@@ -6,7 +6,7 @@ const PAGE: usize = 1024;
 /// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value never
 /// copies the others, and a stray large number takes a page, not an array up to it. Vacant pages are reused.
 #[derive(Clone, Debug)]
-pub(crate) struct ById<T> {
+pub struct ById<T> {
     pages: Vec<Option<Page<T>>>,
     /// Vacant pages.
     spare: Vec<Box<[T]>>,
@@ -22,12 +22,12 @@ struct Page<T> {
 
 impl<T: Copy + PartialEq> ById<T> {
     /// No values; numbers without one read as `vacant`.
-    pub(crate) const fn new(vacant: T) -> Self {
+    pub const fn new(vacant: T) -> Self {
         Self { pages: Vec::new(), spare: Vec::new(), vacant }
     }
 
     /// Makes room for the numbers below `count`.
-    pub(crate) fn reserve(&mut self, count: usize) {
+    pub fn reserve(&mut self, count: usize) {
         let pages = count.min(PolygonId::LIMIT as usize).div_ceil(PAGE);
         self.pages.reserve(pages.saturating_sub(self.pages.len()));
         let there = self.spare.len() + self.pages.iter().flatten().count();
@@ -37,8 +37,9 @@ impl<T: Copy + PartialEq> ById<T> {
         }
     }
 
+    /// What is kept for a number; the value of an untouched one beyond the end.
     #[inline]
-    pub(crate) fn get(&self, id: PolygonId) -> T {
+    pub fn get(&self, id: PolygonId) -> T {
         match self.pages.get(id.index() / PAGE) {
             Some(Some(page)) => page.values[id.index() % PAGE],
             _ => self.vacant,
@@ -47,7 +48,7 @@ impl<T: Copy + PartialEq> ById<T> {
 
     /// Sets the value of a number below [`PolygonId::LIMIT`].
     #[inline]
-    pub(crate) fn set(&mut self, id: PolygonId, value: T) {
+    pub fn set(&mut self, id: PolygonId, value: T) {
         let (number, is_vacant) = (id.index() / PAGE, value == self.vacant);
         let Some(Some(page)) = self.pages.get_mut(number) else {
             if !is_vacant {
@@ -82,7 +83,7 @@ impl<T: Copy + PartialEq> ById<T> {
     }
 
     /// Makes every value vacant; keeps the memory.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         for mut page in self.pages.iter_mut().filter_map(Option::take) {
             page.values.fill(self.vacant);
             self.spare.push(page.values);
@@ -90,7 +91,7 @@ impl<T: Copy + PartialEq> ById<T> {
     }
 
     /// Memory held, bytes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         let pages = self.spare.len() + self.pages.iter().flatten().count();
         self.pages.capacity() * size_of::<Option<Page<T>>>()
             + self.spare.capacity() * size_of::<Box<[T]>>()

@@ -20,7 +20,7 @@ impl ConvexPolygon {
         Self { corners: [a, b, c, c], count: 3 }
     }
 
-    /// A quad that the caller knows to be flat ([`FLATNESS`]) and convex. `stroke::split_into_convex` (feature `session`)
+    /// A quad that the caller knows to be flat ([`FLATNESS`]) and convex. `osp_session::stroke::split_into_convex`
     /// divides any outline into such.
     pub fn quad(corners: [Vec3; 4]) -> Self {
         Self { corners, count: 4 }

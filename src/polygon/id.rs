@@ -2,7 +2,6 @@
 /// cost least, because several structures keep an array by number: map sparse or 64-bit keys to the places of an array. Objects
 /// that are drawn together should have neighbouring numbers, because sixteen of them make a block of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "render", derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(transparent)]
 pub struct PolygonId(pub u32);
 
@@ -16,5 +15,12 @@ impl PolygonId {
     /// The number as a place in an array.
     pub fn index(self) -> usize {
         self.0 as usize
+    }
+
+    /// The numbers of several polygons in one slice, as a buffer of a GPU takes them; nothing is copied.
+    #[expect(unsafe_code, reason = "a slice of numbers is seen as one of integers")]
+    pub fn numbers(ids: &[Self]) -> &[u32] {
+        // SAFETY: the type is transparent: both slices have the same layout, and all bits are valid in both.
+        unsafe { std::slice::from_raw_parts(ids.as_ptr().cast(), ids.len()) }
     }
 }

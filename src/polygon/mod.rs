@@ -2,11 +2,7 @@
 //!
 //! Knows [`math`](crate::math) only.
 
-#[cfg_attr(
-    not(any(feature = "lab", feature = "render")),
-    allow(dead_code, reason = "sets and arrays that layers above use")
-)]
-pub(crate) mod bits;
+pub mod bits;
 mod by_id;
 mod change;
 mod convex;
@@ -17,12 +13,12 @@ mod paged;
 mod space;
 mod visible_blocks;
 
-pub(crate) use by_id::ById;
+pub use by_id::ById;
 pub use change::Change;
 pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
 pub use paged::Paged;
-pub(crate) use space::{ROUNDING as PLACE_ROUNDING, abs as abs_matrix};
+pub use space::{ROUNDING as PLACE_ROUNDING, abs as abs_matrix};
 pub use space::{SpaceId, SpacePlace};
 pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};

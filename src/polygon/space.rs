@@ -20,7 +20,7 @@ pub struct SpacePlace {
 }
 
 /// Relative error of a corner that was brought into the world by one matrix of `f32`: a few roundings.
-pub(crate) const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+pub const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
 impl From<Affine3A> for SpacePlace {
     /// For corners that are computed by this matrix in `f32`.
@@ -51,7 +51,7 @@ impl SpacePlace {
     }
 
     /// A box in the world around a box in the space, with all that is rounded.
-    pub(crate) fn world_box(&self, in_space: &Aabb) -> Aabb {
+    pub fn world_box(&self, in_space: &Aabb) -> Aabb {
         if in_space.is_empty() {
             return Aabb::EMPTY;
         }
@@ -77,7 +77,7 @@ impl SpacePlace {
 }
 
 /// The matrix of the sizes of the numbers.
-pub(crate) fn abs(matrix: &DMat3) -> DMat3 {
+pub fn abs(matrix: &DMat3) -> DMat3 {
     DMat3::from_cols(matrix.x_axis.abs(), matrix.y_axis.abs(), matrix.z_axis.abs())
 }
 

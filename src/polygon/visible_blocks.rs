@@ -128,8 +128,7 @@ impl VisibleBlocks {
     }
 
     /// The masks of 64 polygons at a time, those of the empty blocks in between, too, and the first of the polygons.
-    #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "only the order of drawing reads them"))]
-    pub(crate) fn words(&self) -> (usize, &[[u16; WORD]]) {
+    pub fn words(&self) -> (usize, &[[u16; WORD]]) {
         let (begin, end) = (self.begin / WORD * WORD, self.end.next_multiple_of(WORD));
         (begin * BLOCK, self.masks[begin..end].as_chunks().0)
     }
@@ -148,7 +147,7 @@ impl VisibleBlocks {
 
     /// For an index: room for numbers below `ids`, and the masks of all blocks, to be filled by OR. Afterwards
     /// [`VisibleBlocks::note_filled`] says what was set.
-    pub(crate) fn masks_for(&mut self, ids: usize) -> &mut [u16] {
+    pub fn masks_for(&mut self, ids: usize) -> &mut [u16] {
         let blocks = ids.div_ceil(BLOCK);
         if blocks > self.masks.len() {
             let more = (self.masks.len() + self.masks.len() / 2).min(PolygonId::LIMIT as usize / BLOCK);
@@ -159,7 +158,7 @@ impl VisibleBlocks {
     }
 
     /// For an index: polygons that were not there before lie in these blocks now.
-    pub(crate) fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
+    pub fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
         if !blocks.is_empty() {
             self.note_span(blocks.start, blocks.end);
             self.len += polygons;

@@ -3,7 +3,7 @@
 //   node tests/gltf_validator/session.mjs > brushes.ron
 import { readFileSync } from 'node:fs';
 
-const table = readFileSync(new URL('../../src/brush/brushes.ron', import.meta.url), 'utf8');
+const table = readFileSync(new URL('../../crates/osp-session/src/brush/brushes.ron', import.meta.url), 'utf8');
 const rows = table.split('\n').filter((row) => row.includes('is_offered:true'));
 const brushes = rows.map((row) => row.match(/name:"([^"]+)"/)[1]);
 const families = new Set(rows.map((row) => row.match(/family:(\w+)/)[1]));

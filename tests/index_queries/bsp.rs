@@ -8,8 +8,10 @@ use osp::{
     index::{BruteForce, DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{ConvexPolygon, PolygonId},
+};
+use osp_rivals::{Bsp, BspConfig};
+use osp_session::{
     recording::{SynthKind, synthesize},
-    rivals::{Bsp, BspConfig},
     scene::Scene,
 };
 

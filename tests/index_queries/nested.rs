@@ -7,9 +7,11 @@ use osp::{
     index::groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons},
     math::Aabb,
     polygon::PolygonId,
+    view::{Projection, View},
+};
+use osp_session::{
     recording::{Event, GroupId, OpenOptions, StrokeId, open},
     scene::Scene,
-    view::{Projection, View},
 };
 
 /// The groups of a scene as it grows, filed by what their strokes were when the groups were made.

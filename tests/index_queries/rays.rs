@@ -7,8 +7,8 @@ use osp::{
     index::{IndexConfig, Osp, SpatialIndex},
     math::{Aabb, Ray},
     polygon::PolygonId,
-    rivals::IndexKind,
 };
+use osp_rivals::IndexKind;
 
 /// Boxes on a grid of eighths of a metre, so that faces and edges of many lie in one plane; many of them flat. Some far
 /// out, huge or tiny.

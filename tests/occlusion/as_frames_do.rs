@@ -8,16 +8,18 @@ use std::sync::{
 use osp::{
     frame::StageClock,
     index::{DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts},
-    lab::{
-        oracle::OracleConfig,
-        scenes::TestScene,
-        verify::{Verifier, VerifyConfig},
-    },
     math::{Aabb, Frustum},
     occlusion::{CullConfig, Occlusion, OcclusionConfig, OcclusionStage, PoolConfig, SelectConfig},
     polygon::{PolygonId, VisibleBlocks},
+};
+use osp_lab::{
+    oracle::OracleConfig,
+    scenes::TestScene,
+    verify::{Verifier, VerifyConfig},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
     scene::Scene,
 };
 

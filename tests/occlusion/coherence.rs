@@ -2,12 +2,14 @@
 
 use glam::Quat;
 use osp::{
-    lab::scenes::TestScene,
     math::Aabb,
     occlusion::{OccluderPool, PoolConfig, SelectConfig, Selector},
+    view::View,
+};
+use osp_lab::scenes::TestScene;
+use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
-    view::View,
 };
 
 fn looked(scene: TestScene) -> (Scene, OccluderPool, Vec<View>) {

@@ -10,15 +10,15 @@ use crate::{
 use glam::Vec3;
 use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
-    lab::oracle::{Oracle, OracleConfig, Sight, Subject},
     occlusion::{
         CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
     },
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
-    rivals::IndexKind,
-    scene::Scene,
     view::View,
 };
+use osp_lab::oracle::{Oracle, OracleConfig, Sight, Subject};
+use osp_rivals::IndexKind;
+use osp_session::scene::Scene;
 
 fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
     let mut index = kind.create(&IndexConfig::default());

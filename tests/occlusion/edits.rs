@@ -10,9 +10,11 @@ use osp::{
     math::Aabb,
     occlusion::{OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict},
     polygon::Change,
+    view::ViewWindow,
+};
+use osp_session::{
     recording::{Author, Event, GroupId, StrokeId, Transform},
     scene::Scene,
-    view::ViewWindow,
 };
 
 /// A wall of `columns` quads with shared edges, facing +z.

@@ -17,9 +17,11 @@ use osp::{
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::VisibleBlocks,
+    view::ViewWindow,
+};
+use osp_session::{
     recording::{Author, Event},
     scene::Scene,
-    view::ViewWindow,
 };
 
 fn straight(near_m: f64) -> ViewWindow {

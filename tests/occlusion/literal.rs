@@ -6,13 +6,13 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use osp::{
-    lab::literal::{CornersApart, msvbsp_without_caps},
     math::Aabb,
     occlusion::{
         Grouping, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig, Selector,
         ShadowVolume, Soundness, Verdict,
     },
 };
+use osp_lab::literal::{CornersApart, msvbsp_without_caps};
 
 /// A rectangle in the plane z = `distance`, from the origin along +z.
 fn rectangle(distance: f32, x: [f32; 2], y: [f32; 2]) -> Polygon {

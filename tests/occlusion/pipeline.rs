@@ -5,13 +5,15 @@ use glam::{Quat, Vec3};
 use osp::{
     frame::{AutoBasis, OcclusionPass, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
-    lab::{oracle::OracleConfig, scenes::TestScene, verify},
     math::Aabb,
     occlusion::{Occlusion, Soundness},
     polygon::{Change, Geometry, PolygonId},
+};
+use osp_lab::{oracle::OracleConfig, scenes::TestScene, verify};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{Author, Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
     scene::Scene,
 };
 
@@ -188,7 +190,7 @@ fn auto_by_work_decides_the_same_each_time() {
             let mut pipelines = vec![pipeline(Some(auto(polygon_ns, AutoBasis::Work)))];
             let mut drawn = Vec::new();
             play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
-                drawn.push(osp::replay::fingerprint_of_frame(pipelines[0].draw_list().ids()));
+                drawn.push(osp_session::replay::fingerprint_of_frame(pipelines[0].draw_list().ids()));
                 by_last += u32::from(pipelines[0].occlusion().is_some_and(OcclusionPass::is_by_last));
             });
             fingerprints.push(drawn);
@@ -202,7 +204,7 @@ fn auto_by_work_decides_the_same_each_time() {
 #[test]
 fn what_went_while_nobody_asked_hides_nothing() {
     use crate::session::{Told, polygon_of};
-    use osp::recording::StrokeId;
+    use osp_session::recording::StrokeId;
     let wall = |z: f32| [(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z));
     let mut told = Told::default();
     // A wall before a sheet, and, from afar, a pass that is used only where something is in view.

@@ -9,10 +9,10 @@ use crate::{
     session::{Told, polygon, polygon_of, ribbon, view},
 };
 use glam::{DVec3, Vec3};
-use osp::{
-    occlusion::{
-        Grouping, OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
-    },
+use osp::occlusion::{
+    Grouping, OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
+};
+use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
 };

@@ -4,9 +4,11 @@ use crate::random::Random;
 use glam::{Quat, Vec3};
 use osp::{
     polygon::Change,
+    view::{Projection, View},
+};
+use osp_session::{
     recording::{Author, Event, NormalRule, StrokeId, Tool},
     scene::Scene,
-    view::{Projection, View},
 };
 
 /// A scene that is told events, and the changes of the last ones.

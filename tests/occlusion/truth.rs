@@ -5,21 +5,23 @@ use glam::Vec3;
 use osp::{
     frame::StageClock,
     index::IndexConfig,
-    lab::{
-        oracle::{Oracle, OracleConfig, Sight, Subject},
-        scenes::TestScene,
-        verify::{Trial, Verifier, VerifyConfig},
-    },
     math::{Aabb, Sphere},
     occlusion::{
         BuildCounts, Coverage, CullConfig, DepthConfig, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps,
         PoolConfig, PreviousFrameOccluders, SelectConfig, ShadowVolume, Soundness, Tested, Verdict,
     },
     polygon::{ConvexPolygon, PolygonId},
-    replay::{CameraChoice, CameraPath, Moment},
-    rivals::IndexKind,
-    scene::Scene,
     view::ViewWindow,
+};
+use osp_lab::{
+    oracle::{Oracle, OracleConfig, Sight, Subject},
+    scenes::TestScene,
+    verify::{Trial, Verifier, VerifyConfig},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    replay::{CameraChoice, CameraPath, Moment},
+    scene::Scene,
 };
 
 fn square(center: Vec3, size: f32) -> ConvexPolygon {

@@ -3,9 +3,10 @@
 use osp::{
     glam::Quat,
     math::Plane,
-    rivals::IndexKind,
-    view::{Projection, Rig, View},
+    view::{Projection, View},
 };
+use osp_rivals::IndexKind;
+use osp_session::rig::Rig;
 use proptest::prelude::{ProptestConfig, prop_oneof, proptest};
 
 use super::*;

@@ -1,7 +1,7 @@
 //! Random sessions that edit more than they draw: erase, move, group, place, undo and redo, all on few strokes.
 
 use glam::{Quat, Vec3};
-use osp::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
+use osp_session::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 /// Strokes drawn at the start of every session.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{Quat, Vec3};
-use osp::{
-    math::Aabb,
+use osp::math::Aabb;
+use osp_session::{
     recording::{Author, Event, OpenOptions, StrokeId, open},
     replay::{ArtistSide, whole_view},
 };

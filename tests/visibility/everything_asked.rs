@@ -5,19 +5,21 @@ use glam::{UVec3, Vec3};
 use osp::{
     frame::StageClock,
     index::{BruteForce, DrawList, IndexConfig, IndexError, SpatialIndex, Visitor, WorkCounts},
-    lab::{
-        lost_polygons,
-        oracle::OracleConfig,
-        pvs::{BakeConfig, Baker, ViewCells},
-        verify::{Verifier, VerifyConfig},
-    },
     math::{Aabb, Frustum},
     occlusion::{CullConfig, Occlusion, PoolConfig, SelectConfig},
     polygon::{Change, PolygonId},
-    recording::{Author, Event},
-    rivals::IndexKind,
-    scene::Scene,
     view::{Projection, View},
+};
+use osp_lab::{
+    lost_polygons,
+    oracle::OracleConfig,
+    pvs::{BakeConfig, Baker, ViewCells},
+    verify::{Verifier, VerifyConfig},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Author, Event},
+    scene::Scene,
 };
 
 /// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to

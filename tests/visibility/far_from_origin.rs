@@ -3,11 +3,11 @@
 
 use glam::{Affine3A, DMat3, DVec3, DVec4, EulerRot, Mat4, Quat, Vec3, Vec4};
 use osp::{
-    lab::Reach,
     math::{Aabb, Containment, Frustum, Obb, Plane, Sphere, rotate},
     polygon::ConvexPolygon,
     view::{Projection, View},
 };
+use osp_lab::Reach;
 use rand_pcg::{
     Pcg64,
     rand_core::{Rng, SeedableRng},

@@ -1,9 +1,7 @@
 //! Fingerprints of frames, views and sessions: what they tell apart, and that they stay the numbers that they are.
 
-use osp::{
-    polygon::PolygonId,
-    replay::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views},
-};
+use osp::polygon::PolygonId;
+use osp_session::replay::{SessionFingerprint, fingerprint_of_frame, fingerprint_of_views};
 
 fn list(ids: &[u32]) -> Vec<PolygonId> {
     ids.iter().copied().map(PolygonId).collect()

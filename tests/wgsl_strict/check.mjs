@@ -67,7 +67,7 @@ const refused = await compile('what must be refused', '@compute @workgroup_size(
 if (refused.messages.length === 0) fail('the compiler accepts `>>` beside `&`');
 
 // Shaders are made of files as the crate says.
-const folder = new URL('../../src/render/', import.meta.url);
+const folder = new URL('../../crates/osp-render/src/', import.meta.url);
 const list = readFileSync(new URL('shaders.rs', folder), 'utf8');
 const shaders = [...list.matchAll(/const (\w+): &str =\s*((?:concat!\()?\s*include_str![^;]*);/g)].map(([, name, value]) => {
   const files = [...value.matchAll(/"([^"]+\.wgsl)"/g)].map((m) => m[1]);

@@ -8,17 +8,19 @@ use std::{
 };
 
 use osp::{
-    app::{
-        Access, Autosaves, Command, Document, LayerChoice, Opening, Settings, Studio, Subject, WindowOptions,
-        page::{self, Typed, USER_FOLDER, Wish},
-        run,
-    },
     frame::{Pipeline, StageClock},
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
+};
+use osp_app::{
+    Access, Autosaves, Command, Document, LayerChoice, Opening, Settings, Studio, Subject, WindowOptions,
+    page::{self, Typed, USER_FOLDER, Wish},
+    run,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{self, OpenOptions, Pace, RecordingError, Session, open_bytes},
     replay::{CameraChoice, CameraPath, Player, SessionFingerprint, fingerprint_of_frame, summarize},
-    rivals::IndexKind,
 };
 use serde_json::json;
 use wasm_bindgen::prelude::*;

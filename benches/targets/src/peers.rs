@@ -1,13 +1,9 @@
-//! What is measured: our own structures, and the same job done by other crates ([`osp::rivals::PeerKind`]).
+//! What is measured: our own structures, and the same job done by other crates ([`osp_rivals::PeerKind`]).
 
 use std::{cell::RefCell, time::Instant};
 
-use osp::{
-    index::{DrawList, IndexConfig, Osp, SpatialIndex},
-    math::{Aabb, Frustum},
-    polygon::{PolygonId, VisibleBlocks},
-    rivals::{IndexKind, PeerKind},
-};
+use osp::{index::{DrawList, IndexConfig, Osp, SpatialIndex}, math::{Aabb, Frustum}, polygon::{PolygonId, VisibleBlocks}};
+use osp_rivals::{IndexKind, PeerKind};
 
 /// Something that is filled and asked.
 pub trait Subject {

@@ -1,11 +1,7 @@
 use std::path::{Path, PathBuf};
 
-use osp::{
-    math::Aabb,
-    polygon::PolygonId,
-    recording::{OpenOptions, Session, open},
-    scene::Scene,
-};
+use osp::{math::Aabb, polygon::PolygonId};
+use osp_session::{recording::{OpenOptions, Session, open}, scene::Scene};
 
 use crate::boxes::{drawn, shuffled};
 

@@ -1,6 +1,7 @@
 //! osp's errors as exceptions.
 
-use osp::{recording, render::RenderError};
+use osp_render::RenderError;
+use osp_session::recording;
 use pyo3::{
     create_exception,
     exceptions::{PyOSError, PyRuntimeError, PyValueError},

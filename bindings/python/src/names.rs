@@ -1,6 +1,8 @@
 //! Names of structures, methods and cameras, and the errors for other ones.
 
-use osp::{occlusion::Occlusion, replay::CameraChoice, rivals::IndexKind};
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+use osp_session::replay::CameraChoice;
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 /// The structures of a replay.

@@ -5,6 +5,8 @@ use osp::{
     glam::{Quat, Vec3},
     math::Aabb,
     polygon::Geometry,
+};
+use osp_session::{
     recording::{Event, Header, Layer, Limits, OpenOptions, Pace, Paint, StrokeId, Tool, open},
     replay::{ArtistSide, Player, whole_view},
     scene::Scene,
@@ -185,9 +187,9 @@ impl Recording {
         table.set_item("begin_secs", column(rows, |row| row.begin_secs).into_pyarray(py))?;
         table.set_item("end_secs", column(rows, |row| row.end_secs).into_pyarray(py))?;
         table.set_item("points", column(rows, |row| row.points).into_pyarray(py))?;
-        let layer = column(rows, |row| known(row).map_or(0, osp::scene::Stroke::layer));
+        let layer = column(rows, |row| known(row).map_or(0, osp_session::scene::Stroke::layer));
         table.set_item("layer", layer.into_pyarray(py))?;
-        let is_visible = column(rows, |row| known(row).is_some_and(osp::scene::Stroke::is_visible));
+        let is_visible = column(rows, |row| known(row).is_some_and(osp_session::scene::Stroke::is_visible));
         table.set_item("visible", is_visible.into_pyarray(py))?;
         Ok(table)
     }
@@ -352,7 +354,7 @@ impl Recording {
         }
         let named = paint.map_or("", |paint| paint.brush.as_str());
         // A GUID becomes the name, if the brush is known.
-        let brush = osp::brush::find(named).map_or(named, |brush| &brush.name).to_owned();
+        let brush = osp_session::brush::find(named).map_or(named, |brush| &brush.name).to_owned();
         let (color, end_secs) = ([r, g, b, a], f64::NAN);
         self.strokes.push(StrokeRow { id, tool, brush, width_m, color, begin_secs, end_secs, points: 0 });
     }
@@ -360,12 +362,12 @@ impl Recording {
 
 /// A session whose remarks are kept once it has ended.
 struct Noting {
-    session: osp::recording::Session,
-    notes: Option<osp::recording::Notes>,
+    session: osp_session::recording::Session,
+    notes: Option<osp_session::recording::Notes>,
 }
 
 impl Iterator for Noting {
-    type Item = Result<Event, osp::recording::RecordingError>;
+    type Item = Result<Event, osp_session::recording::RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let next = self.session.next();

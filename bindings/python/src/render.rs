@@ -7,11 +7,13 @@ use osp::{
     index::IndexConfig,
     math::{Aabb, rotate, unit},
     occlusion::Occlusion,
-    recording::{Header, OpenOptions, Pace, open},
-    render::{Gpu, Image, Layer, Offscreen, RendererConfig, background_for},
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
-    rivals::IndexKind,
     view::{self, Projection},
+};
+use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig, background_for};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Header, OpenOptions, Pace, open},
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyString};
 

@@ -6,11 +6,13 @@ use osp::{
     index::IndexConfig,
     math::Aabb,
     occlusion::Occlusion,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{Header, OpenOptions, Pace, open},
     replay::{
         Budget, CameraChoice, CameraPath, Lane, LaneFrame, Player, Replay, SessionFingerprint, summarize,
     },
-    rivals::IndexKind,
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 

@@ -4,14 +4,16 @@ use numpy::IntoPyArray;
 use osp::{
     frame::StageClock,
     index::IndexConfig,
-    lab::{
-        oracle::OracleConfig,
-        verify::{Trial, Verifier, VerifyConfig},
-    },
     occlusion::{CullConfig, PoolConfig, SelectConfig, Soundness},
+};
+use osp_lab::{
+    oracle::OracleConfig,
+    verify::{Trial, Verifier, VerifyConfig},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{OpenOptions, Pace, open},
     replay::{CameraChoice, CameraPath, Moment, Player, summarize},
-    rivals::IndexKind,
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 

@@ -1,6 +1,6 @@
 //! The fast form of the octal space partition tree.
 //!
-//! Its origin is the OSP tree of the paper that [`crate::rivals::OspPaper`] follows to the letter: a cube divided ahead
+//! Its origin is the OSP tree of the paper that [`osp_rivals::OspPaper`] follows to the letter: a cube divided ahead
 //! of time, into which polygons are inserted one by one as they are drawn. What it keeps of it: the octal partition, its
 //! preallocated levels, and insertion that never rebuilds.
 //!

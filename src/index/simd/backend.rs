@@ -20,7 +20,7 @@ use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 use super::{Boxes, EyeBoxes, PreparedPlane};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
-pub(crate) trait Kernel: Copy {
+pub trait Kernel: Copy {
     /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
@@ -70,7 +70,7 @@ pub(crate) trait Kernel: Copy {
 
 /// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for
 /// each instruction set.
-pub(crate) trait WithKernel {
+pub trait WithKernel {
     /// What it returns.
     type Output;
 
@@ -157,7 +157,7 @@ impl Backend {
 
     /// Runs `work` on this kernel; on the plain one if the processor does not have it.
     #[inline]
-    pub(crate) fn run<W: WithKernel>(self, work: W) -> W::Output {
+    pub fn run<W: WithKernel>(self, work: W) -> W::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => match Avx512::detect() {

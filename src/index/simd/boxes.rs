@@ -5,25 +5,27 @@ use crate::math::Aabb;
 /// `N` boxes, one array per number: `[min x, min y, min z, max x, max y, max z]`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(crate) struct Boxes<const N: usize> {
+pub struct Boxes<const N: usize> {
     pub(crate) rows: [[f32; N]; 6],
 }
 
 impl<const N: usize> Boxes<N> {
     /// No box in any lane.
-    pub(crate) const EMPTY: Self = {
+    pub const EMPTY: Self = {
         let (inf, neg) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
         Self { rows: [inf, inf, inf, neg, neg, neg] }
     };
 
     #[inline]
-    pub(crate) fn get(&self, lane: usize) -> Aabb {
+    /// The box of a lane.
+    pub fn get(&self, lane: usize) -> Aabb {
         let at = |row: usize| self.rows[row][lane];
         Aabb { min: Vec3::new(at(0), at(1), at(2)), max: Vec3::new(at(3), at(4), at(5)) }
     }
 
     #[inline]
-    pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {
+    /// Replaces the box of a lane.
+    pub fn set(&mut self, lane: usize, bounds: &Aabb) {
         let numbers = [bounds.min.x, bounds.min.y, bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z];
         for (row, number) in self.rows.iter_mut().zip(numbers) {
             row[lane] = number;
@@ -38,7 +40,7 @@ impl<const N: usize> Boxes<N> {
 
     /// Widens a lane so that it holds `bounds`; false if it did already.
     #[inline]
-    pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
+    pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
         if old.contains(bounds) {
             return false;
@@ -49,7 +51,7 @@ impl<const N: usize> Boxes<N> {
 
     /// The box around the lanes of `mask`, which is below `2^N`.
     #[inline]
-    pub(crate) fn around(&self, mask: u32) -> Aabb {
+    pub fn around(&self, mask: u32) -> Aabb {
         let is_asked: [bool; N] = std::array::from_fn(|lane| mask >> lane & 1 == 1);
         // Halved again and again, so that many lanes are compared at once.
         let fold = |row: usize, none: f32, takes: fn(f32, f32) -> bool| {

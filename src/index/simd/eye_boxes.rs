@@ -5,7 +5,7 @@ use crate::math::Aabb;
 /// Sixteen boxes as seen from an eye, which is the origin: one array per number, in `f64`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(crate) struct EyeBoxes {
+pub struct EyeBoxes {
     /// Centres: x, y, z.
     pub(crate) center: [[f64; 16]; 3],
     /// Half edges: x, y, z.

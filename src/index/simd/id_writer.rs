@@ -17,7 +17,8 @@ pub(crate) struct PageRuns<'a> {
 }
 
 /// Appends ids to a list, up to sixteen at a time. Keeps the list's length to itself until [`IdWriter::finish`].
-pub(crate) struct IdWriter<'a> {
+#[derive(Debug)]
+pub struct IdWriter<'a> {
     list: &'a mut Vec<PolygonId>,
     start: *mut MaybeUninit<u32>,
     len: usize,
@@ -29,13 +30,14 @@ pub(crate) struct IdWriter<'a> {
 pub(crate) const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
-    pub(crate) fn new(list: &'a mut Vec<PolygonId>) -> Self {
+    /// Appends to the list.
+    pub fn new(list: &'a mut Vec<PolygonId>) -> Self {
         let (start, len, capacity) = (list.as_mut_ptr().cast(), list.len(), list.capacity());
         Self { list, start, len, capacity }
     }
 
     /// Lets `write` append to a list.
-    pub(crate) fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
+    pub fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
         let mut writer = Self::new(list);
         let result = write(&mut writer);
         writer.finish();
@@ -50,7 +52,7 @@ impl<'a> IdWriter<'a> {
 
     /// The list is complete.
     #[inline(always)]
-    pub(crate) fn finish(self) {
+    pub fn finish(self) {
         // SAFETY: the first `len` places were filled, each within the capacity.
         unsafe { self.list.set_len(self.len) };
     }
@@ -123,7 +125,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends ids.
     #[inline]
-    pub(crate) fn push_slice(&mut self, ids: &[PolygonId]) {
+    pub fn push_slice(&mut self, ids: &[PolygonId]) {
         self.make_room(ids.len());
         // SAFETY: there is room for them now, and they do not belong to the list.
         unsafe {
@@ -134,7 +136,7 @@ impl<'a> IdWriter<'a> {
 
     /// Appends those of sixteen ids that are in `lanes`.
     #[inline(always)]
-    pub(crate) fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
+    pub fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
         self.make_room(0);
         // SAFETY: there is room now.
         let places = unsafe { self.places(0) };

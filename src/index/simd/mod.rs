@@ -33,11 +33,14 @@ mod x86_avx512;
 mod x86_sse2;
 
 pub use backend::Backend;
-pub(crate) use backend::{Kernel, WithKernel};
-pub(crate) use boxes::{Boxes, Halves, Wide};
+pub use backend::{Kernel, WithKernel};
+pub use boxes::Boxes;
+pub(crate) use boxes::{Halves, Wide};
 pub(crate) use eye_boxes::EyeBoxes;
-pub(crate) use id_writer::{IdWriter, PageRuns, ROOM_BEHIND};
-#[cfg(feature = "rivals")]
-pub(crate) use planes::PlaneLanes;
-pub(crate) use planes::{PlaneSet, PreparedPlane, Sides};
-pub(crate) use prefetch::{prefetch, prefetch_lines};
+pub use id_writer::IdWriter;
+pub(crate) use id_writer::{PageRuns, ROOM_BEHIND};
+pub use planes::PlaneLanes;
+pub use planes::PlaneSet;
+pub(crate) use planes::{PreparedPlane, Sides};
+pub(crate) use prefetch::prefetch;
+pub use prefetch::prefetch_lines;

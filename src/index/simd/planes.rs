@@ -4,7 +4,7 @@ use crate::math::{Aabb, Frustum};
 /// A plane made ready for boxes in rows: which row holds the corner farthest along the normal, and which the one
 /// farthest against it, per axis.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PreparedPlane {
+pub struct PreparedPlane {
     pub(super) normal: [f32; 3],
     pub(super) d: f32,
     /// Rows of the positive vertex, times eight: at most 40.
@@ -28,7 +28,7 @@ impl PreparedPlane {
 
     /// Asks for the cache lines that [`Kernel::behind`] will read.
     #[inline(always)]
-    pub(crate) fn prefetch(&self, boxes: &Boxes<16>) {
+    pub fn prefetch(&self, boxes: &Boxes<16>) {
         for row in self.far {
             prefetch(boxes.rows.as_ptr().wrapping_add(row / 8));
         }
@@ -37,15 +37,16 @@ impl PreparedPlane {
 
 /// The six planes of a frustum, made ready.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PlaneSet {
+pub struct PlaneSet {
     planes: [PreparedPlane; 6],
 }
 
 impl PlaneSet {
     /// Mask of all six planes.
-    pub(crate) const ALL: u8 = 0b11_1111;
+    pub const ALL: u8 = 0b11_1111;
 
-    pub(crate) fn new(frustum: &Frustum) -> Self {
+    /// The planes of a frustum, prepared for tests of many boxes.
+    pub fn new(frustum: &Frustum) -> Self {
         let prepare = |i: usize| {
             let plane = frustum.planes()[i];
             let normal = plane.normal.to_array();
@@ -79,7 +80,7 @@ impl PlaneSet {
 
     /// How sixteen boxes in whole rows lie to the planes of `mask`.
     #[inline(always)]
-    pub(crate) fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
+    pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
@@ -105,7 +106,7 @@ impl PlaneSet {
 
     /// How eight boxes lie to the planes of `mask`.
     #[inline(always)]
-    pub(crate) fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
+    pub fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
         let mut left = mask;
         while left != 0 {
@@ -119,7 +120,7 @@ impl PlaneSet {
 
     /// The boxes behind one of the planes.
     #[inline(always)]
-    pub(crate) fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
+    pub fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
         kernel.behind_any(&self.planes, boxes)
     }
 
@@ -131,7 +132,7 @@ impl PlaneSet {
 
     /// The boxes behind one of the planes of `mask`.
     #[inline(always)]
-    pub(crate) fn behind<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> u32 {
+    pub fn behind<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> u32 {
         let mut behind = 0;
         let mut left = mask;
         while left != 0 {
@@ -146,7 +147,7 @@ impl PlaneSet {
 /// The planes of a frustum side by side, to test one box against all of them at once. The fields of a plane that is not
 /// there are 0: everything is on its inner side.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PlaneLanes {
+pub struct PlaneLanes {
     normal: [[f32; 8]; 3],
     d: [f32; 8],
     /// Per axis the planes whose positive vertex has the greater coordinate.
@@ -154,7 +155,8 @@ pub(crate) struct PlaneLanes {
 }
 
 impl PlaneLanes {
-    pub(crate) fn new(frustum: &Frustum) -> Self {
+    /// The planes of a frustum, prepared for tests of many boxes.
+    pub fn new(frustum: &Frustum) -> Self {
         let mut all = Self { normal: [[0.0; 8]; 3], d: [0.0; 8], rises: [[true; 8]; 3] };
         for (i, plane) in frustum.planes().iter().enumerate() {
             for axis in 0..3 {
@@ -169,7 +171,7 @@ impl PlaneLanes {
     /// The planes of `mask` that cut a box; `None` if it lies wholly behind one of them. The kernel only says which
     /// instructions may be used.
     #[inline(always)]
-    pub(crate) fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
+    pub fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
         let distances = |is_far: bool| -> [f32; 8] {
             std::array::from_fn(|i| {
@@ -190,9 +192,9 @@ impl PlaneLanes {
 
 /// How some boxes lie to some planes; a bit a box.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sides {
+pub struct Sides {
     /// Wholly behind a plane.
-    pub(crate) behind: u32,
+    pub behind: u32,
     /// Not wholly on the inner side of every plane.
     pub(crate) cut: u32,
     /// The same, by plane; only the planes asked for.
@@ -229,7 +231,7 @@ impl Sides {
 
     /// The planes of `mask` that cut box `lane`.
     #[inline(always)]
-    pub(crate) fn planes_at(&self, mask: u8, lane: usize) -> u8 {
+    pub fn planes_at(&self, mask: u8, lane: usize) -> u8 {
         if mask & mask.wrapping_sub(1) == 0 {
             return if self.cut >> lane & 1 == 1 { mask } else { 0 };
         }

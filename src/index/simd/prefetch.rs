@@ -18,7 +18,7 @@ pub(crate) fn prefetch<T>(place: *const T) {
 
 /// Asks for `N` cache lines from `place` on.
 #[inline(always)]
-pub(crate) fn prefetch_lines<const N: usize, T>(place: *const T) {
+pub fn prefetch_lines<const N: usize, T>(place: *const T) {
     for line in 0..N {
         prefetch(place.cast::<[u8; 64]>().wrapping_add(line));
     }

@@ -1,21 +1,22 @@
 //! `osp bench` in a worker of the page: `bench.js` calls these functions there, and ends the worker to cancel.
 //!
 //! ```text
-//! page.js ─> bench.js (a worker) ─> measure ─> osp::lab::bench ─> the report as a page of its own
+//! page.js ─> bench.js (a worker) ─> measure ─> osp_lab::bench ─> the report as a page of its own
 //! ```
 
 use std::{cell::RefCell, path::Path};
 
 use osp::{
     index::IndexConfig,
-    lab::bench::{
-        self, BenchReport, Contender, GrowthConfig, Machine, MovingConfig, RaysConfig, RaysModel,
-        SessionInput,
-    },
     occlusion::{Occlusion, OcclusionConfig},
+};
+use osp_lab::bench::{
+    self, BenchReport, Contender, GrowthConfig, Machine, MovingConfig, RaysConfig, RaysModel, SessionInput,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
     recording::{MemoryFiles, OpenOptions, Pace, Session},
     replay::{CameraChoice, CameraPath, root_cube, summarize},
-    rivals::IndexKind,
 };
 use wasm_bindgen::prelude::*;
 

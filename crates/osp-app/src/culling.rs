@@ -1,0 +1,379 @@
+mod plan;
+
+use std::{sync::Arc, time::Duration};
+
+use glam::Vec3;
+
+use super::{document::meet_polygon, draw_cost::DrawCost, spans::Part};
+use osp::{
+    frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline, StageClock},
+    index::SpatialIndex,
+    math::{Aabb, Ray},
+    occlusion::{NodeTest, Occlusion, Score, ShadowVolume},
+    polygon::{Change, PolygonId, VisibleBlocks},
+    view::View,
+};
+use osp_lab::pvs::Pvs;
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::StrokeId,
+    scene::{Scene, Stroke},
+};
+
+pub(super) use plan::Indexing;
+pub use plan::{CullingPlan, Indexed};
+
+/// Whether a stage of culling takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stages {
+    /// Polygons outside the view are left out.
+    pub frustum: bool,
+}
+
+impl Default for Stages {
+    fn default() -> Self {
+        Self { frustum: true }
+    }
+}
+
+/// Time to insert a whole model into another index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reindexed {
+    /// The index.
+    pub kind: IndexKind,
+    /// Polygons inserted.
+    pub polygons: u64,
+    /// Time.
+    pub took: Duration,
+    /// Another thread than the window's has inserted them.
+    pub beside: bool,
+}
+
+/// Results and times of picking with rays since the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PickCounts {
+    /// Rays cast.
+    pub rays: u64,
+    /// Polygons that were tested exactly.
+    pub tests: u64,
+    /// Time of all, nanoseconds.
+    pub total_ns: u64,
+    /// Time of the last, nanoseconds.
+    pub last_ns: u64,
+    /// The polygon that the last ray hit.
+    pub last: Option<PolygonId>,
+}
+
+/// Searches around points since the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReachCounts {
+    /// Points.
+    pub points: u64,
+    /// Polygons whose boxes were tested one by one.
+    pub polygons: u64,
+}
+
+/// The culling of a frame, with switches that can be turned while it runs.
+#[derive(Debug)]
+pub struct Culling {
+    plan: CullingPlan,
+    root: Aabb,
+    pipeline: Pipeline,
+    clock: StageClock,
+    stages: Stages,
+    reindexed: Option<Reindexed>,
+    picks: PickCounts,
+    reaches: ReachCounts,
+    /// Scratch of [`Culling::nearest_box`].
+    found: Vec<PolygonId>,
+    draw_cost: DrawCost,
+    /// All polygons, while the view does not cull.
+    all: VisibleBlocks,
+}
+
+impl Culling {
+    /// Culling with an empty index.
+    pub fn new(kind: IndexKind) -> Self {
+        let plan = CullingPlan::new(kind, Occlusion::None);
+        let (root, pipeline) = plan.index_nothing();
+        Self {
+            plan,
+            root,
+            pipeline,
+            clock: StageClock::default(),
+            stages: Stages::default(),
+            reindexed: None,
+            picks: PickCounts::default(),
+            reaches: ReachCounts::default(),
+            found: Vec::new(),
+            draw_cost: DrawCost::default(),
+            all: VisibleBlocks::new(),
+        }
+    }
+
+    /// The index in use.
+    pub fn kind(&self) -> IndexKind {
+        self.plan.kind
+    }
+
+    /// The method of occlusion culling.
+    pub fn occlusion(&self) -> Occlusion {
+        self.plan.occlusion
+    }
+
+    /// The index, with what is filed beside it.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    /// The index itself.
+    pub fn index(&self) -> &dyn SpatialIndex {
+        self.pipeline.index()
+    }
+
+    /// The root cube of the index.
+    pub fn root(&self) -> Aabb {
+        self.root
+    }
+
+    /// The stages that are on.
+    pub fn stages(&self) -> Stages {
+        self.stages
+    }
+
+    /// Turns stages on and off.
+    pub fn set_stages(&mut self, stages: Stages) {
+        self.stages = stages;
+    }
+
+    /// Most occluders of a view; `None` without occlusion culling.
+    pub fn most_occluders(&self) -> Option<usize> {
+        self.pipeline.occlusion().map(OcclusionPass::most_occluders)
+    }
+
+    /// Changes the most occluders of a view.
+    pub fn set_occluders(&mut self, occluders: Option<usize>) {
+        self.plan.occluders = occluders;
+        self.pipeline.set_occluders(occluders);
+    }
+
+    /// Says how occlusion culling tests nodes and scores occluders; from the next [`Culling::reindex`] on.
+    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
+        (self.plan.node_test, self.plan.score) = (node_test, score);
+    }
+
+    /// Says what `auto` compares to find the cheapest method; from the next [`Culling::reindex`] on.
+    pub fn set_auto_basis(&mut self, basis: AutoBasis) {
+        self.plan.auto_basis = basis;
+    }
+
+    /// How occlusion culling tests nodes and scores occluders.
+    pub fn tests(&self) -> (NodeTest, Score) {
+        (self.plan.node_test, self.plan.score)
+    }
+
+    /// The shadows of the first view's occluders in the last frame, the eye being the origin.
+    pub fn shadows(&self) -> &[ShadowVolume] {
+        let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
+        pass.map_or(&[], |pass| pass.shadows())
+    }
+
+    /// Takes potentially visible sets, for [`Occlusion::Pvs`]. They cull only while the model is the one that they were
+    /// computed for.
+    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
+        self.plan.pvs = Some(pvs);
+    }
+
+    /// Whether there are such sets.
+    pub fn has_pvs(&self) -> bool {
+        self.plan.pvs.is_some()
+    }
+
+    /// Time of the last change of the index.
+    pub fn reindexed(&self) -> Option<Reindexed> {
+        self.reindexed
+    }
+
+    /// Counts and times of picking.
+    pub fn picks(&self) -> PickCounts {
+        self.picks
+    }
+
+    /// Counts of searches around points.
+    pub fn reaches(&self) -> ReachCounts {
+        self.reaches
+    }
+
+    /// How it culls now, and whatever index is made next.
+    pub fn plan(&self) -> &CullingPlan {
+        &self.plan
+    }
+
+    /// Inserts the whole model into another index, or anew into the same. Changes of the scene that no frame has taken
+    /// yet must not be given to the next frame: the model that is inserted here has them.
+    pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
+        let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
+        self.take(plan.index(scene, bounds), false);
+    }
+
+    /// Goes on with a model that another thread has inserted, or without one, or if that was done by another plan, inserts
+    /// it.
+    pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
+        match indexed.filter(|indexed| indexed.plan.is(&self.plan)) {
+            Some(indexed) => self.take(indexed, true),
+            None => self.take(self.plan.clone().index(scene, bounds), false),
+        }
+    }
+
+    fn take(&mut self, indexed: Indexed, beside: bool) {
+        let Indexed { plan, root, pipeline, took } = indexed;
+        let polygons = pipeline.polygon_count() as u64;
+        self.reindexed = Some(Reindexed { kind: plan.kind, polygons, took, beside });
+        (self.plan, self.root, self.pipeline) = (plan, root, pipeline);
+    }
+
+    /// Applies changes to the index without a frame.
+    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
+        self.pipeline.skip(scene, changes);
+    }
+
+    /// One frame: applies the changes to the index and culls for each of `views` (screens, eyes), by the frustum and by
+    /// occlusion.
+    pub fn frame(&mut self, scene: &Scene, changes: &[Change], views: &[View]) -> FrameRecord {
+        let record = self.pipeline.frame_of_views(scene, changes, views);
+        self.all.clear();
+        if !self.stages.frustum {
+            self.all.extend(scene.visible_ids());
+        }
+        record
+    }
+
+    /// The polygons that the frustum of a view of the last frame may see; nothing if there was no such view.
+    pub fn in_view(&self, view: usize) -> Option<&VisibleBlocks> {
+        self.pipeline.in_view_lists().get(view)
+    }
+
+    /// The polygons to draw in a view of the last frame; none if there was no such view.
+    pub fn drawn(&self, view: usize) -> &VisibleBlocks {
+        static NOTHING: VisibleBlocks = VisibleBlocks::new();
+        match self.pipeline.draw_lists().get(view) {
+            Some(list) if self.stages.frustum => list,
+            Some(_) => &self.all,
+            None => &NOTHING,
+        }
+    }
+
+    /// Records the time to draw this many polygons. Several frames together show how much time culling one polygon saves.
+    pub fn note_drawing(&mut self, polygons: u64, ns: u64) {
+        self.draw_cost.note(polygons, ns);
+        if let Some(polygon_ns) = self.draw_cost.polygon_ns() {
+            self.pipeline.set_polygon_ns(polygon_ns);
+        }
+    }
+
+    /// Frames whose drawing time is known.
+    pub fn drawings_measured(&self) -> u32 {
+        self.draw_cost.frames()
+    }
+
+    /// Time to draw a polygon, nanoseconds, once it is known.
+    pub fn polygon_ns(&self) -> Option<f64> {
+        self.draw_cost.polygon_ns()
+    }
+
+    /// Adds the polygons that no view of the last frame draws: those outside of all views, and those in view that others
+    /// hide.
+    pub fn left_out(&self, scene: &Scene, outside: &mut VisibleBlocks, hidden: &mut VisibleBlocks) {
+        let views = self.pipeline.draw_lists().len();
+        let is_drawn = |id| (0..views).any(|view| self.drawn(view).contains(id));
+        let in_view = self.pipeline.in_view_lists();
+        hidden.extend(in_view.iter().flat_map(VisibleBlocks::ids).filter(|&id| !is_drawn(id)));
+        let is_in_view = |id| in_view.iter().any(|set| set.contains(id));
+        outside.extend(scene.visible_ids().filter(|&id| !is_drawn(id) && !is_in_view(id)));
+    }
+
+    /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.
+    /// `waiting` are the changes that no frame has applied to the index yet.
+    pub fn pick(
+        &mut self,
+        scene: &Scene,
+        waiting: &[Change],
+        ray: &Ray,
+        counts: impl Fn(&Stroke) -> bool,
+    ) -> Option<(PolygonId, f32)> {
+        let start = self.clock.start();
+        let mut tests = 0;
+        let mut meet = |id: PolygonId| {
+            tests += 1;
+            // The index may be a frame behind the scene.
+            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
+            if is_there && counts(scene.stroke_of(id)) { meet_polygon(scene, id, ray) } else { None }
+        };
+        let mut found = self.pipeline.ray_nearest(scene, ray, f32::MAX, &mut meet);
+        for change in waiting {
+            if let Change::Insert(id) | Change::Update(id) = *change
+                && let Some(t) = meet(id)
+                && found.is_none_or(|(_, nearest)| t < nearest)
+            {
+                found = Some((id, t));
+            }
+        }
+        self.picks.last_ns = self.clock.since(start).ns;
+        self.picks.total_ns += self.picks.last_ns;
+        self.picks.rays += 1;
+        self.picks.tests += tests;
+        self.picks.last = found.map(|(id, _)| id);
+        found
+    }
+
+    /// The strokes with a polygon in a part of space. `waiting` is what no frame has brought to the index yet.
+    pub fn strokes_in(&mut self, scene: &Scene, waiting: &[Change], part: &Part) -> Vec<StrokeId> {
+        // The index may be a frame behind the scene.
+        let mut is_in = |id: PolygonId| {
+            let is_there = id.index() < scene.polygon_count() && scene.is_visible(id);
+            is_there && part.touches(&scene.polygon(id))
+        };
+        self.found.clear();
+        match part {
+            Part::Box(bounds) => {
+                self.pipeline.box_query(scene, bounds, &mut self.found);
+                self.found.retain(|&id| is_in(id));
+            }
+            Part::Sphere(sphere) => self.pipeline.sphere_query(scene, sphere, &mut is_in, &mut self.found),
+        }
+        let late = waiting.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some(id),
+            // What moves as a whole is asked for where it is now.
+            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
+        });
+        self.found.extend(late.filter(|&id| is_in(id)));
+        self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
+    }
+
+    /// The polygon whose box is the nearest to a point, of those within `reach_m` along each axis; of several the first.
+    /// `waiting` are the changes that no frame has applied to the index yet.
+    pub fn nearest_box(
+        &mut self,
+        scene: &Scene,
+        waiting: &[Change],
+        point: Vec3,
+        reach_m: f32,
+    ) -> Option<PolygonId> {
+        let reach = Aabb::cube(point, 2.0 * reach_m);
+        self.found.clear();
+        self.pipeline.box_query(scene, &reach, &mut self.found);
+        self.found.extend(waiting.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some(id),
+            // What moves as a whole is asked for where it is now.
+            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
+        }));
+        self.reaches.points += 1;
+        self.reaches.polygons += self.found.len() as u64;
+        // The index may be a frame behind the scene.
+        let is_there = |id: PolygonId| id.index() < scene.polygon_count() && scene.is_visible(id);
+        let is_near = |id: &PolygonId| is_there(*id) && scene.bounds(*id).intersects(&reach);
+        let distance = |id: &PolygonId| scene.bounds(*id).distance_squared(point);
+        let near = self.found.iter().copied().filter(is_near);
+        near.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
+    }
+}

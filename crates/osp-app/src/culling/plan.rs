@@ -1,0 +1,137 @@
+use std::{sync::Arc, time::Duration};
+
+use osp::{
+    frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    math::Aabb,
+    occlusion::{NodeTest, Occlusion, Score},
+};
+use osp_lab::pvs::{Pvs, PvsPass};
+use osp_rivals::IndexKind;
+use osp_session::scene::Scene;
+
+/// How a model is indexed and culled.
+#[derive(Clone, Debug)]
+pub struct CullingPlan {
+    pub(super) kind: IndexKind,
+    pub(super) occlusion: Occlusion,
+    pub(super) occluders: Option<usize>,
+    pub(super) node_test: NodeTest,
+    pub(super) score: Score,
+    pub(super) pvs: Option<Arc<Pvs>>,
+    pub(super) auto_basis: AutoBasis,
+}
+
+/// A model in an index, which another thread may have made.
+#[derive(Debug)]
+pub struct Indexed {
+    pub(super) plan: CullingPlan,
+    pub(super) root: Aabb,
+    pub(super) pipeline: Pipeline,
+    pub(super) took: Duration,
+}
+
+impl CullingPlan {
+    /// With this index and this method of occlusion culling.
+    pub fn new(kind: IndexKind, occlusion: Occlusion) -> Self {
+        Self {
+            kind,
+            occlusion,
+            occluders: None,
+            node_test: NodeTest::Box,
+            score: Score::default(),
+            pvs: None,
+            auto_basis: AutoBasis::default(),
+        }
+    }
+
+    /// The plan with another test of nodes and another score of occluders.
+    #[must_use]
+    pub fn with_tests(self, node_test: NodeTest, score: Score) -> Self {
+        Self { node_test, score, ..self }
+    }
+
+    /// Whether both lead to the same index.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        let of = |plan: &Self| {
+            (plan.kind, plan.occlusion, plan.occluders, plan.node_test, plan.score, plan.auto_basis)
+        };
+        let of_pvs = |plan: &Self| plan.pvs.as_ref().map(Arc::as_ptr);
+        of(self) == of(other) && of_pvs(self) == of_pvs(other)
+    }
+
+    /// An index of no model.
+    pub(super) fn index_nothing(&self) -> (Aabb, Pipeline) {
+        let root = root_for(&Aabb::EMPTY);
+        (root, self.pipeline(root, 0))
+    }
+
+    /// Inserts a whole model with this box into a new index.
+    pub fn index(self, scene: &Scene, bounds: &Aabb) -> Indexed {
+        let clock = StageClock::default();
+        let start = clock.start();
+        let root = root_for(bounds);
+        let mut pipeline = self.pipeline(root, scene.polygon_count());
+        pipeline.load_on_threads(scene);
+        let took = Duration::from_nanos(clock.since(start).ns);
+        Indexed { plan: self, root, pipeline, took }
+    }
+
+    /// As [`CullingPlan::index`], in steps.
+    pub(crate) fn begin_index(self, scene: &Scene, bounds: &Aabb) -> Indexing {
+        let root = root_for(bounds);
+        let pipeline = self.pipeline(root, scene.polygon_count());
+        let indexed = Indexed { plan: self, root, pipeline, took: Duration::ZERO };
+        Indexing { indexed, loading: Pipeline::begin_load(scene) }
+    }
+
+    fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
+        // Twice the size, so that the model can grow without new root levels within a frame.
+        let capacity = IndexConfig::default().capacity.max(polygons * 2);
+        let index = self.kind.create(&IndexConfig { root, capacity });
+        let pass = PassConfig {
+            node_test: self.node_test,
+            score: self.score,
+            basis: self.auto_basis,
+            ..PassConfig::new(self.occlusion)
+        };
+        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_occlusion(pass);
+        if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Occlusion::Pvs) {
+            pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
+        }
+        pipeline.set_occluders(self.occluders);
+        pipeline
+    }
+}
+
+/// A model on its way into an index.
+#[derive(Debug)]
+pub(crate) struct Indexing {
+    indexed: Indexed,
+    loading: Loading,
+}
+
+impl Indexing {
+    /// Inserts some of the model. Returns whether there is more to do.
+    pub(crate) fn step(&mut self, scene: &Scene) -> bool {
+        let clock = StageClock::default();
+        let start = clock.start();
+        let goes_on = self.indexed.pipeline.load_some(scene, &mut self.loading);
+        self.indexed.took += Duration::from_nanos(clock.since(start).ns);
+        goes_on
+    }
+
+    /// The model in the index.
+    pub(crate) fn finish(self) -> Indexed {
+        self.indexed
+    }
+}
+
+/// The usual root cube if everything is in it, else one around everything.
+fn root_for(bounds: &Aabb) -> Aabb {
+    let usual = IndexConfig::default().root;
+    if bounds.is_empty() || usual.contains(bounds) {
+        return usual;
+    }
+    Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.25)
+}

@@ -1,0 +1,427 @@
+use std::{
+    cell::Cell,
+    io::{self, ErrorKind},
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+use super::{Document, reader::DocumentReader};
+use crate::journal::{
+    Autosaves, Journal, NotTaken, OURS, OpenElsewhere, SessionFile, SessionLock, Trouble, source_of_copy,
+};
+use osp_session::{
+    atomic_file::Destination,
+    platform::fs,
+    recording::{
+        self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session,
+    },
+};
+
+/// What a session is opened for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Access {
+    /// Draw on it.
+    #[default]
+    Write,
+    /// Read it only.
+    ReadOnly,
+    /// Draw on a copy of it.
+    Copy,
+}
+
+/// How a session is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Opening {
+    /// What it is opened for.
+    pub access: Access,
+    /// Leave out damaged pieces, instead of refusing the session. Then a copy is drawn on.
+    pub lenient: bool,
+    /// How much the session may hold.
+    pub limits: Limits,
+    /// If it is not there yet, it is begun as one of several authors.
+    pub of_several: bool,
+}
+
+impl Opening {
+    /// For this access, damaged sessions refused.
+    pub fn with(access: Access) -> Self {
+        Self { access, ..Self::default() }
+    }
+
+    fn options(self) -> OpenOptions {
+        OpenOptions { lenient: self.lenient, limits: self.limits }
+    }
+}
+
+/// The remarks from opening a session.
+#[derive(Clone, Debug, Default)]
+pub struct Opened {
+    /// One line each, for people.
+    pub remarks: Vec<String>,
+    /// The session was left open by a program that is gone.
+    pub is_recovered: bool,
+}
+
+/// Why a session was not opened.
+#[derive(Debug, Error)]
+pub enum OpenError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Another window draws on it.
+    #[error(transparent)]
+    Held(OpenElsewhere),
+    /// Somebody did not want to wait.
+    #[error("{}: opening it was cancelled", .0.display())]
+    Cancelled(PathBuf),
+}
+
+impl OpenError {
+    fn io(path: &Path, error: io::Error) -> Self {
+        Self::Recording(RecordingError::io(path, error))
+    }
+
+    /// Whether the session can be read but for damaged pieces, or up to a limit.
+    pub fn is_damage(&self) -> bool {
+        matches!(
+            self,
+            Self::Recording(
+                RecordingError::Line { .. } | RecordingError::Byte { .. } | RecordingError::Limit { .. }
+            )
+        )
+    }
+}
+
+/// What comes of beginning to open a session.
+#[derive(Debug)]
+pub(crate) enum Started {
+    /// There is nothing to read: it is empty.
+    Empty(Box<Document>),
+    /// It is to be read.
+    Reads(Box<DocumentReader>),
+}
+
+impl Started {
+    fn read(self, go_on: &dyn Fn(u64) -> bool) -> Result<(Document, Opened), RecordingError> {
+        match self {
+            Self::Empty(document) => Ok((*document, Opened::default())),
+            Self::Reads(reader) => reader.read(go_on),
+        }
+    }
+}
+
+impl Document {
+    /// An empty session without a name.
+    pub fn new(autosaves: &Autosaves) -> Self {
+        Self::unnamed(autosaves, our_header("sketch"))
+    }
+
+    /// An empty session of several authors without a name.
+    pub fn of_several(autosaves: &Autosaves) -> Self {
+        Self::unnamed(autosaves, of_several(our_header("sketch")))
+    }
+
+    fn unnamed(autosaves: &Autosaves, header: Header) -> Self {
+        let journal = Journal::unnamed(autosaves, "sketch", header);
+        Self::around(journal.expect("a header without numbers is sound"))
+    }
+
+    /// The newest session that a crash left open and that can be read, or an empty one.
+    pub fn recover_or_new(autosaves: &Autosaves) -> (Self, Opened) {
+        Self::recover_or_new_within(autosaves, Limits::DEFAULT)
+    }
+
+    /// [`Document::recover_or_new`] with limits.
+    pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
+        let mut opened = Opened::default();
+        for path in autosaves.marked() {
+            // The lock comes before anything is read: another window may be looking for the same.
+            let Some(lock) = SessionLock::take_over(&path) else { continue };
+            let file = match SessionFile::open(path.clone(), lock) {
+                Ok(file) => file,
+                Err((trouble, lock)) => {
+                    opened.remarks.push(format!("{}: was left open: {trouble}", path.display()));
+                    lock.leave();
+                    continue;
+                }
+            };
+            let reader = Self::to_go_on(&path, limits, file, autosaves, SessionFile::leave);
+            match reader.and_then(|reader| Ok(reader.read(&|_| true)?)) {
+                Ok((mut document, mut recovered)) => {
+                    document.journal.forget_name();
+                    opened.remarks.push(format!("brought back {}", path.display()));
+                    opened.remarks.append(&mut recovered.remarks);
+                    opened.is_recovered = true;
+                    return (document, opened);
+                }
+                Err(error) => opened.remarks.push(format!(
+                    "{error}; this session was left open: `osp sketch --lenient {}` opens what can be read",
+                    path.display()
+                )),
+            }
+        }
+        (Self::new(autosaves), opened)
+    }
+
+    /// Opens a session of any format. One that was drawn here goes on in its file (which is made if it is not there); of
+    /// any other a copy is made among the autosaves, with the first event that is drawn.
+    ///
+    /// # Errors
+    /// The session cannot be read, is of no known format, or is to be drawn on while another window has it.
+    pub fn open(path: &Path, autosaves: &Autosaves) -> Result<(Self, Opened), OpenError> {
+        Self::open_as(path, autosaves, Opening::default())
+    }
+
+    /// [`Document::open`] with options.
+    ///
+    /// # Errors
+    /// As there; a session that is opened read-only or as a copy may be open in another window.
+    pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
+        Self::open_watched(path, autosaves, how, &|_| true)
+    }
+
+    /// [`Document::open_as`]; `go_on` is asked from time to time, with the number of events that were read.
+    ///
+    /// # Errors
+    /// As there, and `go_on` said no.
+    pub fn open_watched(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<(Self, Opened), OpenError> {
+        let was_cancelled = Cell::new(false);
+        let watch = |events| {
+            let goes_on = go_on(events);
+            was_cancelled.set(!goes_on);
+            goes_on
+        };
+        let outcome = Self::start(path, autosaves, how)?.read(&watch);
+        // The reader's error is that it was interrupted.
+        if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
+    }
+
+    /// Begins to open a session as [`Document::open_as`] does; its events are still to be read.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn start(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, OpenError> {
+        let may_begin = how.access == Access::Write && is_ron(path);
+        let is_new = match fs::metadata(path) {
+            Ok(data) => data.is_file() && data.len() == 0,
+            Err(error) if error.kind() == ErrorKind::NotFound && may_begin => true,
+            Err(error) => return Err(OpenError::io(path, error)),
+        };
+        if is_new && may_begin {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let header = our_header(&stem);
+            let header = if how.of_several { of_several(header) } else { header };
+            return Ok(Started::Empty(Box::new(Self::begin(path, header, autosaves)?)));
+        }
+        if how.access == Access::ReadOnly {
+            return Ok(Self::to_look_at(path, autosaves, how)?);
+        }
+        let session = recording::open(path, &how.options())?;
+        let why_copied = match how.access {
+            Access::Copy => Some("as asked"),
+            _ => why_not_itself(&session, path, how.lenient),
+        };
+        let reader = match why_copied {
+            Some(why) => {
+                // Who wants another copy has one.
+                let is_asked_for = how.access == Access::Copy && !how.lenient;
+                let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
+                Self::to_copy(session, path, why, autosaves)?.offering(earlier)
+            }
+            None => {
+                // One that a crash left open stays marked if it is not opened now.
+                let was_left_open = fs::is_there(&SessionLock::mark_of(path));
+                let file = take(path)?;
+                let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
+                Self::to_go_on(path, how.limits, file, autosaves, give_back)?
+            }
+        };
+        Ok(Started::Reads(Box::new(reader)))
+    }
+
+    /// Opens a session that another window has, read-only. It may be empty.
+    ///
+    /// # Errors
+    /// The session cannot be read, or is of no known format.
+    pub fn look_at(
+        path: &Path,
+        autosaves: &Autosaves,
+        how: Opening,
+    ) -> Result<(Self, Opened), RecordingError> {
+        Self::to_look_at(path, autosaves, how)?.read(&|_| true)
+    }
+
+    fn to_look_at(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, RecordingError> {
+        if fs::metadata(path).map_or(true, |data| data.is_file() && data.len() == 0) {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let journal = Journal::of_reader(path, our_header(&stem), autosaves)?;
+            return Ok(Started::Empty(Box::new(Self::around(journal))));
+        }
+        let session = recording::open(path, &how.options())?;
+        let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
+        let remark = format!("{}: opened read-only", path.display());
+        // It has no file that could be given back.
+        let reader = DocumentReader::new(session, journal, SessionFile::release);
+        Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
+    }
+
+    /// The file of a shared session that begins with this header: as it was left, with a reader of the same, or a new one.
+    ///
+    /// # Errors
+    /// It cannot be read or written, another window has it, or it holds something else.
+    #[cfg(feature = "live")]
+    pub(crate) fn left(
+        path: &Path,
+        header: Header,
+        autosaves: &Autosaves,
+        limits: Limits,
+    ) -> Result<(Self, Opened, Option<Session>), OpenError> {
+        let refused = |why: &str| OpenError::io(path, io::Error::new(ErrorKind::InvalidInput, why));
+        if !is_ron(path) {
+            return Err(refused("expected a name that ends in .ron"));
+        }
+        match fs::metadata(path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(OpenError::io(path, error)),
+            Ok(data) if data.len() > 0 || !data.is_file() => {}
+            _ => return Ok((Self::begin(path, header, autosaves)?, Opened::default(), None)),
+        }
+        let again = recording::open(path, &OpenOptions { lenient: false, limits })?;
+        if again.header != header {
+            let why = format!("expected the recording of the shared session {}, or a new file", header.name);
+            return Err(refused(&why));
+        }
+        if again.format != "ron" {
+            return Err(refused("expected a recording as plain text: a compressed one cannot be continued"));
+        }
+        if !may_be_written(path) {
+            return Err(refused("it may not be written to"));
+        }
+        let was_left_open = fs::is_there(&SessionLock::mark_of(path));
+        let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
+        let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;
+        let (document, opened) = reader.without_ends().read(&|_| true)?;
+        let has_events = document.event_count() > 0;
+        Ok((document, opened, has_events.then_some(again)))
+    }
+
+    /// A session that is not there yet, or an empty file.
+    fn begin(path: &Path, header: Header, autosaves: &Autosaves) -> Result<Self, OpenError> {
+        let file = if fs::is_there(path) {
+            take(path)?
+        } else {
+            if let Some(folder) = missing_folder(path) {
+                let cause = format!("the folder {} does not exist", folder.display());
+                return Err(OpenError::io(path, io::Error::new(ErrorKind::NotFound, cause)));
+            }
+            let lock = match SessionLock::take(path) {
+                Ok(lock) => Some(lock),
+                Err(NotTaken::Held(held)) => return Err(OpenError::Held(held)),
+                // The first event makes the folder, and says why if it cannot.
+                Err(NotTaken::Failed(_)) => None,
+            };
+            SessionFile::new(path.to_owned(), lock)
+        };
+        let mut journal = Journal::named(file, header, autosaves)?;
+        journal.start()?;
+        Ok(Self::around(journal))
+    }
+
+    /// A session to continue in its file, whose lock we have. If it cannot be read, the lock is released.
+    fn to_go_on(
+        path: &Path,
+        limits: Limits,
+        file: SessionFile,
+        autosaves: &Autosaves,
+        give_back: fn(SessionFile),
+    ) -> Result<DocumentReader, OpenError> {
+        // Nothing may be appended behind damage: it would not be read again.
+        match recording::open(path, &OpenOptions { lenient: false, limits }) {
+            Ok(session) => {
+                let journal = Journal::named(file, session.header.clone(), autosaves)?;
+                Ok(DocumentReader::new(session, journal, give_back))
+            }
+            Err(error) => {
+                give_back(file);
+                Err(error.into())
+            }
+        }
+    }
+
+    /// A session to read into a new one among the autosaves.
+    fn to_copy(
+        session: Session,
+        path: &Path,
+        why: &str,
+        autosaves: &Autosaves,
+    ) -> Result<DocumentReader, RecordingError> {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let source = source_of_copy(path, &session.header.source);
+        let format = session.header.format.max(ONE_AUTHOR_FORMAT);
+        let header = Header { source, format, ..session.header.clone() };
+        let journal = Journal::unnamed(autosaves, &stem, header)?;
+        let remark = format!("{}: {why}: a copy is drawn on", path.display());
+        Ok(DocumentReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
+    }
+}
+
+/// The folder of a file that is not there, if it is missing, too.
+fn missing_folder(path: &Path) -> Option<PathBuf> {
+    let Ok(Destination::File(target)) = Destination::of(path) else { return None };
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
+    (!fs::is_folder(folder)).then(|| folder.to_owned())
+}
+
+fn is_ron(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "ron")
+}
+
+fn of_several(header: Header) -> Header {
+    Header { format: AUTHORS_FORMAT, ..header }
+}
+
+fn our_header(name: &str) -> Header {
+    let source = format!("{OURS}{}", env!("CARGO_PKG_VERSION"));
+    Header { format: ONE_AUTHOR_FORMAT, ..Header::new(name, source) }
+}
+
+/// The file of a session, with its lock.
+fn take(path: &Path) -> Result<SessionFile, OpenError> {
+    let lock = SessionLock::take(path).map_err(|reason| match reason {
+        NotTaken::Held(held) => OpenError::Held(held),
+        NotTaken::Failed(error) => OpenError::io(path, error),
+    })?;
+    SessionFile::open(path.to_owned(), lock).map_err(|(trouble, lock)| {
+        lock.release();
+        match trouble {
+            Trouble::Held(held) => OpenError::Held(held),
+            trouble => OpenError::io(path, io::Error::other(trouble.to_string())),
+        }
+    })
+}
+
+/// Why a copy is drawn on, and not the session itself.
+fn why_not_itself(session: &Session, path: &Path, lenient: bool) -> Option<&'static str> {
+    if lenient {
+        Some("its damaged pieces are left out")
+    } else if session.format != "ron" || !is_ron(path) {
+        Some("is of another format")
+    } else if !session.header.source.starts_with(OURS) {
+        Some("was not drawn with `osp sketch`")
+    } else if !may_be_written(path) {
+        Some("may not be written to")
+    } else {
+        None
+    }
+}
+
+/// Root may write everything, but respects the file's own permissions, too.
+fn may_be_written(path: &Path) -> bool {
+    let is_marked = fs::metadata(path).is_ok_and(|data| data.permissions().readonly());
+    !is_marked && fs::File::options().write(true).open(path).is_ok()
+}

@@ -1,0 +1,139 @@
+//! Writes each frame of the window as a numbered picture, for a video.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread::JoinHandle,
+};
+
+use super::{studio::Studio, subject::Subject};
+use osp_render::{Image, RenderError, ffmpeg_command};
+
+/// Frames a second that the video shows.
+const VIDEO_RATE: u32 = 30;
+/// Pictures that wait to be written; the window waits once they are more, so that none is left out.
+const WAITING: usize = 8;
+
+/// Writes pictures on a thread of its own.
+#[derive(Debug)]
+pub(super) struct FrameWriter {
+    folder: PathBuf,
+    next: u64,
+    pictures: Option<SyncSender<(PathBuf, Image)>>,
+    failed: Receiver<RenderError>,
+    writer: Option<JoinHandle<()>>,
+}
+
+impl FrameWriter {
+    /// Makes a new folder beside a path, with its name and a number.
+    pub(super) fn beside(path: &Path) -> io::Result<Self> {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut number = 1u32;
+        let folder = loop {
+            let folder = path.with_file_name(format!("{stem}-frames-{number}"));
+            match fs::create_dir(&folder) {
+                Ok(()) => break folder,
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < 10_000 => number += 1,
+                Err(error) => {
+                    return Err(io::Error::new(error.kind(), format!("{}: {error}", folder.display())));
+                }
+            }
+        };
+        let (pictures, waiting) = sync_channel::<(PathBuf, Image)>(WAITING);
+        let (tell, failed) = std::sync::mpsc::channel();
+        let writer = std::thread::spawn(move || {
+            for (path, image) in waiting {
+                if let Err(error) = image.write_png(&path) {
+                    // Nobody listens once the window is closed.
+                    let _ = tell.send(error);
+                    return;
+                }
+            }
+        });
+        Ok(Self { folder, next: 0, pictures: Some(pictures), failed, writer: Some(writer) })
+    }
+
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Takes the next frame.
+    ///
+    /// # Errors
+    /// An earlier one could not be written.
+    pub(super) fn take(&mut self, image: Image) -> Result<(), RenderError> {
+        let path = self.folder.join(format!("{:06}.png", self.next));
+        self.next += 1;
+        if let Some(pictures) = &self.pictures {
+            // A writer that is gone has said why.
+            let _ = pictures.send((path, image));
+        }
+        self.failed.try_recv().map_or(Ok(()), Err)
+    }
+
+    /// Waits until all are written; returns how many, and why not all.
+    pub(super) fn finish(&mut self) -> (u64, Option<RenderError>) {
+        self.pictures = None;
+        let _ = self.writer.take().map(JoinHandle::join);
+        (self.next, self.failed.try_recv().ok())
+    }
+}
+
+impl Drop for FrameWriter {
+    /// What was handed over is written first.
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+impl Studio {
+    /// Whether frames are being written.
+    pub fn writes_frames(&self) -> bool {
+        self.frames.is_some()
+    }
+
+    /// Begins to write each frame to a new folder beside the session, or ends it.
+    pub(super) fn toggle_frames(&mut self) {
+        if self.frames.is_some() {
+            self.end_frames(None);
+            return;
+        }
+        if cfg!(target_arch = "wasm32") {
+            self.say("a page cannot write frames".to_owned());
+            return;
+        }
+        let path = match &self.subject {
+            Subject::Sketch(document) => document.journal().path(),
+            Subject::Replay(player) => player.path(),
+        };
+        match FrameWriter::beside(path) {
+            Ok(frames) => {
+                let folder = frames.folder().display().to_string();
+                self.frames = Some(frames);
+                self.say(format!("each frame is written to {folder}; F9 ends it"));
+            }
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    /// Takes a frame, if frames are being written.
+    pub fn take_frame(&mut self, image: Image) {
+        if let Some(frames) = &mut self.frames
+            && let Err(error) = frames.take(image)
+        {
+            self.end_frames(Some(error));
+        }
+    }
+
+    fn end_frames(&mut self, why: Option<RenderError>) {
+        let Some(mut frames) = self.frames.take() else { return };
+        let (count, failed) = frames.finish();
+        if let Some(error) = why.or(failed) {
+            self.say(format!("not all frames are written: {error}"));
+            return;
+        }
+        let command = ffmpeg_command(frames.folder(), "", VIDEO_RATE);
+        self.say(format!("{count} frames are in {}; a video of them: {command}", frames.folder().display()));
+    }
+}

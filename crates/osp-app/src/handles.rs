@@ -1,0 +1,135 @@
+//! Handles around the selection: a ring that turns it, and a knob on the ring that scales it.
+
+use glam::{Quat, Vec2, Vec3};
+
+use super::{navigator::pixel_m, pointer::on_plane_through, studio::Studio, tool::ToolChoice};
+use osp::{math::rotate, view::View};
+use osp_render::{Depth, LineBatch, LineColor};
+use osp_session::recording::Motion;
+
+/// How far beside a handle a pointer still takes it, pixels.
+const REACH_PX: f32 = 9.0;
+/// Half the edge of the knob, pixels.
+const KNOB_PX: f32 = 6.0;
+/// The ring is at least so large, pixels, and at most this part of the window's height.
+const LEAST_PX: f32 = 36.0;
+const MOST_HEIGHTS: f32 = 0.42;
+/// Turns go by so many degrees while Shift is held, scales by tenths.
+const STEP_DEGREES: f32 = 15.0;
+const COLOR: LineColor = [255, 220, 90, 255];
+
+/// A handle of the selection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Handle {
+    /// The ring.
+    Turn,
+    /// The knob.
+    Scale,
+}
+
+/// The ring around the selection, across the line of sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ring {
+    pub(super) middle: Vec3,
+    right: Vec3,
+    up: Vec3,
+    radius_m: f32,
+    pixel_m: f32,
+}
+
+impl Ring {
+    fn around(middle: Vec3, half_m: f32, view: &View, height_px: f32) -> Option<Self> {
+        let distance_m = (middle - view.eye_in_world).dot(view.forward_in_world());
+        if distance_m <= view.projection.near_m {
+            return None;
+        }
+        let pixel_m = pixel_m(view, distance_m, height_px);
+        let most_m = pixel_m * height_px * MOST_HEIGHTS;
+        let radius_m = half_m.max(LEAST_PX * pixel_m).min(most_m);
+        let q = view.world_from_view;
+        Some(Self { middle, right: rotate(q, Vec3::X), up: rotate(q, Vec3::Y), radius_m, pixel_m })
+    }
+
+    fn knob(&self) -> Vec3 {
+        self.middle + (self.right + self.up) * (self.radius_m * std::f32::consts::FRAC_1_SQRT_2)
+    }
+
+    fn handle_at(&self, p: Vec3) -> Option<Handle> {
+        let reach_m = REACH_PX * self.pixel_m;
+        if p.distance(self.knob()) <= reach_m {
+            return Some(Handle::Scale);
+        }
+        ((p.distance(self.middle) - self.radius_m).abs() <= reach_m).then_some(Handle::Turn)
+    }
+
+    fn draw(&self, out: &mut LineBatch) {
+        const CORNERS: usize = 64;
+        let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
+            let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
+            self.middle + (self.right * angle.cos() + self.up * angle.sin()) * self.radius_m
+        });
+        out.outline(&corners, COLOR, Depth::Through);
+        let (knob, half_m) = (self.knob(), KNOB_PX * self.pixel_m);
+        let (x, y) = (self.right * half_m, self.up * half_m);
+        let square = [knob - x - y, knob + x - y, knob + x + y, knob - x + y];
+        out.outline(&square, COLOR, Depth::Through);
+        out.outline(&square.map(|p| knob.lerp(p, 0.5)), COLOR, Depth::Through);
+    }
+}
+
+/// What dragging a handle from one point of the ring's plane to another does.
+pub(super) fn dragged(handle: Handle, ring: &Ring, from: Vec3, to: Vec3, in_steps: bool) -> Motion {
+    let (before, after) = (from - ring.middle, to - ring.middle);
+    match handle {
+        Handle::Turn => {
+            let axis = ring.right.cross(ring.up);
+            let mut angle = before.cross(after).dot(axis).atan2(before.dot(after));
+            if in_steps {
+                let step = STEP_DEGREES.to_radians();
+                angle = (angle / step).round() * step;
+            }
+            Motion::about(ring.middle, Quat::from_axis_angle(axis.normalize(), angle), 1.0)
+        }
+        Handle::Scale => {
+            let mut scale = (after.length() / before.length().max(f32::MIN_POSITIVE)).clamp(0.01, 100.0);
+            if in_steps {
+                scale = (scale * 10.0).round().max(1.0) / 10.0;
+            }
+            Motion::about(ring.middle, Quat::IDENTITY, scale)
+        }
+    }
+}
+
+impl Studio {
+    /// The ring around the selection, while it can be taken.
+    fn ring(&self, view: &View, height_px: f32) -> Option<Ring> {
+        if self.tool != ToolChoice::Select || !self.can_draw() {
+            return None;
+        }
+        let bounds = self.shown_bounds.filter(|bounds| !bounds.is_empty())?;
+        Ring::around(bounds.center(), bounds.extent().length() * 0.5, view, height_px)
+    }
+
+    /// The handle under a point of the window, and that point on the plane of the ring.
+    pub(super) fn handle_under(&self, at: Vec2, size_px: Vec2) -> Option<(Handle, Ring, Vec3)> {
+        let (view, on_screen) = self.view_at(at, size_px.x / size_px.y.max(1.0))?;
+        let ring = self.ring(&view, size_px.y)?;
+        let p = on_plane_through(&view, on_screen, ring.middle);
+        Some((ring.handle_at(p)?, ring, p))
+    }
+
+    /// Draws the handles; not while the selection is dragged.
+    pub(super) fn draw_handles(&mut self, view: &View, height_px: f32) {
+        let is_stale = self.bounds_of.as_ref() != Some(&self.selection) || !self.changes.is_empty();
+        if is_stale {
+            self.shown_bounds = Some(self.selection_bounds());
+            self.bounds_of = Some(self.selection.clone());
+        }
+        if self.gestures.is_dragging() {
+            return;
+        }
+        if let Some(ring) = self.ring(view, height_px) {
+            ring.draw(&mut self.lines);
+        }
+    }
+}

@@ -1,0 +1,566 @@
+//! Writes a session to its file while it is drawn.
+//!
+//! ```text
+//! event ──> History (its whole text, in memory) ──> SessionFile (at the place that was chosen)
+//!                                               └─> SessionFile (a shelter among the autosaves, while the first fails)
+//! ```
+
+mod autosaves;
+mod calendar;
+mod contents;
+mod history;
+mod lock;
+mod session_file;
+
+use std::{
+    collections::BTreeSet,
+    mem::discriminant,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use thiserror::Error;
+
+use history::History;
+use osp_session::{
+    platform::time::Instant,
+    recording::{Event, EventSource, Header, RecordingError, StrokeId},
+};
+
+pub use autosaves::{Autosave, Autosaves};
+pub(super) use autosaves::{OURS, source_of_copy};
+pub(super) use history::Lines;
+pub use lock::OpenElsewhere;
+pub(super) use lock::{NotTaken, SessionLock};
+pub(super) use session_file::SessionFile;
+pub use session_file::Trouble;
+
+/// How long to wait before a failed file is tried again.
+const RETRY: Duration = Duration::from_secs(3);
+
+/// Saves a session that is being drawn: every event is written to its file, as a line of its own, before the next one
+/// comes.
+///
+/// Only one program at a time writes the file. When another removes, replaces or changes it, or the disk is full, the file is
+/// left alone: the whole session is in memory and is written to an autosave file (the shelter) until the
+/// file is restored or another path is chosen.
+#[derive(Debug)]
+pub struct Journal {
+    history: History,
+    /// None: the session is read-only.
+    file: Option<SessionFile>,
+    path: PathBuf,
+    is_named: bool,
+    /// Events that the session had when it was opened, or saved under a name.
+    first_events: u64,
+    /// Whether there have been events since.
+    is_changed: bool,
+    /// The file that the session was opened from is gone: its events are only here.
+    has_lost_origin: bool,
+    trouble: Option<Trouble>,
+    tried_at: Instant,
+    shelter: Option<SessionFile>,
+    shelter_failed_at: Option<Instant>,
+    autosaves: Autosaves,
+    news: Vec<String>,
+}
+
+/// Events of a session that could not be written to its file.
+#[derive(Debug, Error)]
+#[error("{}: {trouble}; {}", path.display(), rest(*missing, kept_in.as_deref()))]
+pub struct Unwritten {
+    /// The session's file.
+    pub path: PathBuf,
+    /// Why it cannot be written.
+    pub trouble: Box<Trouble>,
+    /// Events that are in memory only.
+    pub missing: u64,
+    /// A file that holds the whole session.
+    pub kept_in: Option<PathBuf>,
+}
+
+fn rest(missing: u64, kept_in: Option<&Path>) -> String {
+    match kept_in {
+        Some(path) => {
+            format!("the whole session is in {}, and the next `osp sketch` brings it back", path.display())
+        }
+        None => format!("{missing} events are in no file"),
+    }
+}
+
+/// Why a session was not saved at a place.
+#[derive(Debug, Error)]
+pub enum SaveError {
+    /// A session that can go on has another name.
+    #[error("{}: expected a name that ends in .ron", .0.display())]
+    Name(PathBuf),
+    /// Another window has the session that is there.
+    #[error(transparent)]
+    Held(OpenElsewhere),
+    /// The file cannot be written.
+    #[error("{}: {cause}", path.display())]
+    Failed {
+        /// The file.
+        path: PathBuf,
+        /// Why it cannot be written.
+        cause: Trouble,
+    },
+}
+
+impl Journal {
+    fn new(
+        file: Option<SessionFile>,
+        path: PathBuf,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self {
+            history: History::new(header)?,
+            file,
+            path,
+            is_named: true,
+            first_events: 0,
+            is_changed: false,
+            has_lost_origin: false,
+            trouble: None,
+            tried_at: Instant::now(),
+            shelter: None,
+            shelter_failed_at: None,
+            autosaves: autosaves.clone(),
+            news: Vec::new(),
+        })
+    }
+
+    /// The journal of a session without a name. Its file is made with the first event.
+    ///
+    /// # Errors
+    /// The header holds a number that no recording may hold.
+    pub fn unnamed(autosaves: &Autosaves, stem: &str, header: Header) -> Result<Self, RecordingError> {
+        let file = autosaves.new_file(stem);
+        let path = file.path().to_owned();
+        Ok(Self { is_named: false, ..Self::new(Some(file), path, header, autosaves)? })
+    }
+
+    /// The journal of a session under a path that a person chose.
+    pub(super) fn named(
+        file: SessionFile,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        let path = file.path().to_owned();
+        Self::new(Some(file), path, header, autosaves)
+    }
+
+    /// The journal of a read-only session.
+    pub(super) fn of_reader(
+        path: &Path,
+        header: Header,
+        autosaves: &Autosaves,
+    ) -> Result<Self, RecordingError> {
+        Self::new(None, path.to_owned(), header, autosaves)
+    }
+
+    /// Adds events that were read from the session's file.
+    ///
+    /// # Errors
+    /// No recording can hold one of them.
+    pub(super) fn note(&mut self, lines: &Lines) -> Result<(), RecordingError> {
+        self.history.push_read(lines)
+    }
+
+    /// The events so far are those that the session had when it was opened; its file holds them, if it has
+    /// one already.
+    pub(super) fn start(&mut self) -> Result<(), RecordingError> {
+        self.first_events = self.history.events();
+        match &mut self.file {
+            Some(file) => file.follow_from_here(&self.history),
+            None => Ok(()),
+        }
+    }
+
+    /// Closes the file without a message.
+    pub(super) fn give_back(self, how: fn(SessionFile)) {
+        if let Some(file) = self.file {
+            how(file);
+        }
+    }
+
+    /// Whether the session has no name yet.
+    pub(super) fn forget_name(&mut self) {
+        self.is_named = false;
+    }
+
+    /// The session's file; of a read-only session, the one that was read.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The session's header.
+    pub fn header(&self) -> &Header {
+        self.history.header()
+    }
+
+    /// Whether the session has a place that a person chose.
+    pub fn is_named(&self) -> bool {
+        self.is_named
+    }
+
+    /// Whether the session is read-only.
+    pub fn is_read_only(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Whether something was drawn since the session was opened, or saved under a name.
+    pub fn is_changed(&self) -> bool {
+        self.is_changed
+    }
+
+    /// Events since the session was opened, or saved under a name.
+    pub fn new_events(&self) -> u64 {
+        if self.is_changed { self.history.events() - self.first_events } else { 0 }
+    }
+
+    /// Why the file cannot be written; `None` if it can.
+    pub fn trouble(&self) -> Option<&Trouble> {
+        self.trouble.as_ref()
+    }
+
+    /// The autosave file that holds the whole session while its own file cannot be written.
+    pub fn shelter(&self) -> Option<&Path> {
+        let shelter = self.shelter.as_ref().filter(|_| self.trouble.is_some())?;
+        (shelter.missing(&self.history) == 0).then(|| shelter.path())
+    }
+
+    /// Events that are in no file.
+    pub fn missing(&self) -> u64 {
+        let Some(trouble) = &self.trouble else { return 0 };
+        let file = self.file.as_ref().filter(|_| !trouble.is_lost());
+        let of = |file: &SessionFile| file.missing(&self.history);
+        let least = file.map(of).into_iter().chain(self.shelter.as_ref().map(of)).min();
+        least.unwrap_or_else(|| self.history.events())
+    }
+
+    /// Whether what was written is on the disk, too, and not only with the system.
+    pub fn is_synced(&self) -> bool {
+        self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
+    }
+
+    /// A message with the path of the drawing, if that is an autosave file, whose name nobody has chosen. `None` for an autosave
+    /// file that was opened by its name and not changed.
+    pub(super) fn place_of_edits(&self) -> Option<String> {
+        let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
+        let is_news = self.is_changed || !self.is_named;
+        let is_there = is_made && is_news && self.autosaves.has(&self.path);
+        let what = match autosaves::name_of_origin(self.header()) {
+            Some(name) => format!("the edits of {name} are"),
+            None => "the drawing without a name is".to_owned(),
+        };
+        is_there.then(|| format!("{what} in {}", self.path.display()))
+    }
+
+    /// Messages since the last call.
+    pub(super) fn take_news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Whether an address leads to the session's file.
+    pub(super) fn is_at(&self, path: &Path) -> bool {
+        self.file.as_ref().is_some_and(|file| file.is_at(path))
+    }
+
+    /// Writes an event, now or, if the file fails, later.
+    ///
+    /// # Errors
+    /// No recording can hold the event; it is left out.
+    pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.history.push(event)?;
+        self.write_pending();
+        Ok(())
+    }
+
+    /// Adds an event that the next call of [`Journal::write_pending`] writes, together with others.
+    ///
+    /// # Errors
+    /// No recording can hold the event; it is left out.
+    pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.history.push(event)
+    }
+
+    /// The events that made these strokes, in their order.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> std::io::Result<Vec<Event>> {
+        self.history.events_of(strokes)
+    }
+
+    /// Writes what was added, now or, if the file fails, later.
+    pub(super) fn write_pending(&mut self) {
+        self.is_changed = true;
+        match &self.trouble {
+            None => self.catch_up(Instant::now()),
+            Some(_) => self.take_shelter(Instant::now()),
+        }
+    }
+
+    /// To be called from time to time, whether somebody draws or not: checks the file, flushes it to the
+    /// disk at pauses, and tries again to write a file that failed.
+    pub fn tend(&mut self, now: Instant) {
+        let Some(file) = &mut self.file else { return };
+        if self.trouble.is_none() {
+            if let Err(trouble) = file.check().and_then(|()| file.sync_at_pauses(now)) {
+                self.meet(trouble, now);
+            }
+            return;
+        }
+        if now.saturating_duration_since(self.tried_at) >= RETRY {
+            self.catch_up(now);
+        }
+        if let Some(shelter) = &mut self.shelter
+            && shelter.sync_at_pauses(now).is_err()
+        {
+            self.shelter_failed_at = Some(now);
+        }
+    }
+
+    /// Tries a failed file again at once.
+    pub fn retry(&mut self) {
+        self.catch_up(Instant::now());
+    }
+
+    fn catch_up(&mut self, now: Instant) {
+        let Some(file) = &mut self.file else { return };
+        // A read-only session is not written, not even the ends of strokes that a crash left open.
+        let outcome = if self.is_changed { file.catch_up(&self.history) } else { file.check() };
+        match outcome {
+            Ok(()) => self.leave_shelter(),
+            Err(trouble) => self.meet(trouble, now),
+        }
+    }
+
+    /// The file holds everything: the shelter is removed once the file is flushed to the disk.
+    fn leave_shelter(&mut self) {
+        if self.trouble.is_none() {
+            return;
+        }
+        if let Some(Err(trouble)) = self.file.as_mut().map(SessionFile::sync) {
+            self.trouble = Some(trouble);
+            return;
+        }
+        self.trouble = None;
+        self.news.push(format!("{}: everything is in it again", self.path.display()));
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
+    }
+
+    fn meet(&mut self, trouble: Trouble, now: Instant) {
+        self.tried_at = now;
+        let is_new = self.trouble.as_ref().is_none_or(|old| discriminant(old) != discriminant(&trouble));
+        if is_new {
+            self.news.push(format!("{}: {trouble}", self.path.display()));
+        }
+        self.trouble = Some(trouble);
+        self.take_shelter(now);
+    }
+
+    /// Writes the session among the autosaves while its own file fails.
+    fn take_shelter(&mut self, now: Instant) {
+        let Some(trouble) = &self.trouble else { return };
+        let is_on_the_same_disk = self.path.parent() == Some(self.autosaves.folder());
+        if !trouble.is_lost() && is_on_the_same_disk {
+            return;
+        }
+        if self.shelter_failed_at.is_some_and(|at| now.saturating_duration_since(at) < RETRY) {
+            return;
+        }
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+        let shelter = self.shelter.get_or_insert_with(|| self.autosaves.new_file(&stem));
+        match shelter.catch_up(&self.history) {
+            Ok(()) if !self.is_named => self.stay_in_shelter(),
+            Ok(()) => self.shelter_failed_at = None,
+            Err(trouble) => {
+                self.shelter_failed_at = Some(now);
+                if trouble.is_lost() {
+                    self.shelter = None;
+                }
+            }
+        }
+    }
+
+    /// No person chose the path that was lost: another autosave file takes its place.
+    fn stay_in_shelter(&mut self) {
+        let Some(shelter) = self.shelter.take() else { return };
+        self.path = shelter.path().to_owned();
+        self.news.push(format!("the session goes on in {}", self.path.display()));
+        if let Some(lost) = self.file.replace(shelter) {
+            lost.release();
+        }
+        (self.trouble, self.shelter_failed_at) = (None, None);
+        self.has_lost_origin = true;
+    }
+
+    /// Writes the whole session to `to` and continues in that file. An existing file is replaced.
+    ///
+    /// # Errors
+    /// The file cannot be written, or its name does not end in `.ron`; the session continues in its old file.
+    pub fn save_as(&mut self, to: &Path) -> Result<(), SaveError> {
+        if to.extension().is_none_or(|ending| ending != "ron") {
+            return Err(SaveError::Name(to.to_owned()));
+        }
+        let failed = |cause| SaveError::Failed { path: to.to_owned(), cause };
+        let is_own = self.is_at(to);
+        if is_own {
+            self.catch_up(Instant::now());
+            if self.trouble.is_none() && self.file.as_ref().is_some_and(SessionFile::is_made) {
+                self.call_it(to);
+                return Ok(());
+            }
+        }
+        let own_lock = self.file.as_mut().filter(|_| is_own).and_then(SessionFile::take_lock);
+        let lock = match own_lock.map_or_else(|| SessionLock::take(to), Ok) {
+            Ok(lock) => lock,
+            Err(NotTaken::Held(held)) => return Err(SaveError::Held(held)),
+            Err(NotTaken::Failed(error)) => return Err(failed(Trouble::CannotWrite(error.to_string()))),
+        };
+        let saved = SessionFile::replace(to, lock, &self.history).and_then(|mut file| match file.sync() {
+            Ok(()) => Ok(file),
+            Err(trouble) => {
+                file.release();
+                Err(trouble)
+            }
+        });
+        let file = match saved {
+            Ok(file) => file,
+            Err(trouble) => {
+                if let Some(file) = self.file.as_mut().filter(|_| is_own) {
+                    file.put_lock(SessionLock::take(to).ok());
+                }
+                return Err(failed(trouble));
+            }
+        };
+        if let Some(old) = self.file.replace(file) {
+            // No person chose the old path, and the new file holds everything.
+            if self.is_named || is_own { old.release() } else { old.remove() }
+        }
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
+        self.call_it(to);
+        Ok(())
+    }
+
+    /// The session was saved under a name: only later events count as unsaved.
+    fn call_it(&mut self, to: &Path) {
+        self.path = to.to_owned();
+        (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
+        self.first_events = self.history.events();
+        (self.trouble, self.shelter_failed_at) = (None, None);
+    }
+
+    /// Takes the session and its file back to when it was opened or saved under a name. Returns its events.
+    ///
+    /// # Errors
+    /// There is no memory for them; nothing has changed.
+    pub(super) fn discard(&mut self) -> Result<Vec<Event>, RecordingError> {
+        let mut history = History::new(self.history.header().clone())?;
+        let mut events = Vec::new();
+        let mut reader = self.history.read()?;
+        while history.events() < self.first_events
+            && let Some(event) = reader.next_event()?
+        {
+            // In the same words, so that the history is as long as what the file holds of it.
+            let mut read = Lines::default();
+            read.push(event.clone(), reader.line());
+            history.push_read(&read)?;
+            events.push(event);
+        }
+        self.history = history;
+        self.is_changed = false;
+        if let Some(shelter) = self.shelter.take() {
+            shelter.remove();
+        }
+        let now = Instant::now();
+        match self.file.as_mut().map(SessionFile::revert) {
+            Some(Err(trouble)) if self.history.events() > 0 => self.meet(trouble, now),
+            Some(Err(trouble)) => self.trouble = Some(trouble),
+            Some(Ok(())) | None => self.trouble = None,
+        }
+        if self.has_lost_origin && self.history.events() > 0 {
+            self.is_changed = true;
+            self.catch_up(now);
+        }
+        Ok(events)
+    }
+
+    /// Writes everything to the file and flushes it to the disk.
+    ///
+    /// # Errors
+    /// A part of the session could not be written.
+    pub fn settle(&mut self) -> Result<(), Unwritten> {
+        let now = Instant::now();
+        if self.history.events() > 0 || self.is_changed {
+            self.catch_up(now);
+            if self.trouble.is_none()
+                && let Some(file) = &mut self.file
+                && let Err(trouble) = file.check_all().and_then(|()| file.sync())
+            {
+                self.meet(trouble, now);
+            }
+        } else {
+            self.trouble = None;
+        }
+        let Some(trouble) = self.trouble.clone() else { return Ok(()) };
+        if let Some(Err(_)) = self.shelter.as_mut().map(SessionFile::sync) {
+            self.shelter_failed_at = Some(now);
+        }
+        let kept_in = self.shelter().map(Path::to_owned);
+        Err(Unwritten {
+            path: self.path.clone(),
+            trouble: Box::new(trouble),
+            missing: self.missing(),
+            kept_in,
+        })
+    }
+
+    /// Ends the session on purpose. A session that stays marked as open was left by a crash or could not be written.
+    ///
+    /// # Errors
+    /// A part of the session could not be written.
+    pub fn close(mut self) -> Result<(), Unwritten> {
+        let settled = self.settle();
+        if let Some(shelter) = self.shelter.take() {
+            shelter.leave();
+        }
+        if let Some(file) = self.file.take() {
+            match &settled {
+                Err(_) if !self.is_named => file.leave(),
+                // Nobody finds an unnamed file on a page: the next visit brings it back.
+                Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && file.is_made() => file.leave(),
+                _ => file.release(),
+            }
+        }
+        settled
+    }
+}
+
+#[cfg(feature = "live")]
+impl Journal {
+    /// Removes the session's file: what it holds is elsewhere.
+    pub(super) fn remove(self) {
+        self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
+    }
+
+    /// Ends the session, which stays marked as open: the next `osp sketch` brings it back.
+    ///
+    /// # Errors
+    /// A part of the session could not be written.
+    pub(super) fn leave_open(mut self) -> Result<(), Unwritten> {
+        let settled = self.settle();
+        self.file.into_iter().chain(self.shelter).for_each(SessionFile::leave);
+        settled
+    }
+}
+
+#[cfg(test)]
+mod tests;

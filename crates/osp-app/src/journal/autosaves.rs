@@ -1,0 +1,273 @@
+use std::{
+    fmt,
+    io::{BufReader, Read},
+    path::{Path, PathBuf},
+    time::SystemTime,
+};
+
+use super::{
+    calendar::Moment,
+    lock::{NotTaken, SessionLock, true_path},
+    session_file::SessionFile,
+};
+use osp_session::{
+    platform::{self, fs, user_folder},
+    recording::{Header, OpenOptions, RonReader},
+    small_file::open_regular,
+};
+
+/// Bytes of another session's name that the name of a copy begins with.
+const MOST_STEM_BYTES: usize = 100;
+
+/// Longest first line of an autosave file that is read to know where its session comes from.
+const MOST_HEADER_BYTES: u64 = 1 << 16;
+/// How the source in the header of a session begins if osp drew it.
+pub(crate) const OURS: &str = "osp sketch ";
+/// Precedes the path of the original session in the source of a copy.
+const FROM: &str = ", from ";
+
+/// The source of a copy of a session.
+pub(crate) fn source_of_copy(session: &Path, source: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    format!("{OURS}{version}{FROM}{}: {source}", true_path(session).display())
+}
+
+/// The origin in the source of a copy: the path of the original session and its source.
+fn origin(header: &Header) -> Option<&str> {
+    header.source.strip_prefix(OURS)?.split_once(FROM).map(|(_, origin)| origin)
+}
+
+/// The name of the original session of a copy.
+pub(super) fn name_of_origin(header: &Header) -> Option<String> {
+    let (path, _) = origin(header)?.split_once(": ")?;
+    Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned())
+}
+
+/// An autosave file that is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Autosave {
+    path: PathBuf,
+    /// The sketch that its session comes from.
+    of: String,
+    changed: SystemTime,
+}
+
+impl Autosave {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The sketch that its session comes from: the name of a file, or the beginning of its own name.
+    pub fn of(&self) -> &str {
+        &self.of
+    }
+
+    /// When it was written last, for people.
+    pub fn time(&self) -> String {
+        Moment::of(self.changed).for_people()
+    }
+}
+
+impl fmt::Display for Autosave {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.of, self.time())
+    }
+}
+
+/// Autosave files: sessions without a name, in a folder of their own.
+#[derive(Clone, Debug)]
+pub struct Autosaves {
+    folder: PathBuf,
+}
+
+impl Autosaves {
+    /// The folder; `None` is the user's own data folder.
+    pub fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder: folder.unwrap_or_else(default_folder) }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// A new file with an unused name. It is made with the first event.
+    pub(super) fn new_file(&self, stem: &str) -> SessionFile {
+        // Without a folder the lock cannot be taken; the file says why when the first event comes.
+        let _ = fs::create_dir_all(&self.folder);
+        let stamp = Moment::now().for_file_name();
+        let stem = shortened(stem);
+        for number in 1..1000 {
+            let name = if number == 1 {
+                format!("{stem}-{stamp}.ron")
+            } else {
+                format!("{stem}-{stamp}-{number}.ron")
+            };
+            let path = self.folder.join(name);
+            if fs::is_there(&path) || fs::is_there(&SessionLock::mark_of(&path)) {
+                continue;
+            }
+            match SessionLock::take(&path) {
+                // Another window may have had it, drawn and gone in the meantime.
+                Ok(lock) if fs::is_there(&path) => lock.leave(),
+                Ok(lock) => return SessionFile::new(path, Some(lock)),
+                Err(NotTaken::Held(_)) => {}
+                Err(NotTaken::Failed(_)) => break,
+            }
+        }
+        SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", platform::process_id())), None)
+    }
+
+    /// Whether a file is one of them, by its folder and its name.
+    pub(crate) fn has(&self, path: &Path) -> bool {
+        name_without_time(path).is_some()
+            && true_path(path).parent().is_some_and(|folder| folder == true_path(&self.folder))
+    }
+
+    /// All that are regular files with something in them, the one that was written last first, with their names without time.
+    fn files(&self) -> Vec<Autosave> {
+        let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
+        let found = entries.flatten().filter_map(|entry| {
+            let path = entry.path();
+            let data = fs::metadata(&path).ok().filter(|data| data.is_file() && data.len() > 0)?;
+            let of = name_without_time(&path)?;
+            Some(Autosave { path, of, changed: data.modified().unwrap_or(SystemTime::UNIX_EPOCH) })
+        });
+        let mut found: Vec<Autosave> = found.collect();
+        found.sort_unstable_by(|a, b| (b.changed, &b.path).cmp(&(a.changed, &a.path)));
+        found
+    }
+
+    /// Those that were written last, the last one first, at most so many. One whose beginning cannot be read has the name of its
+    /// file.
+    pub fn last(&self, most: usize) -> Vec<Autosave> {
+        let mut found = self.files();
+        found.truncate(most);
+        for autosave in &mut found {
+            let header = read_header(&autosave.path);
+            if let Some(name) = header.as_ref().and_then(name_of_origin) {
+                autosave.of = name;
+            }
+        }
+        found
+    }
+
+    /// The edits of a copy of this session that were written last.
+    pub(crate) fn edits_of(&self, session: &Path) -> Option<Autosave> {
+        let stem = session.file_stem().unwrap_or_default().to_string_lossy();
+        let from = format!("{}: ", true_path(session).display());
+        let mut found = self.files().into_iter().filter(|autosave| autosave.of == shortened(&stem));
+        let edits = found.find(|autosave| {
+            let header = read_header(&autosave.path);
+            header.is_some_and(|header| origin(&header).is_some_and(|origin| origin.starts_with(&from)))
+        })?;
+        let of = session.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Some(Autosave { of, ..edits })
+    }
+
+    /// The sessions that were left open, the newest first: by programs that are gone, or that live and have them.
+    pub(crate) fn marked(&self) -> Vec<PathBuf> {
+        let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
+        let mut found: Vec<(SystemTime, PathBuf)> = Vec::new();
+        for mark in entries.flatten().map(|entry| entry.path()) {
+            if mark.extension().is_none_or(|ending| ending != "open") {
+                continue;
+            }
+            let session = mark.with_extension("");
+            match fs::metadata(&session) {
+                Ok(data) if data.len() > 0 => {
+                    found.push((data.modified().unwrap_or(SystemTime::UNIX_EPOCH), session));
+                }
+                // Nothing was drawn, so there is only the mark. It is removed if its program has ended.
+                _ => {
+                    if let Some(lock) = SessionLock::take_over(&session) {
+                        release_if_empty(lock, &session);
+                    }
+                }
+            }
+        }
+        found.sort_unstable_by(|a, b| b.cmp(a));
+        found.into_iter().map(|(_, session)| session).collect()
+    }
+}
+
+/// Its program may have drawn its first stroke and died since we looked.
+fn release_if_empty(lock: SessionLock, session: &Path) {
+    match fs::metadata(session) {
+        Ok(data) if data.len() > 0 => lock.leave(),
+        _ => lock.release(),
+    }
+}
+
+/// The beginning of a name, so that with the time behind it and a mark's ending it is not too long for any disk.
+fn shortened(stem: &str) -> &str {
+    &stem[..stem.floor_char_boundary(MOST_STEM_BYTES)]
+}
+
+/// The name of an autosave file without its time, number and ending.
+fn name_without_time(path: &Path) -> Option<String> {
+    let is_ron = path.extension().is_some_and(|ending| ending == "ron");
+    let name = path.file_stem().filter(|_| is_ron)?.to_string_lossy();
+    unstamped(&name).map(str::to_owned)
+}
+
+/// The name of an autosave file without its time and number.
+fn unstamped(name: &str) -> Option<&str> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let without_time = |name: &str| {
+        let at = name.len().checked_sub("-20260131-235959".len())?;
+        let mut parts = name.get(at..)?.split('-').skip(1);
+        let is_time = parts.all(is_number) && name.as_bytes()[at] == b'-' && name.as_bytes()[at + 9] == b'-';
+        is_time.then_some(at)
+    };
+    let of_numbered = || {
+        let (name, number) = name.rsplit_once('-')?;
+        if is_number(number) { without_time(name) } else { None }
+    };
+    without_time(name).or_else(of_numbered).map(|at| &name[..at])
+}
+
+/// The header of a session, if its file begins with one.
+fn read_header(path: &Path) -> Option<Header> {
+    let file = open_regular(path).ok()?.take(MOST_HEADER_BYTES);
+    let reader = RonReader::new(BufReader::new(file), path, OpenOptions::default()).ok()?;
+    Some(reader.header().clone())
+}
+
+fn default_folder() -> PathBuf {
+    user_folder("XDG_DATA_HOME", ".local/share/osp").join("sketches")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_name_of_an_autosave_has_a_time_and_perhaps_a_number() {
+        let name = |name| unstamped(name);
+        assert_eq!(name("sketch-20261124-172500"), Some("sketch"));
+        assert_eq!(name("a-b 1-20261124-172500-2"), Some("a-b 1"));
+        assert_eq!(name("-20261124-172500"), Some(""));
+        assert_eq!(name("\u{e4}-20261124-172500-31337"), Some("\u{e4}"));
+        let others = [
+            "",
+            "mine",
+            "20261124-172500",
+            "a-20261124_172500",
+            "a-2026112-1725000",
+            "a-20261124-17250x",
+            "a-20261124-172500-",
+            "a-20261124-172500-x",
+            "\u{20ac}\u{20ac}\u{20ac}\u{20ac}\u{20ac}\u{20ac}",
+        ];
+        assert_eq!(others.map(name), [None; 9]);
+        let folder = tempfile::tempdir().expect("a folder");
+        let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+        let file = autosaves.new_file("a.b");
+        assert!(autosaves.has(file.path()));
+        assert!(!autosaves.has(&folder.path().join("mine.ron")));
+        assert!(!autosaves.has(&folder.path().join("in/a-20261124-172500.ron")));
+        file.release();
+    }
+}

@@ -1,0 +1,419 @@
+use std::{
+    borrow::Cow,
+    collections::{BTreeSet, HashMap},
+    io::{self, BufRead, Read, Write},
+};
+
+use osp_session::{
+    platform::zstd,
+    recording::{
+        Event, Flush, Header, OpenOptions, RecordingError, RonReader, RonWriter, StrokeId, read_event,
+    },
+};
+
+/// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
+const BLOCK_BYTES: usize = 1 << 16;
+/// Longest line that is kept in the words of its file, bytes.
+const KEPT_LINE_BYTES: usize = 512;
+/// The fastest of those that compress a session to less than half.
+const COMPRESSION_LEVEL: i32 = 1;
+
+/// The lines of all of a session's events in memory, the same as in its file. If the file is lost or damaged, the session can
+/// be written again from it.
+#[derive(Debug)]
+pub(super) struct History {
+    lines: RonWriter<Text>,
+    header: Header,
+    /// The bytes from the first line of a stroke to the end of its last one.
+    strokes: HashMap<StrokeId, (u64, u64)>,
+}
+
+impl History {
+    /// The history of an empty session.
+    ///
+    /// # Errors
+    /// The header holds a number that no recording may hold.
+    pub(super) fn new(header: Header) -> Result<Self, RecordingError> {
+        let lines = RonWriter::new(Text::default(), "the session", &header, Flush::EachEvent)?;
+        Ok(Self { lines, header, strokes: HashMap::new() })
+    }
+
+    /// The session's header.
+    pub(super) fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Appends an event.
+    ///
+    /// # Errors
+    /// No recording can hold it; the history is as it was.
+    pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+        self.append(event, |lines| lines.write(event))
+    }
+
+    /// Appends events that were read, in the words of their file where it has any.
+    ///
+    /// # Errors
+    /// No recording can hold one of them; those before it were appended.
+    pub(super) fn push_read(&mut self, lines: &Lines) -> Result<(), RecordingError> {
+        let mut start = 0;
+        for (event, &end) in lines.events.iter().zip(&lines.ends) {
+            match &lines.text[start..end] {
+                "" => self.push(event)?,
+                line => self.append(event, |lines| lines.write_line(line))?,
+            }
+            start = end;
+        }
+        Ok(())
+    }
+
+    fn append(
+        &mut self,
+        event: &Event,
+        write: impl FnOnce(&mut RonWriter<Text>) -> Result<(), RecordingError>,
+    ) -> Result<(), RecordingError> {
+        let start = self.bytes();
+        write(&mut self.lines)?;
+        let end = self.bytes();
+        match event {
+            Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
+                self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
+            }
+            // Those of strokes that never began, as damaged files have them by the million, take no memory.
+            Event::Point { stroke, .. } | Event::End { stroke, .. } => {
+                if let Some(lines) = self.strokes.get_mut(stroke) {
+                    lines.1 = end;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The events that made these strokes, in their order. Unpacks the parts of the text that they lie in.
+    ///
+    /// # Errors
+    /// There is no memory for a block.
+    pub(super) fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
+        let mut ranges: Vec<(u64, u64)> =
+            strokes.iter().filter_map(|stroke| self.strokes.get(stroke)).copied().collect();
+        ranges.sort_unstable();
+        // Those in the same block are read together: it is unpacked once.
+        ranges.dedup_by(|next, last| {
+            let is_near = next.0 <= last.1 + BLOCK_BYTES as u64;
+            if is_near {
+                last.1 = last.1.max(next.1);
+            }
+            is_near
+        });
+        let mut events = Vec::new();
+        let mut line = String::new();
+        for (start, end) in ranges {
+            let mut reader = TextReader { pieces: self.pieces(start), piece: Cow::Borrowed(&[]), read: 0 };
+            let mut at = start;
+            while at < end {
+                line.clear();
+                let count = reader.read_line(&mut line)?;
+                if count == 0 {
+                    break;
+                }
+                at += count as u64;
+                let event = read_event(&line);
+                events.extend(event.filter(|event| match event {
+                    Event::Begin { stroke, .. }
+                    | Event::Point { stroke, .. }
+                    | Event::End { stroke, .. }
+                    | Event::Polygon { stroke: Some(stroke), .. } => strokes.contains(stroke),
+                    _ => false,
+                }));
+            }
+        }
+        Ok(events)
+    }
+
+    /// Bytes of the text.
+    pub(super) fn bytes(&self) -> u64 {
+        let text = self.lines.get_ref();
+        text.sealed_bytes + text.open.len() as u64
+    }
+
+    /// Events.
+    pub(super) fn events(&self) -> u64 {
+        self.lines.lines() - 1
+    }
+
+    /// The text from a byte on, in pieces of whole lines if a line begins at that byte.
+    pub(super) fn pieces(&self, from: u64) -> Pieces<'_> {
+        let text = self.lines.get_ref();
+        let next = text.blocks.partition_point(|block| block.end <= from);
+        Pieces { text, next, from }
+    }
+
+    /// Writes the whole text.
+    ///
+    /// # Errors
+    /// The output fails.
+    pub(super) fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.pieces(0).try_for_each(|piece| out.write_all(&piece?))
+    }
+
+    /// The events, as a reader of the file would read them.
+    ///
+    /// # Errors
+    /// There is no memory for a block.
+    pub(super) fn read(&self) -> Result<RonReader<TextReader<'_>>, RecordingError> {
+        let reader = TextReader { pieces: self.pieces(0), piece: Cow::Borrowed(&[]), read: 0 };
+        RonReader::new(reader, "the session", OpenOptions::default())
+    }
+}
+
+/// Events that were read from a file, and their lines if it has lines.
+#[derive(Debug, Default)]
+pub(crate) struct Lines {
+    events: Vec<Event>,
+    text: String,
+    /// Where each event's line ends in the text; one without a line takes no bytes of it.
+    ends: Vec<usize>,
+    /// Bytes of the lines that were read.
+    bytes: usize,
+}
+
+impl Lines {
+    /// Adds an event, and the line that it was read from. A line that is longer than most is written anew: it may hold nothing
+    /// but a remark, which no limit counts.
+    pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
+        self.events.push(event);
+        self.bytes += line.map_or(0, str::len);
+        self.text.push_str(line.filter(|line| line.len() <= KEPT_LINE_BYTES).unwrap_or_default());
+        self.ends.push(self.text.len());
+    }
+
+    /// Bytes of the lines that were read.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// The events.
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.events
+    }
+}
+
+/// Lines in blocks, all but the last of them compressed.
+#[derive(Debug, Default)]
+struct Text {
+    blocks: Vec<Block>,
+    sealed_bytes: u64,
+    open: Vec<u8>,
+}
+
+#[derive(Debug)]
+struct Block {
+    /// Bytes of the text up to its end.
+    end: u64,
+    plain_bytes: usize,
+    packed: Packed,
+}
+
+#[derive(Debug)]
+enum Packed {
+    Zstd(Vec<u8>),
+    Plain(Vec<u8>),
+}
+
+impl Block {
+    fn start(&self) -> u64 {
+        self.end - self.plain_bytes as u64
+    }
+
+    fn unpack(&self) -> io::Result<Cow<'_, [u8]>> {
+        match &self.packed {
+            Packed::Plain(bytes) => Ok(Cow::Borrowed(bytes)),
+            Packed::Zstd(bytes) => zstd::bulk::decompress(bytes, self.plain_bytes).map(Cow::Owned),
+        }
+    }
+}
+
+impl Write for Text {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.open.extend_from_slice(bytes);
+        if self.open.len() >= BLOCK_BYTES {
+            let plain_bytes = self.open.len();
+            self.sealed_bytes += plain_bytes as u64;
+            // Nothing is lost where there is no memory to compress in.
+            let packed = match zstd::bulk::compress(&self.open, COMPRESSION_LEVEL) {
+                Ok(packed) => Packed::Zstd(packed),
+                Err(_) => Packed::Plain(self.open.clone()),
+            };
+            self.blocks.push(Block { end: self.sealed_bytes, plain_bytes, packed });
+            self.open.clear();
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A part of a history's text, block by block.
+#[derive(Debug)]
+pub(super) struct Pieces<'h> {
+    text: &'h Text,
+    next: usize,
+    from: u64,
+}
+
+impl<'h> Iterator for Pieces<'h> {
+    type Item = io::Result<Cow<'h, [u8]>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (start, bytes) = match self.text.blocks.get(self.next) {
+            Some(block) => match block.unpack() {
+                Ok(bytes) => (block.start(), bytes),
+                Err(error) => return Some(Err(error)),
+            },
+            None if self.next == self.text.blocks.len() => {
+                (self.text.sealed_bytes, Cow::Borrowed(&self.text.open[..]))
+            }
+            None => return None,
+        };
+        self.next += 1;
+        let skipped = (self.from.saturating_sub(start) as usize).min(bytes.len());
+        let piece = match bytes {
+            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[skipped..]),
+            Cow::Owned(mut bytes) => {
+                bytes.drain(..skipped);
+                Cow::Owned(bytes)
+            }
+        };
+        (!piece.is_empty()).then_some(Ok(piece))
+    }
+}
+
+/// Reads a history's text.
+#[derive(Debug)]
+pub(super) struct TextReader<'h> {
+    pieces: Pieces<'h>,
+    piece: Cow<'h, [u8]>,
+    read: usize,
+}
+
+impl Read for TextReader<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl BufRead for TextReader<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        if self.read == self.piece.len()
+            && let Some(piece) = self.pieces.next()
+        {
+            (self.piece, self.read) = (piece?, 0);
+        }
+        Ok(&self.piece[self.read..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.read += count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp_session::recording::{Author, EventSource, NormalRule, Tool};
+
+    fn begin(stroke: u32) -> Event {
+        Event::Begin {
+            author: Author::SOLE,
+            t: f64::from(stroke),
+            stroke: StrokeId(stroke),
+            tool: Tool::Ribbon,
+            width: 0.01,
+            color: (1.0, 1.0, 1.0, 1.0),
+            paint: None,
+            thinnest: 1.0,
+            normal: NormalRule::default(),
+        }
+    }
+
+    fn history(events: u32) -> History {
+        let mut history = History::new(Header::new("a", "a test")).expect("a header");
+        (0..events).for_each(|stroke| history.push(&begin(stroke)).expect("an event"));
+        history
+    }
+
+    #[test]
+    fn the_text_is_the_text_from_any_line_on() {
+        let history = history(20_000);
+        assert!(history.lines.get_ref().blocks.len() > 5, "several blocks");
+        assert_eq!(history.events(), 20_000);
+        let mut whole = Vec::new();
+        history.write_to(&mut whole).expect("memory");
+        assert_eq!(whole.len() as u64, history.bytes());
+        let starts = whole.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
+        for start in starts.step_by(777).chain([0, whole.len()]) {
+            let rest: Vec<u8> =
+                history.pieces(start as u64).flat_map(|piece| piece.expect("a block").into_owned()).collect();
+            assert!(rest == whole[start..], "from byte {start}");
+        }
+        let packed: usize = history
+            .lines
+            .get_ref()
+            .blocks
+            .iter()
+            .map(|block| match &block.packed {
+                Packed::Zstd(bytes) => bytes.len(),
+                Packed::Plain(_) => panic!("compressed"),
+            })
+            .sum();
+        assert!(packed * 2 < whole.len(), "{packed} of {}", whole.len());
+    }
+
+    #[test]
+    fn what_was_pushed_is_read() {
+        let history = history(10_000);
+        let mut reader = history.read().expect("a header");
+        for expected in 0..10_000 {
+            let event = reader.next_event().expect("an event").expect("one more");
+            assert_eq!(event, begin(expected));
+        }
+        assert_eq!(reader.next_event().expect("the end"), None);
+    }
+
+    #[test]
+    fn the_events_of_a_stroke_are_found_wherever_they_lie() {
+        let mut history = history(20_000);
+        let event = Event::Polygon {
+            author: Author::SOLE,
+            t: 1.0,
+            stroke: Some(StrokeId(5)),
+            vertices: vec![glam::Vec3::ZERO, glam::Vec3::X, glam::Vec3::Y],
+            color: (1.0, 1.0, 1.0, 1.0),
+        };
+        history.push(&event).expect("an event");
+        let stray = Event::End { t: 2.0, stroke: StrokeId(40_000) };
+        history.push(&stray).expect("an event");
+        let end = Event::End { t: 2.0, stroke: StrokeId(7) };
+        history.push(&end).expect("an event");
+        let of = |strokes: &[u32]| {
+            history.events_of(&strokes.iter().map(|&stroke| StrokeId(stroke)).collect()).expect("memory")
+        };
+        assert_eq!(of(&[7, 19_999]), [begin(7), begin(19_999), end]);
+        assert_eq!(of(&[5, 6, 40_000]), [begin(5), begin(6), event]);
+        assert_eq!(history.strokes.len(), 20_000);
+        assert_eq!(of(&[]), []);
+    }
+
+    #[test]
+    fn what_no_recording_can_hold_changes_nothing() {
+        let mut history = history(3);
+        let before = history.bytes();
+        history.push(&Event::Undo { author: Author::SOLE, t: f64::NAN }).expect_err("no time");
+        assert_eq!((history.bytes(), history.events()), (before, 3));
+    }
+}

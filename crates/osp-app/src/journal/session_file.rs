@@ -1,0 +1,598 @@
+use std::{
+    io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        mpsc::{Receiver, TryRecvError, channel},
+    },
+    time::Duration,
+};
+
+use thiserror::Error;
+
+use super::{
+    contents::{Contents, Stamp},
+    history::History,
+    lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
+};
+use osp_session::{
+    atomic_file::{Destination, write_atomically},
+    platform::{
+        self,
+        fs::{self, File, Metadata, TryLockError},
+        time::Instant,
+    },
+    recording::{LastLine, RecordingError},
+};
+
+/// A pause: if nothing is written for this long, the file is flushed to the disk.
+const PAUSE: Duration = Duration::from_secs(1);
+/// A file that may have been changed is read again at most this often.
+const LOOK_AGAIN: Duration = Duration::from_secs(1);
+/// Without a pause, the file is flushed to the disk this often.
+const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
+
+/// Why events could not be written to a session's file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Trouble {
+    /// Nothing lies at its place any more.
+    #[error("it was removed, or its folder was")]
+    Removed,
+    /// Another file lies there.
+    #[error("another file was put in its place")]
+    Replaced,
+    /// Another program has written to it.
+    #[error("another program has changed it: it has {found} bytes, not {expected}")]
+    Changed {
+        /// Bytes that we have written.
+        expected: u64,
+        /// Bytes that it has.
+        found: u64,
+    },
+    /// Another program has written over a part of it.
+    #[error("another program has written over a part of it")]
+    Overwritten,
+    /// Another program has made it since the session was begun.
+    #[error("another program has made a file of this name")]
+    Appeared,
+    /// Another window has taken it since the session was begun.
+    #[error("{0}")]
+    Held(OpenElsewhere),
+    /// It cannot be written: the disk is full or broken.
+    #[error("{0}")]
+    CannotWrite(String),
+}
+
+impl Trouble {
+    fn io(error: &io::Error) -> Self {
+        Self::CannotWrite(error.to_string())
+    }
+
+    /// Whether the file that lies at the place, if any, is not the session's.
+    pub fn is_lost(&self) -> bool {
+        !matches!(self, Self::CannotWrite(_))
+    }
+}
+
+impl From<NotTaken> for Trouble {
+    fn from(reason: NotTaken) -> Self {
+        match reason {
+            NotTaken::Held(held) => Self::Held(held),
+            NotTaken::Failed(error) => Self::io(&error),
+        }
+    }
+}
+
+/// A file with the text of a [`History`] up to some byte, written by this program only.
+///
+/// Before every write the file at the path is compared with the one that is open: the same file, as long as we left it.
+#[derive(Debug)]
+pub(crate) struct SessionFile {
+    path: PathBuf,
+    /// None if it could not be taken yet: the folder is made with the first event.
+    lock: Option<SessionLock>,
+    /// None until the first event makes it.
+    open: Option<OpenFile>,
+    /// Bytes of the history that it holds.
+    held: u64,
+    /// Lines of the history that it holds.
+    lines: u64,
+    /// The end of the file when the session was opened. None if there was no file.
+    before: Option<Before>,
+}
+
+#[derive(Debug)]
+struct OpenFile {
+    file: Arc<File>,
+    identity: Identity,
+    /// Its length in bytes, unless another program has changed it.
+    bytes: u64,
+    /// Bytes of its whole lines: the next one is written there.
+    whole_bytes: u64,
+    /// A hash of its whole lines.
+    contents: Contents,
+    /// When we changed it last.
+    touched: Stamp,
+    /// Another program may have changed it, and it has not been compared since.
+    is_suspect: bool,
+    compared_at: Option<Instant>,
+    /// Its last line has no newline yet.
+    lacks_newline: bool,
+    /// A write has failed, and the torn line that it left could not be removed.
+    is_torn: bool,
+    /// The last flush to the disk failed: written events may not be there.
+    is_doubtful: bool,
+    unsynced: Option<Unsynced>,
+    syncing: Option<Receiver<io::Result<()>>>,
+}
+
+/// Since when there are writes that are not flushed to the disk.
+#[derive(Clone, Copy, Debug)]
+struct Unsynced {
+    first: Instant,
+    last: Instant,
+}
+
+/// The end of a file before anything was appended.
+#[derive(Debug)]
+struct Before {
+    held: u64,
+    lines: u64,
+    whole_bytes: u64,
+    lacks_newline: bool,
+    /// A torn line behind them.
+    torn: Vec<u8>,
+}
+
+impl SessionFile {
+    /// A file that the first event will make.
+    pub(crate) fn new(path: PathBuf, lock: Option<SessionLock>) -> Self {
+        Self { path, lock, open: None, held: 0, lines: 0, before: None }
+    }
+
+    /// Opens a session to go on with it. The lock comes first: what is read afterwards stays as it is.
+    ///
+    /// # Errors
+    /// Another program has the file, or it cannot be opened for writing; the lock comes back.
+    pub(crate) fn open(path: PathBuf, lock: SessionLock) -> Result<Self, (Trouble, SessionLock)> {
+        match open_for_writing(&path) {
+            Ok(open) => {
+                Ok(Self { path, lock: Some(lock), open: Some(open), held: 0, lines: 0, before: None })
+            }
+            Err(trouble) => Err((trouble, lock)),
+        }
+    }
+
+    /// The file's contents have been read into the history: new events are appended from here.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(super) fn follow_from_here(&mut self, history: &History) -> Result<(), RecordingError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        if open.bytes > 0 {
+            (self.held, self.lines) = (history.bytes(), history.events() + 1);
+        }
+        let io = |error| RecordingError::io(&self.path, error);
+        let mut file = &*open.file;
+        file.rewind().map_err(io)?;
+        let end = LastLine::find(&mut BufReader::with_capacity(1 << 16, file), &self.path)?;
+        let mut torn = Vec::new();
+        file.seek(SeekFrom::Start(end.whole_bytes)).map_err(io)?;
+        file.take(open.bytes.saturating_sub(end.whole_bytes)).read_to_end(&mut torn).map_err(io)?;
+        (open.whole_bytes, open.lacks_newline) = (end.whole_bytes, end.lacks_newline);
+        open.learn_contents().map_err(io)?;
+        self.before = Some(Before {
+            held: self.held,
+            lines: self.lines,
+            whole_bytes: end.whole_bytes,
+            lacks_newline: end.lacks_newline,
+            torn,
+        });
+        Ok(())
+    }
+
+    /// Writes a whole session to a path and continues in that file. An existing file is replaced.
+    ///
+    /// # Errors
+    /// It cannot be written; the existing file stays.
+    pub(super) fn replace(path: &Path, lock: SessionLock, history: &History) -> Result<Self, Trouble> {
+        let mut file = Self::new(path.to_owned(), Some(lock));
+        if let Err(trouble) = file.rewrite(history) {
+            file.release();
+            return Err(trouble);
+        }
+        file.start_here();
+        Ok(file)
+    }
+
+    /// Everything written so far is kept, even if the session is discarded.
+    fn start_here(&mut self) {
+        self.before = self.open.as_ref().map(|open| Before {
+            held: self.held,
+            lines: self.lines,
+            whole_bytes: open.whole_bytes,
+            lacks_newline: open.lacks_newline,
+            torn: Vec::new(),
+        });
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether there is a file yet.
+    pub(super) fn is_made(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// Whether this path leads to it.
+    pub(super) fn is_at(&self, path: &Path) -> bool {
+        true_path(path) == true_path(&self.path)
+    }
+
+    /// Lines of the history, its header not counted, that it does not hold.
+    pub(super) fn missing(&self, history: &History) -> u64 {
+        if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
+            return history.events();
+        }
+        (history.events() + 1).saturating_sub(self.lines.max(1))
+    }
+
+    /// Whether it is on the disk as far as it was written.
+    pub(super) fn is_synced(&self) -> bool {
+        self.open.as_ref().is_none_or(|open| open.unsynced.is_none() && open.syncing.is_none())
+    }
+
+    /// Whether there is a file, and it is the one that we left.
+    pub(super) fn check(&mut self) -> Result<(), Trouble> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let found = match fs::metadata(&self.path) {
+            Ok(found) => found,
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                return Err(Trouble::Removed);
+            }
+            Err(error) => return Err(Trouble::io(&error)),
+        };
+        if Identity::of(&found) != open.identity {
+            return Err(Trouble::Replaced);
+        }
+        if found.len() != open.bytes && !open.is_torn {
+            return Err(Trouble::Changed { expected: open.bytes, found: found.len() });
+        }
+        // The same length does not mean the same contents. To read a file costs more than to ask for its metadata, so it is
+        // read only when these (times, permissions) have changed.
+        let now = Instant::now();
+        open.is_suspect |= Stamp::of(&found) != open.touched;
+        let was_just_compared =
+            open.compared_at.is_some_and(|at| now.saturating_duration_since(at) < LOOK_AGAIN);
+        if open.is_suspect && !was_just_compared {
+            open.compare(now)?;
+            open.touched = Stamp::of(&found);
+        }
+        Ok(())
+    }
+
+    /// Whether the file is the one that we left, byte by byte.
+    pub(super) fn check_all(&mut self) -> Result<(), Trouble> {
+        self.check()?;
+        self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
+    }
+
+    /// Writes the part of the history that the file does not hold yet.
+    pub(super) fn catch_up(&mut self, history: &History) -> Result<(), Trouble> {
+        self.check()?;
+        if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
+            return self.rewrite(history);
+        }
+        if self.open.is_none() {
+            self.make()?;
+        }
+        if self.held == history.bytes() {
+            return Ok(());
+        }
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.prepare().map_err(|error| Trouble::io(&error))?;
+        for piece in history.pieces(self.held) {
+            let piece = piece.map_err(|error| Trouble::io(&error))?;
+            let (whole, result) = open.append(&piece);
+            self.held += whole.len() as u64;
+            self.lines += whole.iter().filter(|&&byte| byte == b'\n').count() as u64;
+            result.map_err(|error| Trouble::io(&error))?;
+        }
+        Ok(())
+    }
+
+    /// Makes the file, which must not be there.
+    fn make(&mut self) -> Result<(), Trouble> {
+        if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            fs::create_dir_all(folder).map_err(|error| Trouble::io(&error))?;
+        }
+        if self.lock.is_none() {
+            self.lock = Some(SessionLock::take(&self.path)?);
+        }
+        // A link to a file that is not there yet is not a file that is.
+        let place = match Destination::of(&self.path) {
+            Ok(Destination::File(place)) => place,
+            _ => self.path.clone(),
+        };
+        let made = File::options().read(true).write(true).create_new(true).open(place);
+        let file = made.map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Trouble::Appeared,
+            _ => Trouble::io(&error),
+        })?;
+        lock_itself(&file, &self.path)?;
+        let data = file.metadata().map_err(|error| Trouble::io(&error))?;
+        self.open = Some(OpenFile::new(file, &data));
+        (self.held, self.lines, self.before) = (0, 0, None);
+        Ok(())
+    }
+
+    /// Writes the whole session to the place anew.
+    fn rewrite(&mut self, history: &History) -> Result<(), Trouble> {
+        let place = true_path(&self.path);
+        write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
+        let mut open = open_for_writing(&self.path)?;
+        open.learn_contents().map_err(|error| Trouble::io(&error))?;
+        // Its name may not be on the disk yet.
+        open.note_write(Instant::now());
+        self.open = Some(open);
+        (self.held, self.lines) = (history.bytes(), history.events() + 1);
+        Ok(())
+    }
+
+    /// Flushes the file to the disk at a pause, on a thread of its own, because a disk may be slow.
+    pub(super) fn sync_at_pauses(&mut self, now: Instant) -> Result<(), Trouble> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.take_synced()?;
+        let is_due = open.unsynced.is_some_and(|unsynced| {
+            now.saturating_duration_since(unsynced.last) >= PAUSE
+                || now.saturating_duration_since(unsynced.first) >= LONGEST_UNSYNCED
+        });
+        if is_due && open.syncing.is_none() {
+            let (sender, receiver) = channel();
+            let (file, path) = (Arc::clone(&open.file), self.path.clone());
+            let started = platform::beside("sync", move || {
+                // Nobody listens any more if the session was closed meanwhile.
+                let _ = sender.send(sync(&file, &path));
+            });
+            if started.is_ok() {
+                (open.unsynced, open.syncing) = (None, Some(receiver));
+            }
+        }
+        Ok(())
+    }
+
+    /// Flushes everything to the disk now.
+    pub(super) fn sync(&mut self) -> Result<(), Trouble> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        if let Some(syncing) = open.syncing.take() {
+            // A thread that ended without an answer has flushed nothing.
+            let result = syncing.recv().unwrap_or_else(|_| Err(io::Error::other("it was not synced")));
+            open.note_sync(result)?;
+        }
+        if open.unsynced.is_some() {
+            let result = sync(&open.file, &self.path);
+            open.note_sync(result)?;
+            open.unsynced = None;
+        }
+        Ok(())
+    }
+
+    /// Takes the file back to what it was when the session was opened. A file that another program has changed is left
+    /// alone; if that program undoes its change, the file is written anew.
+    pub(super) fn revert(&mut self) -> Result<(), Trouble> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.is_doubtful = true;
+        self.check()?;
+        let io = |error: io::Error| Trouble::io(&error);
+        let (Some(before), Some(open)) = (&self.before, &mut self.open) else {
+            fs::remove_file(&self.path).map_err(io)?;
+            (self.open, self.held, self.lines) = (None, 0, 0);
+            return Ok(());
+        };
+        (self.held, self.lines) = (before.held, before.lines);
+        let bytes = before.whole_bytes + before.torn.len() as u64;
+        if open.bytes != bytes || open.whole_bytes != before.whole_bytes {
+            let mut file = &*open.file;
+            file.set_len(before.whole_bytes).map_err(io)?;
+            file.seek(SeekFrom::Start(before.whole_bytes)).map_err(io)?;
+            file.write_all(&before.torn).map_err(io)?;
+            file.sync_data().map_err(io)?;
+            (open.bytes, open.whole_bytes) = (bytes, before.whole_bytes);
+            open.lacks_newline = before.lacks_newline;
+            open.learn_contents().map_err(io)?;
+        }
+        open.is_doubtful = false;
+        Ok(())
+    }
+
+    /// Closes the session on purpose: no program has it any more.
+    pub(crate) fn release(mut self) {
+        self.open = None;
+        if let Some(lock) = self.lock.take() {
+            lock.release();
+        }
+    }
+
+    /// Closes the file but leaves the session marked as open: the next window restores it.
+    pub(crate) fn leave(mut self) {
+        self.open = None;
+        if let Some(lock) = self.lock.take() {
+            lock.leave();
+        }
+    }
+
+    /// Takes its lock, for another file under the same name.
+    pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
+        self.lock.take()
+    }
+
+    /// Gives it a lock, such as that of the file before it.
+    pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
+        self.lock = lock;
+    }
+
+    /// Removes it, if it is what we have written, and closes it.
+    pub(super) fn remove(mut self) {
+        if self.open.is_some() && self.check().is_ok() {
+            // A copy too many does no harm.
+            let _ = fs::remove_file(&self.path);
+        }
+        self.release();
+    }
+}
+
+impl OpenFile {
+    /// A file of nothing but whole lines.
+    fn new(file: File, data: &Metadata) -> Self {
+        Self {
+            file: Arc::new(file),
+            identity: Identity::of(data),
+            bytes: data.len(),
+            whole_bytes: data.len(),
+            contents: Contents::default(),
+            touched: Stamp::of(data),
+            is_suspect: false,
+            compared_at: None,
+            lacks_newline: false,
+            is_torn: false,
+            is_doubtful: false,
+            unsynced: None,
+            syncing: None,
+        }
+    }
+
+    /// Reads the whole lines and hashes them, to recognise them later.
+    fn learn_contents(&mut self) -> io::Result<()> {
+        self.touched = Stamp::of(&self.file.metadata()?);
+        self.contents = Contents::read(&self.file, self.whole_bytes)?;
+        self.is_suspect = false;
+        Ok(())
+    }
+
+    /// Whether the whole lines are what we have read and written.
+    fn compare(&mut self, now: Instant) -> Result<(), Trouble> {
+        let found = Contents::read(&self.file, self.whole_bytes).map_err(|error| Trouble::io(&error))?;
+        self.is_suspect = found != self.contents;
+        // A file that differs is read each time: it may have been restored.
+        self.compared_at = (!self.is_suspect).then_some(now);
+        if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
+    }
+
+    /// We have written to it.
+    fn note_touch(&mut self) {
+        if let Ok(data) = self.file.metadata() {
+            self.touched = Stamp::of(&data);
+        }
+    }
+
+    /// Cuts off a torn line, and ends one that is whole but for its newline.
+    fn prepare(&mut self) -> io::Result<()> {
+        let mut file = &*self.file;
+        if self.is_torn || self.bytes != self.whole_bytes {
+            file.set_len(self.whole_bytes)?;
+            (self.bytes, self.is_torn) = (self.whole_bytes, false);
+        }
+        file.seek(SeekFrom::Start(self.whole_bytes))?;
+        if self.lacks_newline {
+            file.write_all(b"\n")?;
+            self.contents.push(b"\n");
+            self.lacks_newline = false;
+            self.whole_bytes += 1;
+            self.bytes += 1;
+        }
+        self.note_touch();
+        Ok(())
+    }
+
+    /// Writes whole lines, in one write if the system can. Returns how many of them the file holds now; of a line
+    /// that was torn, nothing is left.
+    fn append<'p>(&mut self, lines: &'p [u8]) -> (&'p [u8], io::Result<()>) {
+        let mut file = &*self.file;
+        let mut written = 0;
+        let result = loop {
+            if written == lines.len() {
+                break Ok(());
+            }
+            match file.write(&lines[written..]) {
+                Ok(0) => break Err(ErrorKind::WriteZero.into()),
+                Ok(count) => written += count,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => break Err(error),
+            }
+        };
+        let whole = lines[..written].iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+        self.contents.push(&lines[..whole]);
+        self.whole_bytes += whole as u64;
+        self.bytes = self.whole_bytes;
+        if whole < written {
+            self.is_torn = file.set_len(self.whole_bytes).is_err();
+        }
+        self.note_touch();
+        if whole > 0 {
+            self.note_write(Instant::now());
+        }
+        (&lines[..whole], result)
+    }
+
+    fn note_write(&mut self, now: Instant) {
+        let first = self.unsynced.map_or(now, |unsynced| unsynced.first);
+        self.unsynced = Some(Unsynced { first, last: now });
+    }
+
+    fn take_synced(&mut self) -> Result<(), Trouble> {
+        let result = match self.syncing.as_ref().map(Receiver::try_recv) {
+            Some(Ok(result)) => result,
+            Some(Err(TryRecvError::Disconnected)) => Err(io::Error::other("it was not synced")),
+            Some(Err(TryRecvError::Empty)) | None => return Ok(()),
+        };
+        self.syncing = None;
+        self.note_sync(result)
+    }
+
+    /// A file whose flush failed may have lost any part: it is written anew.
+    fn note_sync(&mut self, result: io::Result<()>) -> Result<(), Trouble> {
+        result.map_err(|error| {
+            self.is_doubtful = true;
+            Trouble::io(&error)
+        })
+    }
+}
+
+/// Opens a file that is there, and locks it.
+fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
+    let open = || {
+        let file = File::options().read(true).write(true).open(path)?;
+        let data = file.metadata()?;
+        Ok((file, data))
+    };
+    let (file, data) = open().map_err(|error| Trouble::io(&error))?;
+    lock_itself(&file, path)?;
+    Ok(OpenFile::new(file, &data))
+}
+
+/// Flushes a file's contents and its name to the disk.
+fn sync(file: &File, path: &Path) -> io::Result<()> {
+    match file.sync_all() {
+        // A file that cannot be flushed (on some network and virtual file systems) is as safe as it can be.
+        Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
+        result => result?,
+    }
+    if cfg!(unix)
+        && let Some(folder) = true_path(path).parent()
+        && let Ok(folder) = File::open(folder)
+    {
+        // Not every file system can, and the file itself is there.
+        let _ = folder.sync_all();
+    }
+    Ok(())
+}
+
+/// Two names of one file that no symbolic link tells (hard links, a folder mounted twice) have marks of their own; the
+/// file has one lock. Elsewhere than on Unix such a lock would keep readers out.
+fn lock_itself(file: &File, path: &Path) -> Result<(), Trouble> {
+    if cfg!(unix) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        return Err(Trouble::Held(OpenElsewhere::by_somebody(path)));
+    }
+    Ok(())
+}

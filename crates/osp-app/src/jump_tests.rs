@@ -1,0 +1,192 @@
+//! The changes that a window's GPU gets when a replay jumps, between frames and in them.
+
+use std::path::Path;
+
+use glam::{Quat, Vec2, Vec3};
+use rand_pcg::{Pcg64, rand_core::Rng};
+
+use super::{Autosaves, Command, Player, Studio, Subject};
+use osp::polygon::{Change, ConvexPolygon, PolygonId};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{
+        Author, Event, Flush, GroupId, Header, NormalRule, Pace, RonWriter, StrokeId, Tool, Transform,
+    },
+    replay::CameraChoice,
+    scene::Scene,
+};
+
+/// Strokes that come, go and move all the time.
+fn session(random: &mut Pcg64) -> Vec<Event> {
+    let t = 0.0;
+    let mut events = Vec::new();
+    let mut strokes = 0;
+    let mut below = |count: u64| random.next_u64() % count;
+    for _ in 0..260 {
+        let stroke = StrokeId(below(strokes.max(1)) as u32);
+        let by = Vec3::new(below(9) as f32 - 4.0, below(9) as f32 - 4.0, 0.0);
+        match below(12) {
+            0..=3 => {
+                let stroke = StrokeId(strokes as u32);
+                strokes += 1;
+                let (tool, normal, color) = (Tool::Ribbon, NormalRule::Transport, (1.0, 1.0, 1.0, 1.0));
+                events.push(Event::Begin {
+                    author: Author::SOLE,
+                    t,
+                    stroke,
+                    tool,
+                    width: 0.1,
+                    color,
+                    normal,
+                    thinnest: 1.0,
+                    paint: None,
+                });
+                events.extend((0..4).map(|i| {
+                    let p = Vec3::new(i as f32 * 0.1, stroke.0 as f32, 0.0);
+                    Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
+                }));
+                events.push(Event::End { t, stroke });
+            }
+            4..=5 => events.push(Event::Erase { author: Author::SOLE, t, stroke }),
+            6..=7 => events.push(Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by }),
+            8 => events.push(Event::Group {
+                author: Author::SOLE,
+                t,
+                group: GroupId(0),
+                strokes: vec![stroke],
+                parent: None,
+                name: None,
+            }),
+            9 => {
+                let to = Transform { p: by, q: Quat::IDENTITY, s: 1.0 };
+                events.push(Event::Place { author: Author::SOLE, t, group: GroupId(0), to });
+            }
+            10 => events.push(Event::Undo { author: Author::SOLE, t }),
+            _ => events.extend([
+                Event::Undo { author: Author::SOLE, t },
+                Event::Undo { author: Author::SOLE, t },
+                Event::Redo { author: Author::SOLE, t },
+            ]),
+        }
+    }
+    events
+}
+
+fn studio(folder: &Path, events: &[Event]) -> Studio {
+    let path = folder.join("session.ron");
+    let mut writer = RonWriter::create(&path, &Header::new("", ""), Flush::AtEnd).expect("a file");
+    events.iter().for_each(|event| writer.write(event).expect("a line"));
+    writer.finish().expect("a file");
+    let player = Player::open(&path, Pace::Samples(1), CameraChoice::Orbit).expect("a session");
+    let autosaves = Autosaves::new(Some(folder.to_owned()));
+    Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::BruteForce)
+}
+
+/// The polygons as a painter has sent them.
+#[derive(Default)]
+struct Sent(Vec<ConvexPolygon>);
+
+impl Sent {
+    /// As `Painter::follow` does.
+    fn follow(&mut self, studio: &mut Studio) {
+        let pending = studio.take_pending();
+        if pending.is_other_scene {
+            self.0.clear();
+        }
+        if let Some(keep) = pending.keep {
+            self.0.truncate(keep);
+        }
+        let scene = studio.scene();
+        scene.for_each_change(&pending.changes, |change| {
+            if let Change::Update(id) = change
+                && let Some(sent) = self.0.get_mut(id.index())
+            {
+                *sent = scene.polygon(id);
+            }
+        });
+        self.0.extend((self.0.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
+    }
+
+    fn check(&self, scene: &Scene, when: &str) {
+        assert_eq!(self.0.len(), scene.polygon_count(), "{when}");
+        for id in scene.visible_ids() {
+            assert_eq!(self.0[id.index()], scene.polygon(id), "{id:?} is drawn elsewhere, {when}");
+        }
+    }
+}
+
+#[test]
+fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for seed in 0..12u128 {
+        let mut random = Pcg64::new(seed, 3);
+        let mut studio = studio(folder.path(), &session(&mut random));
+        let mut sent = Sent::default();
+        let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
+        let frames = player.frame_count();
+        for round in 0..80 {
+            // Several jumps and steps may fall between two frames.
+            for _ in 0..1 + random.next_u64() % 3 {
+                match random.next_u64() % 5 {
+                    0..=1 => studio.command(Command::Seek(random.next_u64() % (frames + 1))),
+                    2 => studio.command(Command::Step(random.next_u64() as i64 % 4)),
+                    3 => studio.command(Command::Play(true)),
+                    _ => studio.command(Command::Play(false)),
+                }
+            }
+            studio.frame(Vec2::new(64.0, 64.0), 0.016);
+            if !random.next_u64().is_multiple_of(3) {
+                sent.follow(&mut studio);
+                sent.check(studio.scene(), &format!("seed {seed}, round {round}"));
+                assert_eq!(
+                    studio.culling().pipeline().polygon_count() as u64,
+                    studio.scene().counts().visible
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_jump_names_what_has_moved_and_nothing_else() {
+    let t = 0.0;
+    let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    let color = (1.0, 1.0, 1.0, 1.0);
+    let mut events: Vec<Event> = (0..5)
+        .map(|number| Event::Polygon {
+            author: Author::SOLE,
+            t,
+            stroke: Some(StrokeId(number)),
+            vertices: vertices.clone(),
+            color,
+        })
+        .collect();
+    // Moves of one that is seen, and of one that is not.
+    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(2) });
+    events.push(Event::Move {
+        author: Author::SOLE,
+        t,
+        strokes: vec![StrokeId(1), StrokeId(2)],
+        by: Vec3::X,
+    });
+    events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(3) });
+    events.push(Event::Polygon { author: Author::SOLE, t, stroke: None, vertices, color });
+    let folder = tempfile::tempdir().expect("a folder");
+    studio(folder.path(), &events);
+    let mut player = Player::open(&folder.path().join("session.ron"), Pace::Samples(1), CameraChoice::Orbit)
+        .expect("a session");
+    let end = player.frame_count();
+    let jump = player.seek(4);
+    assert_eq!((jump.polygon_count, jump.moved.len()), (4, 0));
+    let [a, b, c, d] = [0, 1, 2, 3].map(PolygonId);
+    assert_eq!(jump.changes, [a, b, c, d].map(Change::Insert));
+    let jump = player.seek(end);
+    assert_eq!((jump.polygon_count, &jump.moved[..]), (6, &[b, c][..]));
+    let [e, f] = [4, 5].map(PolygonId);
+    let forth = [Change::Remove(c), Change::Remove(d), Change::Insert(e), Change::Insert(f)];
+    assert_eq!((jump.changes[0], &jump.changes[1..]), (Change::Update(b), &forth[..]));
+    let jump = player.seek(4);
+    assert_eq!((jump.polygon_count, &jump.moved[..]), (4, &[b, c][..]));
+    let back = [Change::Insert(c), Change::Insert(d), Change::Remove(e), Change::Remove(f)];
+    assert_eq!((jump.changes[0], &jump.changes[1..]), (Change::Update(b), &back[..]));
+}

@@ -1,0 +1,98 @@
+//! The sketch and replay window.
+//!
+//! ```text
+//! pointer, keys, tracker ──> Studio ──> Event ──> Document ──> Scene ──> Culling ──> Painter
+//!                              │                  (its file)             (index)     (GPU)
+//! egui ──────────────────── Interface
+//! ```
+//!
+//! Strokes become the same [`Event`](osp_session::recording::Event)s that a replay reads, and go the same way
+//! through the scene and the index. [`Studio`] is everything but the window and the GPU; [`ui`] is everything that is
+//! laid out by egui; [`run`] puts both into a window.
+//!
+//! Knows everything but the command line.
+
+pub use egui;
+
+mod altering;
+mod command;
+mod commands;
+mod culling;
+mod document;
+mod draw_cost;
+mod drawing_aids;
+mod fingers;
+mod frames;
+#[cfg(feature = "gamepad")]
+mod gamepad;
+mod gestures;
+mod groups;
+mod handles;
+mod journal;
+#[cfg(test)]
+mod jump_tests;
+mod layers;
+mod listen;
+mod navigator;
+#[cfg(target_arch = "wasm32")]
+pub mod page;
+mod paint_layers;
+mod painter;
+mod pen;
+mod player;
+mod pointer;
+mod previews;
+mod question;
+mod room;
+mod selection;
+mod settings;
+#[cfg(feature = "live")]
+mod shared;
+mod spans;
+mod stats;
+mod studio;
+mod subject;
+mod test_pattern;
+mod tool;
+mod trace;
+pub mod tracker;
+pub mod ui;
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+mod wall_node;
+mod wall_surface;
+mod walls;
+mod window;
+mod working;
+
+pub use altering::Altering;
+pub use command::Command;
+pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
+pub use document::{Access, Document, OpenError, Opened, Opening};
+pub use drawing_aids::Aids;
+pub use fingers::Fingers;
+pub use gestures::{Button, Held, Input};
+pub use groups::Placing;
+pub use journal::{Autosave, Autosaves, Journal, OpenElsewhere, SaveError, Trouble, Unwritten};
+pub use layers::LayerChoice;
+pub use navigator::Navigator;
+pub use paint_layers::{LayerEdit, LayerRow};
+pub use pen::{Brush, Pen, Snap};
+pub use player::{Jump, Player, PlayerReader};
+pub use question::{Answer, Question, Then};
+pub use room::{Room, RoomView};
+pub use selection::Selection;
+pub use settings::{Settings, Theme};
+#[cfg(feature = "live")]
+pub use shared::{OtherPen, Overlay, Shared, Unjoined};
+pub use stats::{FrameStage, FrameTimes, History};
+#[cfg(feature = "live")]
+pub use studio::OtherInView;
+pub use studio::{FrameReport, Studio};
+pub use subject::Subject;
+pub use tool::{Span, ToolChoice};
+#[cfg(all(feature = "live", not(target_arch = "wasm32")))]
+pub use wall_node::{ShowError, show_node};
+#[cfg(not(target_arch = "wasm32"))]
+pub use window::monitors;
+pub use window::{MonitorInfo, WindowError, WindowOptions, run};
+pub use working::{Reading, Waited, WorkShown};

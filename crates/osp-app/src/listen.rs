@@ -1,0 +1,187 @@
+use std::net::SocketAddr;
+
+use glam::Vec3;
+
+use super::{
+    document::Document,
+    paint_layers::on_layer,
+    studio::Studio,
+    subject::Subject,
+    tracker::{Came, Message, Tracker},
+};
+use osp_session::{
+    platform::time::Instant,
+    recording::{Author, Event},
+};
+
+/// Messages of a tracker that a frame takes; the others wait for the next one. At 60 frames a second that is more than a
+/// hundred trackers send.
+const MESSAGES_A_FRAME: u32 = 4096;
+/// Erasures, undos and redos among them: a few bytes may concern the whole model.
+const EDITS_A_FRAME: u32 = 64;
+/// Once so many polygons have come, gone or moved, the frame takes no more messages.
+const CHANGES_A_FRAME: usize = 1 << 16;
+
+impl Studio {
+    /// The tracker's messages since the last frame.
+    pub(super) fn listen(&mut self) {
+        if self.is_reading() {
+            return;
+        }
+        let Some(tracker) = self.tracker.take() else { return };
+        let t = self.now_secs();
+        for brush in tracker.unknown_brushes() {
+            self.say(format!(
+                "tracker: the brush `{}` is unknown: its strokes are plain ribbons",
+                brush.escape_debug()
+            ));
+        }
+        self.tracker_waits = !self.take_messages(t, &tracker);
+        let first = self.events.len();
+        self.hands.rest(t, &mut self.events);
+        // While messages wait, nobody is known to be silent.
+        if let Some(senders) = self.senders.as_mut().filter(|_| !self.tracker_waits) {
+            senders.rest(Instant::now(), t, &mut self.events);
+        }
+        self.mirror_events(first);
+        self.apply_events();
+        self.tracker = Some(tracker);
+    }
+
+    /// Takes messages up to the limit of a frame; returns whether none was left.
+    fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
+        let (mut messages, mut edits) = (0, 0);
+        while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
+        {
+            let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
+            let mut in_room = self.room.message_to_room(sent);
+            self.watch.note(at, &sent, &in_room);
+            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.is_calibrating) {
+                // It touches the corners of a screen.
+                *pressure = 0.0;
+            }
+            messages += 1;
+            if !matches!(in_room, Message::Head { .. } | Message::Brush { .. }) {
+                self.part_eraser_step();
+            }
+            let message = self.room.message_to_world(&self.navigator, in_room);
+            let Subject::Sketch(document) = &self.subject else { continue };
+            if document.is_read_only() {
+                self.hands.look(&message);
+                continue;
+            }
+            let first = self.events.len();
+            let Some((author, erased)) = self.take_message(t, from, &message) else { continue };
+            let mut begins = false;
+            let who = if author.is_sole() { self.author() } else { author };
+            let layer = self.brush.layer;
+            let may_touch = self.scene().may_touch(who, layer);
+            for event in &mut self.events[first..] {
+                if let Event::Begin { paint, .. } = event {
+                    *paint = on_layer(paint.take(), if may_touch { layer } else { 0 });
+                    begins = true;
+                }
+            }
+            // Who wears a helmet does not see the window: what the hand draws is kept all the same.
+            if begins && !may_touch {
+                let name = self.session_layer(layer).name;
+                self.say_once(&format!(
+                    "{name} is another author's alone: a tracker draws on the first layer"
+                ));
+            } else if begins && let Some(why) = self.why_layer_is_closed() {
+                self.say_once(&format!("{why}: a tracker draws on it all the same"));
+            }
+            // The mirror is the window's.
+            if author.is_sole() {
+                self.mirror_events(first);
+            }
+            // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
+            if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
+            {
+                (*p, *q) = self.room.pose_to_world(&self.navigator, (*p, *q));
+            }
+            if matches!(message, Message::Erase { .. } | Message::Undo | Message::Redo) {
+                edits += 1;
+                // The stroke to erase may be among those that have just been drawn.
+                self.apply_events();
+            }
+            if let (Message::Undo | Message::Redo, true) = (&message, author.is_sole()) {
+                self.follow_selection(matches!(message, Message::Undo));
+            }
+            if let Some(p) = erased {
+                self.erase_near(t, p, author);
+            }
+        }
+        false
+    }
+
+    /// The events of a message wait to be applied. Who said it, and where it erases something; none if nobody can have said it.
+    fn take_message(
+        &mut self,
+        t: f64,
+        from: Option<SocketAddr>,
+        message: &Message,
+    ) -> Option<(Author, Option<Vec3>)> {
+        let Subject::Sketch(document) = &mut self.subject else { return None };
+        let is_of_several = document.knows_authors() && !document.is_shared();
+        let Some((senders, from)) = self.senders.as_mut().zip(from).filter(|_| is_of_several) else {
+            let next = || document.new_stroke();
+            let erased = self.hands.take(t, message, next, &mut self.events);
+            if self.senders.is_some() && !is_of_several {
+                self.say_once("tracker: this session is of one author: all senders draw as one");
+            }
+            return Some((Author::SOLE, erased));
+        };
+        let taken = senders.take((from, Instant::now()), t, message, document.scene(), &mut self.events);
+        if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
+            // The screens show what one of them sees.
+            self.hands.look(message);
+        }
+        if taken.is_none() {
+            self.say_once(
+                "tracker: this session has had as many authors as one can have: who comes is not heard",
+            );
+        }
+        taken
+    }
+
+    /// Strokes of a tracker end in the session that they began in, and its senders leave it.
+    pub(super) fn end_hands_strokes(&mut self) {
+        let t = self.now_secs();
+        self.hands.stop(t, &mut self.events);
+        if let Some(senders) = &mut self.senders {
+            senders.stop(t, &mut self.events);
+        }
+        self.apply_events();
+    }
+
+    /// A session that is new, to draw on.
+    pub(super) fn new_document(&self) -> Document {
+        match &self.senders {
+            Some(_) => Document::of_several(&self.autosaves),
+            None => Document::new(&self.autosaves),
+        }
+    }
+
+    fn changes_waiting(&self) -> usize {
+        match &self.subject {
+            Subject::Sketch(document) => document.changes().len(),
+            Subject::Replay(_) => 0,
+        }
+    }
+
+    /// Erases the stroke nearest to a point, if one is within reach.
+    fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
+        /// How far from the point a stroke may be, metres: about a finger's width.
+        const REACH_M: f32 = 0.01;
+        let Subject::Sketch(document) = &self.subject else { return };
+        let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
+        let scene = document.scene();
+        let stroke =
+            nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !self.is_layer_held(stroke.layer()));
+        if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {
+            self.events.push(Event::Erase { author, t, stroke });
+            self.apply_events();
+        }
+    }
+}

@@ -1,0 +1,210 @@
+use glam::{Quat, Vec2, Vec3};
+
+use osp::{
+    math::{Aabb, rotate},
+    view::{Projection, View},
+};
+
+/// Vertical field of view, degrees.
+const FOV_DEGREES: f32 = 55.0;
+/// Steepest look up or down, radians: a little short of straight, so that "up" stays defined.
+const STEEPEST: f32 = 1.55;
+/// Nearest distance drawn, as a part of the distance to the centre of the view.
+const NEAR_PART: f32 = 0.01;
+/// Limits of the distance to the centre of the view, metres.
+const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
+
+/// Where the eye is and what it looks at: orbit, pan, zoom and fly are ways to change the same few numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Navigator {
+    target: Vec3,
+    /// Turn about +y, radians; 0 looks along -z.
+    yaw: f32,
+    /// Look up (positive) or down, radians.
+    pitch: f32,
+    distance_m: f32,
+}
+
+impl Default for Navigator {
+    /// A little above the floor, two and a half metres from a point at the height of the chest.
+    fn default() -> Self {
+        Self { target: Vec3::new(0.0, 1.2, 0.0), yaw: 0.35, pitch: -0.2, distance_m: 2.5 }
+    }
+}
+
+impl Navigator {
+    /// World from view.
+    pub fn world_from_view(&self) -> Quat {
+        (Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch)).normalize()
+    }
+
+    /// The centre of the view, around which the camera orbits; it lies on the drawing plane.
+    pub fn target(&self) -> Vec3 {
+        self.target
+    }
+
+    /// Where the eye is.
+    pub fn eye(&self) -> Vec3 {
+        self.target + rotate(self.world_from_view(), Vec3::Z) * self.distance_m
+    }
+
+    /// Distance from the eye to the centre of the view, metres.
+    pub fn distance_m(&self) -> f32 {
+        self.distance_m
+    }
+
+    /// The view for a window `aspect` times as wide as high. `bounds` is everything: nothing of it is cut off.
+    pub fn view(&self, aspect: f32, bounds: &Aabb) -> View {
+        let eye_in_world = self.eye();
+        let near_m = self.distance_m * NEAR_PART;
+        let farthest_m = if bounds.is_empty() {
+            0.0
+        } else {
+            bounds.corners().map(|p| p.distance(eye_in_world)).into_iter().fold(0.0, f32::max)
+        };
+        let far_m = (farthest_m * 1.05).max(self.distance_m * 100.0).min(f32::MAX * 0.25);
+        View {
+            eye_in_world,
+            world_from_view: self.world_from_view(),
+            projection: Projection::symmetric(FOV_DEGREES, aspect, near_m, far_m),
+        }
+    }
+
+    /// Orbits around the centre of the view. `turn` is in heights of the window.
+    pub fn orbit(&mut self, turn: Vec2) {
+        self.yaw = (self.yaw - turn.x * 3.0) % std::f32::consts::TAU;
+        self.pitch = (self.pitch - turn.y * 3.0).clamp(-STEEPEST, STEEPEST);
+    }
+
+    /// Turns about the eye.
+    pub fn look(&mut self, turn: Vec2) {
+        let eye = self.eye();
+        self.orbit(turn * 0.5);
+        self.target = eye - rotate(self.world_from_view(), Vec3::Z) * self.distance_m;
+    }
+
+    /// Moves along the screen, so that the centre of the view follows the hand. `by` is in heights of the window.
+    pub fn pan(&mut self, by: Vec2) {
+        let height_m = 2.0 * (FOV_DEGREES.to_radians() * 0.5).tan() * self.distance_m;
+        let q = self.world_from_view();
+        self.target += (rotate(q, Vec3::NEG_X) * by.x + rotate(q, Vec3::Y) * by.y) * height_m;
+    }
+
+    /// Comes nearer (positive) or goes away by steps of a wheel.
+    pub fn zoom(&mut self, steps: f32) {
+        self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
+    }
+
+    /// Comes nearer, as fingers do whose distance becomes this multiple of what it was.
+    pub fn spread(&mut self, by: f32) {
+        self.distance_m = (self.distance_m / by).clamp(DISTANCES_M.0, DISTANCES_M.1);
+    }
+
+    /// Moves the eye with what it looks at. `by` is in view space (right, up, back), in distances to the target.
+    pub fn fly(&mut self, by: Vec3) {
+        self.target += rotate(self.world_from_view(), by) * self.distance_m;
+    }
+
+    /// Looks at a point from where the eye is now.
+    pub fn look_at(&mut self, point: Vec3) {
+        let eye = self.eye();
+        let back = eye - point;
+        let distance_m = back.length();
+        if distance_m.is_finite() && distance_m > DISTANCES_M.0 {
+            let back = back / distance_m;
+            self.yaw = back.x.atan2(back.z);
+            self.pitch = (-back.y).asin().clamp(-STEEPEST, STEEPEST);
+            self.distance_m = distance_m.min(DISTANCES_M.1);
+            self.target = point;
+        }
+    }
+
+    /// Steps back until all of the box is in view.
+    pub fn show_all(&mut self, bounds: &Aabb) {
+        if bounds.is_empty() || !bounds.is_valid() {
+            return;
+        }
+        let radius_m = bounds.extent().length() * 0.5;
+        self.target = bounds.center();
+        self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
+    }
+
+    /// Goes to where a view is that looks at something so far away.
+    pub fn go_to_from(&mut self, eye: Vec3, world_from_view: Quat, distance_m: f32) {
+        self.distance_m = distance_m.clamp(DISTANCES_M.0, DISTANCES_M.1);
+        self.go_to(eye, world_from_view);
+    }
+
+    /// Goes to where a view is; what it looks at is kept at the distance it had.
+    pub fn go_to(&mut self, eye: Vec3, world_from_view: Quat) {
+        let back = rotate(world_from_view, Vec3::Z);
+        self.yaw = back.x.atan2(back.z);
+        self.pitch = (-back.y).clamp(-1.0, 1.0).asin().clamp(-STEEPEST, STEEPEST);
+        self.target = eye - rotate(self.world_from_view(), Vec3::Z) * self.distance_m;
+    }
+}
+
+/// Metres that a pixel covers at this distance along the view, on a window this many pixels high.
+pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
+    (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_the_window_looks_at_the_target() {
+        let mut navigator = Navigator::default();
+        for _ in 0..20 {
+            navigator.orbit(Vec2::new(0.21, 0.08));
+            navigator.pan(Vec2::new(0.05, -0.02));
+            navigator.zoom(0.7);
+            let view = navigator.view(1.6, &Aabb::EMPTY);
+            let ray = view.ray_through(Vec2::ZERO);
+            let there = ray.origin + ray.direction * navigator.distance_m();
+            assert!(there.distance(navigator.target()) < 1.0e-4 * navigator.distance_m().max(1.0));
+        }
+    }
+
+    #[test]
+    fn looking_around_leaves_the_eye_and_orbiting_leaves_the_target() {
+        let mut navigator = Navigator::default();
+        let eye = navigator.eye();
+        navigator.look(Vec2::new(0.3, 0.1));
+        assert!(navigator.eye().distance(eye) < 1.0e-5);
+        let target = navigator.target();
+        navigator.orbit(Vec2::new(0.3, 5.0));
+        assert_eq!(navigator.target(), target);
+        assert!(navigator.view(1.0, &Aabb::EMPTY).forward_in_world().is_finite());
+    }
+
+    #[test]
+    fn going_to_a_view_gives_that_view() {
+        let mut a = Navigator::default();
+        a.orbit(Vec2::new(1.3, 0.2));
+        let mut b = Navigator::default();
+        b.go_to(a.eye(), a.world_from_view());
+        assert!(b.eye().distance(a.eye()) < 1.0e-5);
+        let (forward_a, forward_b) =
+            (a.view(1.0, &Aabb::EMPTY).forward_in_world(), b.view(1.0, &Aabb::EMPTY).forward_in_world());
+        assert!(forward_a.distance(forward_b) < 1.0e-5);
+        b.look_at(Vec3::new(3.0, 2.0, 1.0));
+        let ray = b.view(1.0, &Aabb::EMPTY).ray_through(Vec2::ZERO);
+        assert!((ray.origin + ray.direction * b.distance_m()).distance(Vec3::new(3.0, 2.0, 1.0)) < 1.0e-4);
+    }
+
+    #[test]
+    fn everything_is_in_view_and_nothing_is_cut_off() {
+        let bounds = Aabb::new(Vec3::new(-40.0, 3.0, 10.0), Vec3::new(-20.0, 5.0, 300.0));
+        let mut navigator = Navigator::default();
+        navigator.show_all(&bounds);
+        let view = navigator.view(1.5, &bounds);
+        for corner in bounds.corners() {
+            let clip = view.clip_from_world() * corner.extend(1.0);
+            assert!(clip.z > 0.0 && clip.z < clip.w, "{corner}");
+        }
+        let huge = Aabb::cube(Vec3::ZERO, 1.0e15);
+        assert!(navigator.view(1.5, &huge).projection.far_m > 1.0e14);
+    }
+}

@@ -1,0 +1,255 @@
+//! What the window and the page around it tell each other in a browser. The page's script asks; the window never calls it.
+
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+};
+
+use winit::event_loop::EventLoopProxy;
+
+use super::{command::Command, studio::Studio, subject::Subject, window::Wake};
+use osp_session::{
+    platform::memory,
+    recording::{Camera, OpenOptions, Pace},
+    replay::CameraChoice,
+};
+
+pub use osp_session::platform::USER_FOLDER;
+
+/// A wish of the page that the next frame fulfils.
+#[derive(Debug)]
+pub enum Wish {
+    /// Replay a session from the beginning.
+    Replay(PathBuf),
+    /// Carry out a command.
+    Do(Command),
+    /// Let the camera go along with that of the replay, or stay where it is.
+    FollowCamera(bool),
+}
+
+/// The window as the page sees it.
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    /// Frames that were shown.
+    pub frames: u64,
+    /// What draws; empty until the window is open.
+    pub adapter: String,
+    /// The session's file.
+    pub path: PathBuf,
+    /// Whether it is replayed.
+    pub is_replay: bool,
+    /// Frames played and frames of the session that is replayed, or events of the one that is drawn.
+    pub position: u64,
+    /// Frames of the session.
+    pub length: u64,
+    /// The view of the last frame.
+    pub camera: Option<Camera>,
+    /// The step in which the clock advances, nanoseconds.
+    pub clock_step_ns: u64,
+    /// Polygons of the model that are not removed.
+    pub polygons: u64,
+    /// Polygons handed to the GPU in the last frame.
+    pub drawn: u64,
+    /// Whether text is being entered.
+    pub wants_text: bool,
+    /// What the window said last.
+    pub message: String,
+    /// What is read, and how far that has come, once it takes a while.
+    pub work: Option<String>,
+    /// Why the last file was not opened.
+    pub refused: Option<String>,
+    /// Why there is no window any more.
+    pub failure: Option<String>,
+}
+
+/// What a person types into a field of the page for the window: a screen's keyboard needs such a field.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Typed {
+    /// Letters.
+    Text(String),
+    /// The key that removes a letter.
+    Backspace,
+    /// The key that ends the entry.
+    Enter,
+}
+
+/// Where the page puts the files that are opened, each set into a folder of its own.
+const INPUT_FOLDER: &str = "/input";
+/// Parts of such a folder's path: the root, this one, and its number.
+const SET_DEPTH: usize = 3;
+
+#[derive(Default)]
+struct Page {
+    typed: Vec<Typed>,
+    wake: Option<EventLoopProxy<Wake>>,
+    wishes: Vec<Wish>,
+    wants_file: bool,
+    state: State,
+}
+
+thread_local! {
+    static PAGE: RefCell<Page> = RefCell::default();
+}
+
+/// The window as it is.
+pub fn state() -> State {
+    PAGE.with_borrow(|page| page.state.clone())
+}
+
+/// Has something done in the next frame.
+pub fn wish(wish: Wish) {
+    PAGE.with_borrow_mut(|page| {
+        page.wishes.push(wish);
+        page.state.refused = None;
+        // Before the window is open nobody listens; its first frame finds the wish.
+        let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
+    });
+}
+
+/// Hands over what was typed.
+pub fn type_in(typed: Typed) {
+    PAGE.with_borrow_mut(|page| {
+        page.typed.push(typed);
+        let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
+    });
+}
+
+pub(super) fn take_typed(events: &mut Vec<egui::Event>) {
+    let typed = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.typed));
+    let press = |key, pressed| egui::Event::Key {
+        key,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: egui::Modifiers::NONE,
+    };
+    for typed in typed {
+        match typed {
+            Typed::Text(text) => events.push(egui::Event::Text(text)),
+            Typed::Backspace => events.extend([true, false].map(|on| press(egui::Key::Backspace, on))),
+            Typed::Enter => events.extend([true, false].map(|on| press(egui::Key::Enter, on))),
+        }
+    }
+}
+
+pub(super) fn note_text_field(is_open: bool) {
+    PAGE.with_borrow_mut(|page| page.state.wants_text = is_open);
+}
+
+/// Puts a file where [`Wish`]es and the window's own dialogs find it.
+pub fn put_file(path: &Path, bytes: Vec<u8>) {
+    memory::put(path, bytes);
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    memory::read(path)
+}
+
+/// The files that the session at `path` is read from: all that were put into a folder of `/input` with it, or the one.
+pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
+    let set: PathBuf = path.components().take(SET_DEPTH).collect();
+    let is_in_set = path.starts_with(INPUT_FOLDER) && path.components().count() > SET_DEPTH;
+    if is_in_set { memory::files_below(&set) } else { vec![path.to_owned()] }
+}
+
+/// A part of one of the program's own files ([`USER_FOLDER`]) or of a saved session that is to be kept from one visit to the next.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// The file.
+    pub path: PathBuf,
+    /// What follows its first so many bytes.
+    pub from: usize,
+    /// The bytes; none if the file was removed.
+    pub bytes: Option<Vec<u8>>,
+}
+
+/// What has changed since the last call.
+pub fn take_kept() -> Vec<Kept> {
+    let is_session = |path: &Path| path.extension().is_some_and(|ending| ending == "ron" || ending == "open");
+    let is_own = |path: &Path| path.starts_with(USER_FOLDER) || is_session(path);
+    let own = memory::take_changes().into_iter().filter(|change| is_own(&change.path));
+    own.map(|memory::Change { path, from, bytes }| Kept { path, from, bytes }).collect()
+}
+
+/// Files that a person has saved or exported since the last call.
+pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
+    osp_session::atomic_file::take_downloads()
+}
+
+/// Whether a person has asked to choose a file since the last call.
+pub fn wants_file() -> bool {
+    PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wants_file))
+}
+
+pub(super) fn ask_for_file() {
+    PAGE.with_borrow_mut(|page| page.wants_file = true);
+}
+
+pub(super) fn listen(wake: EventLoopProxy<Wake>) {
+    PAGE.with_borrow_mut(|page| page.wake = Some(wake));
+}
+
+pub(super) fn fail(error: &dyn std::error::Error) {
+    PAGE.with_borrow_mut(|page| page.state.failure = Some(error.to_string()));
+}
+
+pub(super) fn before_frame(studio: &mut Studio) {
+    let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
+    let is_end = |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Do(Command::CancelWork));
+    // Who asks for another session does not wait for this one.
+    if studio.is_reading() && wishes.iter().any(is_end) {
+        studio.command(Command::CancelWork);
+    }
+    let mut wishes = wishes.into_iter().peekable();
+    while let Some(wish) = wishes.next_if(|_| !studio.is_reading()) {
+        match wish {
+            Wish::Replay(path) => {
+                let (camera, options) = (CameraChoice::Auto, OpenOptions::default());
+                studio.replay_beside(&path, Pace::Recorded, camera, &options);
+            }
+            Wish::Do(command) => studio.command(command),
+            Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
+        }
+    }
+    // The others wait until the session is there.
+    let waiting: Vec<Wish> = wishes.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
+    PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
+}
+
+pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {
+    let refused = studio.take_unread().map(|error| error.to_string());
+    let (is_replay, path, position, length) = match studio.subject() {
+        Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
+        Subject::Sketch(document) => {
+            let events = document.event_count();
+            (false, document.journal().path(), events, events)
+        }
+    };
+    PAGE.with_borrow_mut(|page| {
+        let state = &mut page.state;
+        state.frames += u64::from(is_shown);
+        state.refused = refused.or(state.refused.take());
+        state.work = studio.work_shown().map(|work| work.text);
+        (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
+        (state.position, state.length) = (position, length);
+        (state.camera, state.clock_step_ns) = (camera(studio), clock_step_ns);
+        state.polygons = studio.scene().counts().visible;
+        state.drawn = studio.culling().drawn(0).len() as u64;
+        state.message = studio.messages().last().cloned().unwrap_or_default();
+    });
+}
+
+/// A page has one view, whose sides are as far from its middle.
+fn camera(studio: &Studio) -> Option<Camera> {
+    let view = &studio.views().first()?.view;
+    Some(Camera {
+        p: view.eye_in_world,
+        q: view.world_from_view,
+        fov_degrees: 2.0 * view.projection.top.atan().to_degrees(),
+        near_m: Some(view.projection.near_m),
+    })
+}

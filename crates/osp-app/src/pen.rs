@@ -1,0 +1,309 @@
+use glam::{Quat, Vec2, Vec3};
+
+use super::{navigator::pixel_m, paint_layers::on_layer};
+use osp::{math::rotate, view::View};
+use osp_session::{
+    brush,
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+};
+
+/// Samples of a ribbon or tube are at least this many pixels apart: a mouse counts whole pixels, and the direction
+/// between neighbouring ones is noise.
+const SAMPLE_PX: f32 = 2.5;
+/// Corners of a wall are this many pixels apart: it is cut into convex pieces, each corner costs one.
+const CORNER_PX: f32 = 14.0;
+/// A stroke that goes on drawing at least this part of its width apart does not fold over itself.
+const SAMPLE_WIDTH: f32 = 0.15;
+/// Samples of a straight line are so many widths apart, unless they would be more than these.
+const LINE_WIDTHS: f32 = 1.0;
+const MOST_LINE_PARTS: f32 = 256.0;
+/// Part of the width that is left at pressure 0.
+const THINNEST: f32 = 0.1;
+
+/// The settings of the pen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brush {
+    /// The tool.
+    pub tool: Tool,
+    /// The brush that ribbons are painted with; without one they are plain.
+    pub paint: Option<&'static brush::Brush>,
+    /// Full width, metres.
+    pub width_m: f32,
+    /// Red, green, blue, opacity, sRGB.
+    pub color: [f32; 4],
+    /// The layer that is drawn on.
+    pub layer: u32,
+}
+
+impl Brush {
+    /// Limits of the width, metres.
+    pub const WIDTHS_M: (f32, f32) = (1.0e-4, 100.0);
+
+    /// The brush for the current tool: only ribbons have one.
+    pub fn paint(&self) -> Option<&'static brush::Brush> {
+        self.paint.filter(|_| self.tool == Tool::Ribbon)
+    }
+
+    /// Makes it wider or narrower by steps.
+    pub fn widen(&mut self, steps: f32) {
+        self.width_m = (self.width_m * 1.15f32.powf(steps)).clamp(Self::WIDTHS_M.0, Self::WIDTHS_M.1);
+    }
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        Self { tool: Tool::Ribbon, paint: None, width_m: 0.04, color: [0.95, 0.62, 0.2, 1.0], layer: 0 }
+    }
+}
+
+/// How a stroke finds its depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Snap {
+    /// It starts on the surface under the cursor (else at the centre of the view) and stays on a plane parallel to the window.
+    #[default]
+    Start,
+    /// It lies on the surfaces under the cursor all the way, and on the plane where there is none.
+    Surface,
+    /// It is on the plane through the centre of the view.
+    Off,
+}
+
+/// A sample of the pointer.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    p: Vec3,
+    q: Quat,
+    pressure: f32,
+}
+
+/// A stroke in the making.
+#[derive(Clone, Debug)]
+struct Drawing {
+    stroke: StrokeId,
+    brush: Brush,
+    /// A point of the plane that is drawn on.
+    anchor: Vec3,
+    last: Sample,
+    /// Where the pointer is, if that was too near for a sample.
+    pending: Option<Sample>,
+    /// Whether the session has its first event: a press without a movement is no stroke.
+    has_begun: bool,
+    /// The end of a straight line in the making: nothing of it is in the session yet.
+    line_to: Option<Sample>,
+    /// The corners of a wall so far: it shows only once it is closed.
+    outline: Vec<Vec3>,
+}
+
+/// Draws with a pointer on a plane that faces the viewer.
+#[derive(Clone, Debug, Default)]
+pub struct Pen {
+    drawing: Option<Drawing>,
+}
+
+/// The pointer's position, and the surface under it.
+#[derive(Clone, Copy, Debug)]
+pub struct PenPoint<'a> {
+    /// The view it is over.
+    pub view: &'a View,
+    /// -1 to 1 from left to right and from the lower to the upper border.
+    pub at: Vec2,
+    /// Height of the window, pixels.
+    pub height_px: f32,
+    /// The point of the model under it.
+    pub surface: Option<Vec3>,
+    /// The centre of the view: the point around which the camera orbits.
+    pub target: Vec3,
+    /// Pressure, 0 to 1; 1 without a pressure-sensitive pen.
+    pub pressure: f32,
+}
+
+impl PenPoint<'_> {
+    /// The point under the pointer on the plane through `anchor` parallel to the window.
+    fn on_plane(&self, anchor: Vec3) -> Vec3 {
+        let ray = self.view.ray_through(self.at);
+        let forward = self.view.forward_in_world();
+        // The ray's parameter is the distance along the view.
+        let distance_m = (anchor - ray.origin).dot(forward).max(self.view.projection.near_m * 2.0);
+        ray.origin + ray.direction * distance_m
+    }
+
+    /// The stroke lies like paint on the window. A plain ribbon's normal is the pose's x axis, so that looks at the viewer;
+    /// a brush takes the pose for that of a hand that points into the picture.
+    fn orientation(&self, brush: &Brush) -> Quat {
+        let q = self.view.world_from_view;
+        if brush.paint().is_some() {
+            return q;
+        }
+        let (right, up, back) = (rotate(q, Vec3::X), rotate(q, Vec3::Y), rotate(q, Vec3::Z));
+        Quat::from_rotation_axes(back, up, -right).normalize()
+    }
+
+    fn sample(&self, p: Vec3, brush: &Brush) -> Sample {
+        Sample { p, q: self.orientation(brush), pressure: self.pressure }
+    }
+
+    fn distance_m(&self, p: Vec3) -> f32 {
+        (p - self.view.eye_in_world).dot(self.view.forward_in_world())
+    }
+}
+
+impl Pen {
+    /// Whether a stroke is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.drawing.is_some()
+    }
+
+    /// The stroke being drawn.
+    pub fn stroke(&self) -> Option<StrokeId> {
+        self.drawing.as_ref().map(|drawing| drawing.stroke)
+    }
+
+    /// A point of the plane that the stroke in the making is drawn on.
+    pub fn anchor(&self) -> Option<Vec3> {
+        self.drawing.as_ref().map(|drawing| drawing.anchor)
+    }
+
+    /// The ends of a straight line in the making.
+    pub fn line(&self) -> Option<(Vec3, Vec3)> {
+        let drawing = self.drawing.as_ref()?;
+        Some((drawing.last.p, drawing.line_to?.p))
+    }
+
+    /// The corners so far of a wall in the making.
+    pub fn outline(&self) -> &[Vec3] {
+        self.drawing.as_ref().map_or(&[], |drawing| &drawing.outline)
+    }
+
+    /// Where a stroke that began here would begin.
+    pub fn aim(point: &PenPoint<'_>, snap: Snap) -> Vec3 {
+        match (snap, point.surface) {
+            (Snap::Start | Snap::Surface, Some(surface)) => surface,
+            _ => point.on_plane(point.target),
+        }
+    }
+
+    /// Begins a stroke.
+    pub fn press(
+        &mut self,
+        t: f64,
+        stroke: StrokeId,
+        brush: Brush,
+        snap: Snap,
+        point: &PenPoint<'_>,
+        out: &mut Vec<Event>,
+    ) {
+        self.release(t, out);
+        let anchor = Self::aim(point, snap);
+        let outline = if brush.tool == Tool::Wall { vec![anchor] } else { Vec::new() };
+        let last = point.sample(anchor, &brush);
+        self.drawing = Some(Drawing {
+            stroke,
+            brush,
+            anchor,
+            last,
+            pending: None,
+            has_begun: false,
+            line_to: None,
+            outline,
+        });
+    }
+
+    /// Goes on with the stroke. A straight one is a line to where it is released, unless it has begun otherwise; walls have
+    /// no straight edge.
+    pub fn drag(
+        &mut self,
+        t: f64,
+        snap: Snap,
+        is_straight: bool,
+        point: &PenPoint<'_>,
+        out: &mut Vec<Event>,
+    ) {
+        let Some(drawing) = &mut self.drawing else { return };
+        let p = match (snap, point.surface) {
+            (Snap::Surface, Some(surface)) => surface,
+            _ => point.on_plane(drawing.anchor),
+        };
+        let is_wall = drawing.brush.tool == Tool::Wall;
+        let pixels = if is_wall { CORNER_PX } else { SAMPLE_PX };
+        let by_pixels = pixels * pixel_m(point.view, point.distance_m(p), point.height_px);
+        let apart_m = if is_wall { by_pixels } else { by_pixels.max(SAMPLE_WIDTH * drawing.brush.width_m) };
+        let sample = point.sample(p, &drawing.brush);
+        let is_line = is_straight && !is_wall && !drawing.has_begun;
+        drawing.line_to = is_line.then_some(sample).filter(|_| p.distance(drawing.last.p) >= apart_m);
+        if is_line {
+            return;
+        }
+        if p.distance(drawing.last.p) < apart_m {
+            drawing.pending = Some(sample);
+            return;
+        }
+        drawing.begin(t, out);
+        drawing.pending = None;
+        drawing.last = sample;
+        if is_wall {
+            drawing.outline.push(p);
+        }
+        out.push(sample.event(t, drawing.stroke));
+    }
+
+    /// Ends the stroke, if there is one, where the pointer is.
+    pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
+        let Some(mut drawing) = self.drawing.take() else { return };
+        drawing.draw_line(t, out);
+        if !drawing.has_begun {
+            return;
+        }
+        let stroke = drawing.stroke;
+        if let Some(sample) = drawing.pending.filter(|_| drawing.brush.tool != Tool::Wall) {
+            out.push(sample.event(t, stroke));
+        }
+        out.push(Event::End { t, stroke });
+    }
+}
+
+impl Drawing {
+    /// Writes the straight line to the session, in samples as even as a steady hand's.
+    fn draw_line(&mut self, t: f64, out: &mut Vec<Event>) {
+        let Some(end) = self.line_to.take() else { return };
+        let start = self.last;
+        self.begin(t, out);
+        let apart_m = (self.brush.width_m * LINE_WIDTHS).max(f32::MIN_POSITIVE);
+        let parts = (start.p.distance(end.p) / apart_m).ceil().clamp(1.0, MOST_LINE_PARTS);
+        for part in 1..=parts as u32 {
+            let along = part as f32 / parts;
+            let pressure = start.pressure + (end.pressure - start.pressure) * along;
+            let sample = Sample { p: start.p.lerp(end.p, along), q: start.q, pressure };
+            out.push(sample.event(t, self.stroke));
+        }
+    }
+
+    /// Writes the stroke's beginning and its first sample to the session.
+    fn begin(&mut self, t: f64, out: &mut Vec<Event>) {
+        if std::mem::replace(&mut self.has_begun, true) {
+            return;
+        }
+        let [r, g, b, a] = self.brush.color;
+        out.push(Event::Begin {
+            author: Author::SOLE,
+            t,
+            stroke: self.stroke,
+            tool: self.brush.tool,
+            width: self.brush.width_m,
+            color: (r, g, b, a),
+            normal: if self.brush.paint().is_some() { NormalRule::Travel } else { NormalRule::LocalX },
+            thinnest: THINNEST,
+            paint: on_layer(
+                self.brush.paint().map(|brush| Box::new(Paint::new(&*brush.name, self.stroke.0))),
+                self.brush.layer,
+            ),
+        });
+        out.push(self.last.event(t, self.stroke));
+    }
+}
+
+impl Sample {
+    fn event(self, t: f64, stroke: StrokeId) -> Event {
+        let Self { p, q, pressure } = self;
+        Event::Point { t, stroke, p, q, pressure }
+    }
+}

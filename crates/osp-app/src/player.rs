@@ -1,0 +1,481 @@
+mod reader;
+mod recorded;
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use recorded::Recorded;
+
+pub use reader::PlayerReader;
+
+use osp::{
+    math::Aabb,
+    polygon::{Change, Geometry, PolygonId},
+    view::View,
+};
+use osp_session::{
+    export::PolygonTimes,
+    recording::{Event, Header, OpenOptions, Pace, RecordingError},
+    replay::{CameraChoice, CameraPath, SessionState},
+    scene::{GroupNode, Scene},
+};
+
+/// The changes that a jump to another frame makes to an index and a GPU scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Jump {
+    /// For the index: from the model before to the model now.
+    pub changes: Vec<Change>,
+    /// Polygons, visible or not, that have moved, also those that had moved before without a change that said so.
+    pub moved: Vec<PolygonId>,
+    /// Polygons that exist now; numbers from here on will be given out again.
+    pub polygon_count: usize,
+}
+
+/// The model as it was after some frames.
+#[derive(Debug)]
+struct Snapshot {
+    state: SessionState,
+    weight: usize,
+}
+
+impl Snapshot {
+    fn frames(&self) -> u64 {
+        self.state.moment.frame
+    }
+}
+
+/// A recorded session that can be played, stopped, and entered at any frame.
+#[derive(Debug)]
+pub struct Player {
+    path: PathBuf,
+    header: Header,
+    recorded: Arc<Recorded>,
+    /// Frames in which a stroke begins, ascending.
+    stroke_starts: Vec<u64>,
+    snapshots: Vec<Snapshot>,
+    bounds: Aabb,
+    background: [f64; 3],
+    camera: CameraPath,
+    remarks: Vec<String>,
+    state: SessionState,
+    changes: Vec<Change>,
+    is_playing: bool,
+    speed: f64,
+    /// The fraction of a frame that is due.
+    due: f64,
+}
+
+impl Player {
+    /// Reads a session of any format, whole, and stands before its first frame. A damaged one is played up to the
+    /// damage, which is in the remarks.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known format.
+    pub fn open(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
+        Self::open_with(path, pace, camera, &OpenOptions::default())
+    }
+
+    /// [`Player::open`] with options for the reader.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known format.
+    pub fn open_with(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+    ) -> Result<Self, RecordingError> {
+        Self::open_watched(path, pace, camera, options, &|_| true)
+    }
+
+    /// [`Player::open_with`]; `go_on` is asked before each step of a [`PlayerReader`], with the number of events that were read.
+    ///
+    /// # Errors
+    /// As there; of kind `Interrupted` if `go_on` said no.
+    pub fn open_watched(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+        go_on: &dyn Fn(u64) -> bool,
+    ) -> Result<Self, RecordingError> {
+        let mut reader = PlayerReader::new(path, pace, camera, options);
+        while go_on(reader.events()) {
+            if let Some(player) = reader.step()? {
+                return Ok(player);
+            }
+        }
+        Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()))
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The session's header.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The reader's remarks, one line each.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// A background that the finished model stands out from: linear red, green, blue.
+    pub fn background(&self) -> [f64; 3] {
+        self.background
+    }
+
+    /// Box of everything in the session.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The model at this frame.
+    pub fn scene(&self) -> &Scene {
+        &self.state.scene
+    }
+
+    /// The groups of the model as a tree.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        self.state.scene.group_tree()
+    }
+
+    /// Frames of the session.
+    pub fn frame_count(&self) -> u64 {
+        self.recorded.frame_ends.len() as u64
+    }
+
+    /// Frames played: 0 before the first.
+    pub fn position(&self) -> u64 {
+        self.state.moment.frame
+    }
+
+    /// The frames in which a stroke begins, ascending.
+    pub fn stroke_starts(&self) -> &[u64] {
+        &self.stroke_starts
+    }
+
+    /// Time of the session after so many frames, seconds since its first event.
+    pub fn secs_at(&self, frames: u64) -> f64 {
+        let Recorded { events, frame_ends } = &*self.recorded;
+        let time_of = |at: usize| events.get(at).map(Event::time_secs);
+        let end = (frames as usize).checked_sub(1).and_then(|last| frame_ends.get(last)).copied();
+        let last = end.and_then(|end| end.checked_sub(1)).and_then(time_of);
+        match (time_of(0), last) {
+            (Some(first), Some(last)) => (last - first).max(0.0),
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it runs.
+    pub fn is_playing(&self) -> bool {
+        self.is_playing
+    }
+
+    /// Recorded frames for each one shown.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Sets how many recorded frames are played for each one shown.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
+    }
+
+    /// Plays or pauses. At the end, playing starts again from the first frame.
+    pub fn play(&mut self, run: bool) -> Option<Jump> {
+        self.is_playing = run && self.frame_count() > 0;
+        (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(0))
+    }
+
+    /// The replay camera's view here.
+    pub fn view(&self) -> View {
+        self.camera.view(&self.state.moment)
+    }
+
+    /// Plays the frames for one shown frame. The changes are appended to `out`.
+    pub fn advance(&mut self, out: &mut Vec<Change>) {
+        if !self.is_playing {
+            return;
+        }
+        self.state.scene.let_go();
+        self.due += self.speed;
+        while self.due >= 1.0 {
+            self.due -= 1.0;
+            if !self.step(out) {
+                self.is_playing = false;
+                self.due = 0.0;
+            }
+        }
+    }
+
+    /// Plays one frame; `false` at the end.
+    pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
+        let frame = self.position();
+        if frame == self.frame_count() {
+            return false;
+        }
+        self.state.play(self.recorded.of(frame), out);
+        true
+    }
+
+    /// Returns a function that finds when each polygon of the present model was drawn. It plays the session once more up to here,
+    /// may run on another thread, and stops when it is told to.
+    pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
+        let (recorded, end) = (Arc::clone(&self.recorded), self.position());
+        move |goes_on| recorded.polygon_times(end, goes_on)
+    }
+
+    /// The model as it is after the last frame.
+    pub fn finished_model(&self) -> Scene {
+        let mut state =
+            self.snapshots.last().map_or_else(SessionState::keeping_groups_whole, |last| last.state.clone());
+        let mut changes = Vec::new();
+        while state.moment.frame < self.frame_count() {
+            changes.clear();
+            state.play(self.recorded.of(state.moment.frame), &mut changes);
+        }
+        state.scene
+    }
+
+    /// Goes to the model as it is after `frames` frames.
+    pub fn seek(&mut self, frames: u64) -> Jump {
+        let frames = frames.min(self.frame_count());
+        let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames() <= frames);
+        let is_ahead = frames >= self.position();
+        let mut state = match best {
+            Some(snapshot) if !(is_ahead && snapshot.frames() <= self.position()) => snapshot.state.clone(),
+            _ if is_ahead => self.state.clone(),
+            _ => SessionState::keeping_groups_whole(),
+        };
+        while state.moment.frame < frames {
+            // The difference includes the changes on the way.
+            self.changes.clear();
+            state.scene.let_go();
+            state.play(self.recorded.of(state.moment.frame), &mut self.changes);
+        }
+        let jump = difference(&self.state.scene, &state.scene);
+        (self.state, self.due) = (state, 0.0);
+        jump
+    }
+}
+
+/// The changes from one model of a session to another one of the same session.
+fn difference(from: &Scene, to: &Scene) -> Jump {
+    let (old, new) = (from.polygon_count(), to.polygon_count());
+    let mut jump = Jump { polygon_count: new, ..Jump::default() };
+    // It and its space may have moved against each other, so that it stands where it was.
+    let is_elsewhere_in_space = |id| {
+        from.space(id).is_some() && Geometry::bounds_in_space(from, id) != Geometry::bounds_in_space(to, id)
+    };
+    for id in (0..old.max(new) as u32).map(PolygonId) {
+        let (in_old, in_new) = (id.index() < old, id.index() < new);
+        let was_visible = in_old && from.is_visible(id);
+        let is_visible = in_new && to.is_visible(id);
+        let has_moved = in_old
+            && in_new
+            && (from.polygon(id) != to.polygon(id)
+                || from.space(id) != to.space(id)
+                || from.stroke_of(id).was_displaced_unseen());
+        // Its group may have moved as a whole since whoever draws it was told of it.
+        if has_moved || (in_old && in_new && from.space(id).is_some()) {
+            jump.moved.push(id);
+        }
+        match (was_visible, is_visible) {
+            (true, false) => jump.changes.push(Change::Remove(id)),
+            (false, true) => jump.changes.push(Change::Insert(id)),
+            (true, true) if has_moved || is_elsewhere_in_space(id) => jump.changes.push(Change::Update(id)),
+            _ => {}
+        }
+    }
+    // Where they were before, nobody has kept.
+    jump.changes.extend(to.spaces().map(Change::Place));
+    jump
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        reader::{FirstPlay, MAX_SNAPSHOTS},
+        *,
+    };
+    use glam::{Quat, Vec3};
+    use osp::{
+        frame::{Pipeline, StageClock},
+        index::{BruteForce, SpatialIndex},
+        view::{Projection, View},
+    };
+    use osp_session::recording::{Author, GroupId, NormalRule, StrokeId, Tool, Transform};
+
+    fn player_of(events: Vec<Event>, frame_ends: Vec<usize>) -> Player {
+        let recorded = Recorded { events, frame_ends };
+        let mut play =
+            FirstPlay::new(PathBuf::new(), Header::new("", ""), recorded, CameraChoice::Orbit, Vec::new());
+        while play.step() {}
+        play.finish()
+    }
+
+    /// A session with everything that changes a model.
+    fn player() -> Player {
+        let t = 0.0;
+        let mut events = Vec::new();
+        for number in 0..30u32 {
+            let stroke = StrokeId(number);
+            let (tool, normal) = (Tool::Ribbon, NormalRule::LocalX);
+            events.push(Event::Begin {
+                author: Author::SOLE,
+                t,
+                stroke,
+                tool,
+                width: 0.1,
+                color: (1.0, 1.0, 1.0, 1.0),
+                normal,
+                thinnest: 1.0,
+                paint: None,
+            });
+            for i in 0..12 {
+                let p = Vec3::new(i as f32 * 0.1, number as f32 * 0.2, (i * number) as f32 * 0.01);
+                events.push(Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 });
+            }
+            events.push(Event::End { t, stroke });
+            match number % 6 {
+                1 => events.push(Event::Erase { author: Author::SOLE, t, stroke: StrokeId(number / 2) }),
+                2 => events.push(Event::Move {
+                    author: Author::SOLE,
+                    t,
+                    strokes: vec![StrokeId(number / 3)],
+                    by: Vec3::X,
+                }),
+                3 => events.extend([
+                    Event::Undo { author: Author::SOLE, t },
+                    Event::Undo { author: Author::SOLE, t },
+                    Event::Redo { author: Author::SOLE, t },
+                ]),
+                4 => events.push(Event::Undo { author: Author::SOLE, t }),
+                _ => {}
+            }
+        }
+        let frame_ends: Vec<usize> = (0..events.len()).step_by(7).chain([events.len()]).collect();
+        player_of(events, frame_ends)
+    }
+
+    fn follow(index: &mut BruteForce, scene: &Scene, changes: &[Change]) {
+        for change in changes {
+            match *change {
+                Change::Insert(id) => index.insert(id, &scene.bounds(id)),
+                Change::Remove(id) => index.remove(id),
+                Change::Update(id) => index.update(id, &scene.bounds(id)),
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
+            }
+            .expect("a change that fits the index");
+        }
+    }
+
+    fn assert_same(index: &BruteForce, scene: &Scene, fresh: &Scene) {
+        let ids = |scene: &Scene| scene.visible_ids().collect::<Vec<_>>();
+        assert_eq!(ids(scene), ids(fresh));
+        assert_eq!(scene.polygon_count(), fresh.polygon_count());
+        assert!(scene.visible_ids().all(|id| scene.polygon(id) == fresh.polygon(id)));
+        assert_eq!(index.len(), ids(fresh).len());
+    }
+
+    #[test]
+    fn a_jump_leads_where_playing_leads() {
+        let mut player = player();
+        let frames = player.frame_count();
+        assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
+        let mut index = BruteForce::new();
+        // The polygons that a GPU scene would hold.
+        let mut held: Vec<osp::polygon::ConvexPolygon> = Vec::new();
+        let mut position = 0;
+        for round in 0..60u64 {
+            position = (position * 7 + round * 31 + 5) % (frames + 1);
+            let jump = player.seek(position);
+            assert_eq!(player.position(), position);
+            follow(&mut index, player.scene(), &jump.changes);
+            held.truncate(jump.polygon_count);
+            for id in &jump.moved {
+                held[id.index()] = player.scene().polygon(*id);
+            }
+            // And on from there, frame by frame.
+            for _ in 0..3 {
+                let mut changes = Vec::new();
+                player.step(&mut changes);
+                follow(&mut index, player.scene(), &changes);
+                for change in &changes {
+                    if let Change::Update(id) = *change
+                        && id.index() < held.len()
+                    {
+                        held[id.index()] = player.scene().polygon(id);
+                    }
+                }
+            }
+            let scene = player.scene();
+            held.extend((held.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
+            let mut fresh = SessionState::default();
+            for frame in 0..player.position() {
+                fresh.play(player.recorded.of(frame), &mut Vec::new());
+            }
+            assert_same(&index, scene, &fresh.scene);
+            assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");
+            position = player.position();
+        }
+    }
+
+    /// The group moves one way and the stroke in it the other: it stands where it was, but elsewhere in the group's space.
+    #[test]
+    fn a_jump_tells_of_a_stroke_that_moved_against_its_group() {
+        let (t, stroke, group) = (0.0, StrokeId(0), GroupId(0));
+        let place = |x: f32| Event::Place {
+            author: Author::SOLE,
+            t,
+            group,
+            to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 },
+        };
+        let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let color = (1.0, 1.0, 1.0, 1.0);
+        let events = vec![
+            Event::Polygon { author: Author::SOLE, t, stroke: Some(stroke), vertices, color },
+            Event::Group { author: Author::SOLE, t, group, strokes: vec![stroke], parent: None, name: None },
+            place(1.0),
+            place(2.0),
+            place(3.0),
+            Event::Move { author: Author::SOLE, t, strokes: vec![stroke], by: -Vec3::X },
+        ];
+        let mut player = player_of(events, vec![3, 4, 6]);
+        let mut pipeline = Pipeline::new(Box::new(BruteForce::new()), 16, StageClock::default());
+        let view = View::look_at(
+            Vec3::new(2.2, 0.2, 3.0),
+            Vec3::new(2.2, 0.2, 0.0),
+            Projection::symmetric(5.0, 1.0, 0.1, 10.0),
+        );
+        for frame in [2, 3, 2, 3] {
+            let jump = player.seek(frame);
+            let record = pipeline.frame(player.scene(), &jump.changes, &view);
+            assert!(player.scene().space(PolygonId(0)).is_some());
+            assert_eq!((record.polygons, record.visible), (1, 1), "at {frame}");
+        }
+    }
+
+    #[test]
+    fn it_stops_at_the_end_and_begins_again() {
+        let mut player = player();
+        assert_eq!(player.play(true), None);
+        player.set_speed(2.5);
+        let mut shown = 0;
+        while player.is_playing() {
+            player.advance(&mut Vec::new());
+            shown += 1;
+        }
+        assert_eq!(player.position(), player.frame_count());
+        assert!((shown as f64 - player.frame_count() as f64 / 2.5).abs() < 2.0);
+        assert!(player.play(true).is_some_and(|jump| jump.polygon_count == 0));
+        assert_eq!(player.position(), 0);
+    }
+}

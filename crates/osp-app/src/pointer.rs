@@ -1,0 +1,347 @@
+//! The pointer draws, erases, selects and moves strokes, and turns the camera.
+
+use glam::{Vec2, Vec3};
+
+use super::{
+    altering::Altering,
+    gestures::{Button, Gesture, Held, Input},
+    handles::dragged,
+    pen::{Pen, PenPoint, Snap},
+    studio::Studio,
+    subject::Subject,
+    tool::ToolChoice,
+};
+use osp::view::View;
+use osp_session::recording::{Author, Event, Motion, StrokeId};
+
+/// How far a pointer may wander during a click, heights of the window.
+const CLICK: f32 = 0.006;
+
+/// How far beside the pointer's tip a stroke is still touched, pixels: strokes can be thinner than a pixel.
+const TOUCH_PX: f32 = 4.0;
+/// Most points tested along one movement of the eraser: a fast hand makes long movements.
+const MAX_TOUCHES: f32 = 256.0;
+
+impl Studio {
+    /// Takes something that the pointer did, on a window of this size in pixels.
+    pub fn input(&mut self, input: Input, held: Held, size_px: Vec2) {
+        if self.is_reading() {
+            return;
+        }
+        let aspect = size_px.x / size_px.y.max(1.0);
+        match input {
+            Input::Pressure(pressure) => self.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
+            Input::Wheel(steps) if held.shift => {
+                self.brush.widen(steps);
+                self.take_width();
+            }
+            Input::Wheel(steps) => self.navigator.zoom(steps),
+            Input::Leave => {
+                if self.gestures.gesture.is_none() {
+                    self.gestures.pointer = None;
+                }
+            }
+            Input::Press(button) => self.press(button, held, size_px, aspect),
+            Input::Move(at) => {
+                let before = self.gestures.pointer.replace(at).unwrap_or(at);
+                // In heights of the window, y downwards.
+                let by = Vec2::new((at.x - before.x) * 0.5 * aspect, (before.y - at.y) * 0.5);
+                self.drag(before, by, held, size_px, aspect);
+            }
+            Input::Release(_) => self.release(held, size_px),
+        }
+        self.apply_events();
+    }
+
+    fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
+        // How hard a pen is pressed is said before that it is.
+        let pressure = self.gestures.pressure;
+        self.finish_gestures();
+        self.gestures.pressure = pressure;
+        let Some(at) = self.gestures.pointer else { return };
+        self.gestures.pressed_at = at;
+        self.gestures.is_touch = false;
+        let gesture = match (button, held) {
+            (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
+            (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
+            (Button::Primary, _) => Some(Gesture::Orbit),
+            (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
+            (Button::Secondary, _) => Some(Gesture::Orbit),
+        };
+        self.gestures.gesture = gesture;
+    }
+
+    fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
+        match self.tool {
+            ToolChoice::Draw(_) => {
+                let (view, on_screen) = self.view_at(at, aspect)?;
+                let surface = self.surface_under(&view, on_screen);
+                if !self.may_draw_on_layer() {
+                    return None;
+                }
+                let stroke = self.new_stroke()?;
+                let t = self.now_secs();
+                let point = self.pen_point(&view, on_screen, size_px.y, surface);
+                let brush = self.brush_at(&view, Pen::aim(&point, self.snap), size_px.y);
+                self.pen.press(t, stroke, brush, self.snap, &point, &mut self.events);
+                Some(Gesture::Draw)
+            }
+            ToolChoice::Erase => {
+                self.gestures.gesture = Some(Gesture::Erase { is_step_open: false });
+                self.erase_along(at, at, size_px);
+                self.gestures.gesture
+            }
+            ToolChoice::Select => match self.stroke_under(at, size_px) {
+                _ if let Some((handle, ring, from)) = self.handle_under(at, size_px) => {
+                    Some(Gesture::Handle { handle, ring, from, motion: Motion::STAY })
+                }
+                Some((stroke, from)) if self.selection.has(stroke) => {
+                    Some(Gesture::Move { from, by: Vec3::ZERO })
+                }
+                _ => Some(Gesture::Click),
+            },
+            ToolChoice::Span(span) => {
+                let from = self.span_point(at, size_px, None)?;
+                Some(Gesture::Span { span, from, to: from })
+            }
+        }
+    }
+
+    fn drag(&mut self, before: Vec2, by: Vec2, held: Held, size_px: Vec2, aspect: f32) {
+        let (Some(gesture), Some(at)) = (self.gestures.gesture, self.gestures.pointer) else { return };
+        match gesture {
+            Gesture::Draw => {
+                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
+                let surface =
+                    if self.snap == Snap::Surface { self.surface_under(&view, on_screen) } else { None };
+                let t = self.now_secs();
+                let point = self.pen_point(&view, on_screen, size_px.y, surface);
+                let (is_straight, first) = (held.shift || self.aids.straight, self.events.len());
+                self.pen.drag(t, self.snap, is_straight, &point, &mut self.events);
+                self.mirror_events(first);
+            }
+            Gesture::Erase { .. } => self.erase_along(before, at, size_px),
+            Gesture::Orbit => self.navigator.orbit(by),
+            Gesture::Look => self.navigator.look(by),
+            Gesture::Pan => self.navigator.pan(by),
+            Gesture::Move { from, .. } => {
+                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
+                let to = on_plane_through(&view, on_screen, from);
+                self.gestures.gesture = Some(Gesture::Move { from, by: to - from });
+            }
+            Gesture::Handle { handle, ring, from, .. } => {
+                let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
+                let to = on_plane_through(&view, on_screen, ring.middle);
+                let motion = dragged(handle, &ring, from, to, held.shift);
+                self.gestures.gesture = Some(Gesture::Handle { handle, ring, from, motion });
+            }
+            Gesture::Span { span, from, .. } => {
+                let Some(to) = self.span_point(at, size_px, Some(from)) else { return };
+                self.gestures.gesture = Some(Gesture::Span { span, from, to });
+            }
+            Gesture::Click => {}
+        }
+    }
+
+    fn release(&mut self, held: Held, size_px: Vec2) {
+        let Some(gesture) = self.gestures.gesture else { return };
+        let at = self.gestures.pointer.unwrap_or(self.gestures.pressed_at);
+        let wandered = (at - self.gestures.pressed_at) * Vec2::new(0.5 * size_px.x / size_px.y.max(1.0), 0.5);
+        let is_click = wandered.length() <= CLICK;
+        match gesture {
+            Gesture::Click | Gesture::Move { .. } | Gesture::Handle { .. } if is_click => {
+                self.gestures.gesture = None;
+                match self.stroke_under(at, size_px) {
+                    Some((stroke, _)) if held.shift => self.selection.toggle(stroke),
+                    Some((stroke, _)) => self.selection.set([stroke]),
+                    None if held.shift => {}
+                    None => self.selection.clear(),
+                }
+            }
+            Gesture::Span { span, from, to } => {
+                self.gestures.gesture = None;
+                self.end_span(span, from, to, held.shift);
+            }
+            _ => {}
+        }
+        self.finish_gestures();
+    }
+
+    /// Ends what the pointer is doing; what was drawn or moved stays.
+    pub fn finish_gestures(&mut self) {
+        let t = self.now_secs();
+        let first = self.events.len();
+        self.pen.release(t, &mut self.events);
+        self.mirror_events(first);
+        let gesture = self.gestures.gesture.take();
+        if gesture == Some(Gesture::Erase { is_step_open: true }) {
+            self.end_step();
+        }
+        if let Some(Gesture::Handle { motion, .. }) = gesture
+            && motion != Motion::STAY
+        {
+            self.alter_selection(Altering::Motion(motion));
+        }
+        if let Some(Gesture::Move { by, .. }) = gesture
+            && by != Vec3::ZERO
+            && !self.selection.is_empty()
+        {
+            if let Some(placed) = self.moved_group(by) {
+                self.events.push(placed);
+            } else {
+                // One edit, unless they are more than a line of the file can name.
+                let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
+                self.events.extend(parts.map(|strokes| Event::Move {
+                    author: Author::SOLE,
+                    t,
+                    strokes: strokes.to_vec(),
+                    by,
+                }));
+            }
+        }
+        self.gestures.pressure = None;
+        self.apply_events();
+    }
+
+    /// See [`Document::may_have_open_step`](super::document::Document::may_have_open_step).
+    pub(super) fn may_have_open_step(&self) -> bool {
+        matches!(&self.subject, Subject::Sketch(document) if document.may_have_open_step())
+    }
+
+    fn is_erasing(&self, stroke: StrokeId) -> bool {
+        matches!(&self.subject, Subject::Sketch(document) if document.is_erasing(stroke))
+    }
+
+    fn end_step(&mut self) {
+        if self.may_have_open_step() {
+            let t = self.now_secs();
+            self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
+            self.apply_events();
+        }
+    }
+
+    /// An edit of somebody else comes between: what the eraser takes from now on is another step.
+    pub(super) fn part_eraser_step(&mut self) {
+        if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.gestures.gesture {
+            *is_open = false;
+            self.end_step();
+        }
+    }
+
+    /// Sets where to fly: right, up, back, -1 to 1 each; zero stands still.
+    pub fn set_flight(&mut self, direction: Vec3) {
+        self.gestures.flight = direction;
+    }
+
+    /// Turns about the eye. `turn` is in heights of the window.
+    pub fn look(&mut self, turn: Vec2) {
+        self.navigator.look(turn);
+    }
+
+    pub(super) fn fly(&mut self, frame_secs: f32) {
+        /// Speed of flying: distances to the centre of the view, a second.
+        const SPEED: f32 = 0.9;
+        // A frame that hung must not throw the eye out of the model.
+        self.navigator.fly(self.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
+    }
+
+    /// The view under the pointer and the place where a stroke would begin there.
+    pub(super) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
+        let (view, on_screen) = self.view_at(at, aspect)?;
+        let surface = self.surface_under(&view, on_screen);
+        let point = self.pen_point(&view, on_screen, height_px, surface);
+        let aim = match self.pen.anchor() {
+            Some(anchor) if self.snap != Snap::Surface || surface.is_none() => {
+                on_plane_through(&view, on_screen, anchor)
+            }
+            _ => Pen::aim(&point, self.snap),
+        };
+        Some((view, aim))
+    }
+
+    fn pen_point<'v>(&self, view: &'v View, at: Vec2, height_px: f32, surface: Option<Vec3>) -> PenPoint<'v> {
+        let pressure = self.gestures.pressure.unwrap_or(1.0);
+        PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
+    }
+
+    /// The point of the model under a point of a screen. The stroke in the making does not count: it would come nearer
+    /// and nearer by lying on itself.
+    fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
+        if self.snap == Snap::Off {
+            return None;
+        }
+        let ray = view.ray_through(at);
+        let without = self.pen.stroke();
+        let twin = self.twin_of(without);
+        let (_, t) = self.pick(&ray, |stroke| {
+            without.is_none() || stroke.id() != without && (twin.is_none() || stroke.id() != twin)
+        })?;
+        Some(ray.origin + ray.direction * t)
+    }
+
+    /// The stroke under a point of the window or close beside it, and where on it. Those on locked layers do not count.
+    pub(super) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
+        /// The point itself, then around it.
+        const BESIDE: [(f32, f32); 9] = [
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (-1.0, 0.0),
+            (0.0, -1.0),
+            (0.7, 0.7),
+            (-0.7, 0.7),
+            (-0.7, -0.7),
+            (0.7, -0.7),
+        ];
+        let aspect = size_px.x / size_px.y.max(1.0);
+        let layers = self.scene().layer_states().keys().copied();
+        let locked: Vec<u32> = layers.filter(|&layer| self.is_layer_held(layer)).collect();
+        // The window is 2 wide and 2 high.
+        let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
+        BESIDE.iter().find_map(|&beside| {
+            let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
+            let ray = view.ray_through(on_screen);
+            let (id, t) = self.pick(&ray, |stroke| !locked.contains(&stroke.layer()))?;
+            let stroke = self.scene().stroke_of(id).id()?;
+            Some((stroke, ray.origin + ray.direction * t))
+        })
+    }
+
+    /// Erases what lies under the way from one point of the window to another.
+    fn erase_along(&mut self, from: Vec2, to: Vec2, size_px: Vec2) {
+        let steps = ((to - from) * 0.5 * size_px).length() / TOUCH_PX;
+        let steps = steps.ceil().clamp(1.0, MAX_TOUCHES);
+        for step in 1..=steps as u32 {
+            let at = from.lerp(to, step as f32 / steps);
+            if let Some((stroke, _)) = self.stroke_under(at, size_px)
+                && !self.is_erasing(stroke)
+            {
+                let t = self.now_secs();
+                // What one way of the pointer erases is one step, which ends with the gesture.
+                if let Some(Gesture::Erase { is_step_open: is_open @ false }) = &mut self.gestures.gesture {
+                    *is_open = true;
+                    self.events.push(Event::Step { author: Author::SOLE, t, edits: u32::MAX });
+                }
+                self.events.push(Event::Erase { author: Author::SOLE, t, stroke });
+                self.apply_events();
+            }
+        }
+    }
+
+    /// Looks at what is under the pointer from where the eye is.
+    pub(super) fn look_at_pointer(&mut self, aspect: f32) {
+        let Some((view, on_screen)) = self.gestures.pointer.and_then(|at| self.view_at(at, aspect)) else {
+            return;
+        };
+        let ray = view.ray_through(on_screen);
+        if let Some((_, t)) = self.pick(&ray, |_| true) {
+            self.navigator.look_at(ray.origin + ray.direction * t);
+        }
+    }
+}
+
+pub(super) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
+    let ray = view.ray_through(at);
+    let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
+    ray.origin + ray.direction * distance_m
+}

@@ -1,0 +1,295 @@
+use glam::{Quat, Vec2, Vec3};
+
+use super::{
+    navigator::Navigator,
+    test_pattern,
+    tracker::{HandsState, Message},
+};
+use osp::{
+    math::{Aabb, rotate},
+    view::{Projection, View},
+};
+use osp_render::{Channels, LineBatch};
+use osp_session::{
+    replay::{NEAREST_EYE_M, far_m},
+    rig::{Eye, Rig, RoomFromTracker, RoomPlace, Screen, Stereo},
+};
+
+/// Nearest distance drawn on a rig's screens, metres.
+const NEAR_M: f32 = 0.02;
+
+/// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoomView {
+    /// The view that it shows.
+    pub view: View,
+    /// Which screen of the rig.
+    pub screen: usize,
+    /// Which eye.
+    pub eye: Eye,
+    /// Left and lower corner of its part of the window, 0 to 1.
+    pub from: Vec2,
+    /// Right and upper corner.
+    pub to: Vec2,
+    /// Which colours of the window it has.
+    pub channels: Channels,
+    /// The eye is behind the screen or too near to it: the view is that of the nearest place in front.
+    pub is_clamped: bool,
+}
+
+/// Where the screens are: one window on a desk, or the screens of a rig around a tracked head.
+#[derive(Clone, Debug, Default)]
+pub struct Room {
+    rig: Option<Rig>,
+    stereo: Stereo,
+    swaps_eyes: bool,
+    shows_pattern: bool,
+}
+
+impl Room {
+    /// A room with the screens of a rig.
+    pub fn new(rig: Rig) -> Self {
+        Self { stereo: rig.stereo, swaps_eyes: rig.swap_eyes, rig: Some(rig), shows_pattern: false }
+    }
+
+    /// The rig, if there is one.
+    pub fn rig(&self) -> Option<&Rig> {
+        self.rig.as_ref()
+    }
+
+    /// How the two eyes' pictures reach the eyes.
+    pub fn stereo(&self) -> Stereo {
+        self.stereo
+    }
+
+    /// Changes how the two eyes' pictures reach the eyes.
+    pub fn set_stereo(&mut self, stereo: Stereo) {
+        self.stereo = stereo;
+    }
+
+    /// Whether each eye gets the picture of the other one.
+    pub fn swaps_eyes(&self) -> bool {
+        self.swaps_eyes
+    }
+
+    /// Gives each eye the picture of the other one, or its own.
+    pub fn set_swaps_eyes(&mut self, swaps: bool) {
+        self.swaps_eyes = swaps;
+    }
+
+    /// Changes the distance of the eyes, metres.
+    pub fn set_eye_separation_m(&mut self, separation_m: f32) {
+        if let Some(rig) = &mut self.rig {
+            rig.eye_separation_m = separation_m.clamp(0.0, 1.0);
+        }
+    }
+
+    /// Whether the screens of the rig show a test pattern instead of the model.
+    pub fn shows_pattern(&self) -> bool {
+        self.shows_pattern && self.rig.is_some()
+    }
+
+    /// Shows a test pattern on the screens of the rig, or the model.
+    pub fn show_pattern(&mut self, shows: bool) {
+        self.shows_pattern = shows;
+    }
+
+    /// The place of the tracker in the room from now on.
+    pub fn calibrate(&mut self, room_from_tracker: RoomFromTracker) {
+        if let Some(rig) = &mut self.rig {
+            rig.room_from_tracker = room_from_tracker;
+        }
+    }
+
+    /// The test pattern of a view, in the world.
+    pub(super) fn draw_pattern(&self, navigator: &Navigator, view: &RoomView, out: &mut LineBatch) {
+        let Some(rig) = &self.rig else { return };
+        let place = Self::place(rig, navigator);
+        test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
+    }
+
+    /// The eye in whose place an eye's picture is shown.
+    pub(super) fn shown_at(&self, eye: Eye) -> Eye {
+        if self.swaps_eyes { eye.other() } else { eye }
+    }
+
+    /// The colours of the window that the picture of this place has.
+    pub(super) fn channels_at(&self, shown_at: Eye) -> Channels {
+        match (self.stereo, shown_at) {
+            (Stereo::Anaglyph, Eye::Left) => Channels::Red,
+            (Stereo::Anaglyph, Eye::Right) => Channels::Cyan,
+            _ => Channels::All,
+        }
+    }
+
+    /// Where the rig's room is. Flying moves it; its place for the head is where the camera is.
+    fn place(rig: &Rig, navigator: &Navigator) -> RoomPlace {
+        RoomPlace::around(rig, navigator.eye(), navigator.world_from_view())
+    }
+
+    /// A point of the room in the world.
+    pub fn to_world(&self, navigator: &Navigator, p: Vec3) -> Vec3 {
+        self.rig.as_ref().map_or(p, |rig| Self::place(rig, navigator).to_world(p))
+    }
+
+    /// A pose in the room in the world: a position, and world from what has it.
+    pub fn pose_to_world(&self, navigator: &Navigator, (p, q): (Vec3, Quat)) -> (Vec3, Quat) {
+        (self.to_world(navigator, p), self.turn_to_world(navigator, q))
+    }
+
+    fn turn_to_world(&self, navigator: &Navigator, q: Quat) -> Quat {
+        self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
+    }
+
+    /// The head at the rig's place for it, tilted like this one in the world; `None` without a rig.
+    pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
+        let rig = self.rig.as_ref()?;
+        Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
+    }
+
+    /// A tracker's message with the poses of the room.
+    pub fn message_to_room(&self, message: Message) -> Message {
+        let Some(of_rig) = self.rig.as_ref().map(|rig| rig.room_from_tracker) else { return message };
+        match message {
+            Message::Head { p, q } => Message::Head { p: of_rig.point(p), q: of_rig.turn(q) },
+            Message::Hand { hand, p, q, pressure } => {
+                Message::Hand { hand, p: of_rig.point(p), q: of_rig.turn(q), pressure }
+            }
+            Message::Erase { p } => Message::Erase { p: of_rig.point(p) },
+            Message::Brush { .. } | Message::Undo | Message::Redo => message,
+        }
+    }
+
+    /// A message of the room with world positions. The head stays in the room: it decides what the screens show.
+    pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
+        let point = |p| self.to_world(navigator, p);
+        match message {
+            Message::Hand { hand, p, q, pressure } => {
+                Message::Hand { hand, p: point(p), q: self.turn_to_world(navigator, q), pressure }
+            }
+            Message::Erase { p } => Message::Erase { p: point(p) },
+            Message::Head { .. } | Message::Brush { .. } | Message::Undo | Message::Redo => message,
+        }
+    }
+
+    /// The views of a frame on a window `aspect` times as wide as high.
+    pub fn views(
+        &self,
+        navigator: &Navigator,
+        hands: &HandsState,
+        aspect: f32,
+        bounds: &Aabb,
+    ) -> Vec<RoomView> {
+        let mut views = Vec::new();
+        self.views_into(navigator, hands, aspect, bounds, &mut views);
+        views
+    }
+
+    /// [`Room::views`] into memory that is kept.
+    pub fn views_into(
+        &self,
+        navigator: &Navigator,
+        hands: &HandsState,
+        aspect: f32,
+        bounds: &Aabb,
+        out: &mut Vec<RoomView>,
+    ) {
+        out.clear();
+        let eyes = self.stereo.eyes();
+        let screens = self.rig.as_ref().map_or(1, |rig| rig.screens.len());
+        let on_walls = self.rig.as_ref().is_some_and(Rig::asks_for_windows);
+        for screen in 0..screens {
+            for &eye in eyes {
+                let shown_at = self.shown_at(eye);
+                let here =
+                    if on_walls && self.stereo == Stereo::Windows { Stereo::SideBySide } else { self.stereo };
+                let (from, to) = here.part_of(shown_at);
+                // A copy of what a wall shows has its shape.
+                let (margin, size) = match &self.rig {
+                    Some(rig) if on_walls => fitted(rig.screens[screen].aspect(), aspect / screens as f32),
+                    _ => (Vec2::ZERO, Vec2::ONE),
+                };
+                let corner = |part: [f32; 2]| {
+                    let part = margin + size * Vec2::from(part);
+                    Vec2::new((screen as f32 + part.x) / screens as f32, part.y)
+                };
+                let (from, to) = (corner(from), corner(to));
+                let channels = self.channels_at(shown_at);
+                let seen = match &self.rig {
+                    Some(rig) => Self::on_screen(rig, &rig.screens[screen], eye, navigator, hands, bounds),
+                    None => {
+                        let part = (to - from) * Vec2::new(aspect, 1.0);
+                        Some((at_desk(eye, navigator, hands, part.x / part.y, bounds), false))
+                    }
+                };
+                if let Some((view, is_clamped)) = seen {
+                    out.push(RoomView { view, screen, eye, from, to, channels, is_clamped });
+                }
+            }
+        }
+    }
+
+    /// The screens that the head is behind, or nearly touches.
+    pub fn screens_behind<'a>(&'a self, views: &'a [RoomView]) -> impl Iterator<Item = &'a str> + Clone {
+        let screens = self.rig.as_ref().map_or(&[][..], |rig| &rig.screens);
+        screens
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| views.iter().any(|view| view.screen == *i && view.is_clamped))
+            .map(|(_, screen)| screen.name.as_str())
+    }
+
+    fn on_screen(
+        rig: &Rig,
+        screen: &Screen,
+        eye: Eye,
+        navigator: &Navigator,
+        hands: &HandsState,
+        bounds: &Aabb,
+    ) -> Option<(View, bool)> {
+        let (head, turn) = hands.head.unwrap_or((rig.head, Quat::IDENTITY));
+        let tracked = rig.eye_in_room(eye, head, turn);
+        let eye_in_room = screen.in_front(tracked, NEAREST_EYE_M);
+        let place = Self::place(rig, navigator);
+        let far_m = far_m(place.to_world(eye_in_room), bounds);
+        let view = screen.view(eye_in_room, NEAR_M, far_m)?;
+        Some((place.view_to_world(view), eye_in_room != tracked))
+    }
+
+    /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
+    pub fn under(&self, views: &[RoomView], at: Vec2) -> Option<(View, Vec2)> {
+        let part = at * 0.5 + 0.5;
+        let found = views.iter().find(|v| part.cmpge(v.from).all() && part.cmple(v.to).all());
+        let found = found.or_else(|| views.first())?;
+        let on_screen = (part - found.from) / (found.to - found.from) * 2.0 - 1.0;
+        Some((found.view, on_screen))
+    }
+}
+
+/// The largest part of this shape in the middle of an area of another: its corner and size, as parts of the area's.
+fn fitted(aspect: f32, into: f32) -> (Vec2, Vec2) {
+    let size = Vec2::new((aspect / into).min(1.0), (into / aspect).min(1.0));
+    ((Vec2::ONE - size) * 0.5, size)
+}
+
+/// The view of an eye before a plain window.
+fn at_desk(eye: Eye, navigator: &Navigator, hands: &HandsState, aspect: f32, bounds: &Aabb) -> View {
+    let mut view = navigator.view(aspect, bounds);
+    if let Some((p, q)) = hands.head {
+        (view.eye_in_world, view.world_from_view) = (p, q);
+        view.projection.far_m = view.projection.far_m.max(far_m(p, bounds));
+    }
+    // A thirtieth of the distance is comfortable; the two pictures coincide at the plane through the centre of the view.
+    let distance_m = navigator.distance_m();
+    let half_m = distance_m / 60.0;
+    let sideways_m = match eye {
+        Eye::Left => -half_m,
+        Eye::Middle => return view,
+        Eye::Right => half_m,
+    };
+    view.eye_in_world += rotate(view.world_from_view, Vec3::X * sideways_m);
+    let shift = sideways_m / distance_m;
+    let Projection { left, right, .. } = view.projection;
+    view.projection = Projection { left: left - shift, right: right - shift, ..view.projection };
+    view
+}

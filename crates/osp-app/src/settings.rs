@@ -1,0 +1,208 @@
+use std::{
+    io,
+    path::{Path, PathBuf},
+    sync::mpsc::{Sender, channel},
+    thread::JoinHandle,
+};
+
+use serde::{Deserialize, Serialize};
+
+use osp_session::{
+    atomic_file::AtomicFile,
+    platform::{fs, user_folder},
+    small_file::read_text,
+};
+
+/// Sessions that are remembered.
+const MOST_RECENT: usize = 12;
+/// Largest file of settings that is read.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// The colours of the panels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Theme {
+    /// Light letters on dark panels.
+    #[default]
+    Dark,
+    /// Dark letters on light panels.
+    Light,
+    /// As the desktop has them.
+    System,
+}
+
+impl Theme {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Dark, Self::Light, Self::System];
+
+    /// Its name in the menu.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dark => "Dark",
+            Self::Light => "Light",
+            Self::System => "As the desktop",
+        }
+    }
+}
+
+/// What the window keeps from one time to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// The colours of the panels.
+    pub theme: Theme,
+    /// How much larger than usual letters are.
+    pub zoom: f32,
+    /// Whether somebody has drawn in the window: then its lesson is over.
+    pub has_drawn: bool,
+    /// The sessions that had a name, the last one first.
+    pub recent: Vec<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { theme: Theme::default(), zoom: 1.0, has_drawn: false, recent: Vec::new() }
+    }
+}
+
+impl Settings {
+    /// The file of the user's settings.
+    pub fn default_path() -> PathBuf {
+        user_folder("XDG_CONFIG_HOME", ".config/osp").join("window.settings")
+    }
+
+    /// Reads them; the usual ones if there is no file or it cannot be understood: nothing in them is worth a window that
+    /// does not open.
+    pub fn read(path: &Path) -> Self {
+        let text = read_text(path, MOST_BYTES).unwrap_or_default();
+        let mut settings: Self = ron::from_str(&text).unwrap_or_default();
+        settings.recent.truncate(MOST_RECENT);
+        if !(0.2..=5.0).contains(&settings.zoom) {
+            settings.zoom = 1.0;
+        }
+        settings
+    }
+
+    /// Writes them.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let text = ron::to_string(self).map_err(io::Error::other)?;
+        let mut file = AtomicFile::create(path)?;
+        io::Write::write_all(&mut file, text.as_bytes())?;
+        file.commit().map(|_| ())
+    }
+
+    /// Puts a session first among the recent ones.
+    pub fn note_recent(&mut self, path: &Path) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        // A name that is no text cannot be kept in one.
+        if path.to_str().is_none() {
+            return;
+        }
+        self.recent.retain(|other| *other != path);
+        self.recent.insert(0, path);
+        self.recent.truncate(MOST_RECENT);
+    }
+}
+
+/// Writes settings on a thread of its own: no frame waits for the disk.
+#[derive(Debug)]
+pub(super) struct SettingsKeeper {
+    latest: Option<Sender<Settings>>,
+    writer: Option<JoinHandle<()>>,
+    /// The file, where there are no threads.
+    at_once: Option<PathBuf>,
+}
+
+impl SettingsKeeper {
+    pub(super) fn new(path: PathBuf) -> Self {
+        let (latest, settings) = channel::<Settings>();
+        if cfg!(target_arch = "wasm32") {
+            // There the disk is memory.
+            return Self { latest: None, writer: None, at_once: Some(path) };
+        }
+        let writer = std::thread::spawn(move || {
+            while let Ok(next) = settings.recv() {
+                let mut next = settings.try_iter().last().unwrap_or(next);
+                // Another window may have noted others since.
+                for other in Settings::read(&path).recent {
+                    if !next.recent.contains(&other) {
+                        next.recent.push(other);
+                    }
+                }
+                next.recent.truncate(MOST_RECENT);
+                // That they cannot be written is not worth a message: the session is what matters.
+                let _ = next.write(&path);
+            }
+        });
+        Self { latest: Some(latest), writer: Some(writer), at_once: None }
+    }
+
+    /// Writes these, unless others follow at once.
+    pub(super) fn keep(&self, settings: &Settings) {
+        if let Some(path) = &self.at_once {
+            let _ = settings.write(path);
+        }
+        if let Some(latest) = &self.latest {
+            // A writer that is gone keeps nothing.
+            let _ = latest.send(settings.clone());
+        }
+    }
+}
+
+impl Drop for SettingsKeeper {
+    /// What was handed over is written first.
+    fn drop(&mut self) {
+        self.latest = None;
+        let _ = self.writer.take().map(JoinHandle::join);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_two_windows_keep_is_all_there() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("window.settings");
+        let (first, second) = (SettingsKeeper::new(path.clone()), SettingsKeeper::new(path.clone()));
+        let noted = |name: &str| {
+            let mut settings = Settings::default();
+            settings.note_recent(&folder.path().join(name));
+            settings
+        };
+        for zoom in [1.1, 1.2, 1.3] {
+            first.keep(&Settings { zoom, ..noted("a.ron") });
+        }
+        drop(first);
+        second.keep(&noted("b.ron"));
+        drop(second);
+        assert_eq!(Settings::read(&path).recent, ["b.ron", "a.ron"].map(|name| folder.path().join(name)));
+    }
+
+    #[test]
+    fn settings_are_read_as_they_were_written_and_never_stand_in_the_way() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("deep/window.settings");
+        assert_eq!(Settings::read(&path), Settings::default());
+        let mut settings = Settings { theme: Theme::Light, zoom: 1.5, ..Settings::default() };
+        for number in 0..20 {
+            settings.note_recent(&folder.path().join(format!("{number}.ron")));
+        }
+        settings.note_recent(&folder.path().join("15.ron"));
+        assert_eq!(settings.recent.len(), MOST_RECENT);
+        assert_eq!(settings.recent[0], folder.path().join("15.ron"));
+        assert_eq!(settings.recent[1], folder.path().join("19.ron"));
+        settings.write(&path).expect("written");
+        assert_eq!(Settings::read(&path), settings);
+        for text in ["", "nonsense", "(zoom:NaN)", "(zoom:1e30)", "(later:3)"] {
+            fs::write(&path, text).expect("written");
+            assert_eq!(Settings::read(&path), Settings::default(), "{text}");
+        }
+    }
+}

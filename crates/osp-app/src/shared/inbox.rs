@@ -1,0 +1,108 @@
+//! Events of a session that have arrived and are not in the model yet. The model takes them piece by piece, as it takes a file, so
+//! that no burst of events stalls the frames.
+
+use std::collections::VecDeque;
+
+use crate::document::PIECE;
+use osp_session::recording::Event;
+
+/// Events in their order, as they came. More comes when the last of them is taken.
+#[derive(Debug, Default)]
+pub(super) struct Inbox {
+    events: VecDeque<Event>,
+    /// The number of own events among them.
+    own: usize,
+}
+
+impl Inbox {
+    /// Whether nothing waits.
+    pub(super) fn is_empty(&self) -> bool {
+        self.events.is_empty()
+    }
+
+    /// Adds what has come, and how many of one's own events are in it.
+    pub(super) fn add(&mut self, events: Vec<Event>, own: usize) {
+        self.events.extend(events);
+        self.own += own;
+    }
+
+    /// Moves the next piece to `out`. Returns how many own events have been taken with it: all, with the last piece.
+    pub(super) fn take_piece(&mut self, out: &mut Vec<Event>) -> usize {
+        let mut room = PIECE;
+        while let Some(event) = self.events.front() {
+            let weight = weight(event);
+            if weight > room && !out.is_empty() {
+                break;
+            }
+            room = room.saturating_sub(weight);
+            out.extend(self.events.pop_front());
+        }
+        if self.events.is_empty() { std::mem::take(&mut self.own) } else { 0 }
+    }
+
+    /// Takes everything.
+    pub(super) fn take_all(&mut self) -> Vec<Event> {
+        self.own = 0;
+        std::mem::take(&mut self.events).into()
+    }
+}
+
+/// The part of a piece that an event takes up. An event that draws counts by its length. An edit is a whole piece: a few bytes may
+/// change the whole model, and its extent is known only afterwards.
+fn weight(event: &Event) -> usize {
+    match event {
+        Event::Erase { .. }
+        | Event::Undo { .. }
+        | Event::Redo { .. }
+        | Event::Move { .. }
+        | Event::Group { .. }
+        | Event::Place { .. }
+        | Event::Layer { .. }
+        | Event::Assign { .. }
+        | Event::Leave { .. } => PIECE,
+        Event::Join { .. }
+        | Event::Head { .. }
+        | Event::Begin { .. }
+        | Event::Point { .. }
+        | Event::End { .. }
+        | Event::Step { .. }
+        | Event::View { .. }
+        | Event::Polygon { .. } => 1 + event.list_len(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp_session::recording::{Author, StrokeId};
+
+    #[test]
+    fn pieces_are_bounded_edits_are_alone_and_the_order_stays() {
+        let end = |n: u32| Event::End { t: 0.0, stroke: StrokeId(n) };
+        let undo = || Event::Undo { author: Author(1), t: 0.0 };
+        let vertices = vec![glam::Vec3::ZERO; 2 * PIECE];
+        let color = (1.0, 1.0, 1.0, 1.0);
+        let large = Event::Polygon { author: Author(1), t: 0.0, stroke: None, vertices, color };
+        let mut all: Vec<Event> = (0..2 * PIECE as u32 + 3).map(end).collect();
+        all.extend([undo(), undo(), end(1), large.clone(), end(2)]);
+        let mut inbox = Inbox::default();
+        inbox.add(all.clone(), 2);
+        inbox.add(vec![end(3)], 5);
+        all.push(end(3));
+        let (mut taken, mut sizes, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        while !inbox.is_empty() {
+            let mut piece = Vec::new();
+            own.push(inbox.take_piece(&mut piece));
+            sizes.push(piece.len());
+            taken.extend(piece);
+        }
+        assert!(taken == all);
+        assert_eq!(sizes, [PIECE, PIECE, 3, 1, 1, 1, 1, 2]);
+        assert_eq!(own, [0, 0, 0, 0, 0, 0, 0, 7]);
+        let mut none = Vec::new();
+        assert_eq!((inbox.take_piece(&mut none), none.len()), (0, 0));
+        inbox.add(all.clone(), 1);
+        assert!(inbox.take_all() == all && inbox.is_empty());
+        assert_eq!(inbox.take_piece(&mut none), 0);
+    }
+}

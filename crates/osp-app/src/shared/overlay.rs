@@ -1,0 +1,162 @@
+use std::collections::BTreeMap;
+
+use osp::polygon::{Change, VisibleBlocks};
+use osp_session::{
+    recording::{Author, Event, StrokeId},
+    scene::Scene,
+};
+
+/// Own strokes that are not in the session as a whole yet, drawn at once: the hand does not wait for the network.
+///
+/// They are a scene of their own, that is drawn over the session's. A stroke stays here until all of its events have come
+/// back; of what has come back, the session's scene shows the polygons, and only those after them are shown here.
+#[derive(Debug, Default)]
+pub struct Overlay {
+    scene: Scene,
+    changes: Vec<Change>,
+    shown: VisibleBlocks,
+    strokes: BTreeMap<StrokeId, Stroke>,
+    /// The scene is another one than the last time its changes were taken.
+    is_other: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Stroke {
+    /// Events that have not come back.
+    waiting: usize,
+    has_ended: bool,
+}
+
+/// The stroke that an event draws.
+fn drawn_by(event: &Event) -> Option<StrokeId> {
+    match event {
+        Event::Begin { stroke, .. }
+        | Event::Point { stroke, .. }
+        | Event::End { stroke, .. }
+        | Event::Polygon { stroke: Some(stroke), .. } => Some(*stroke),
+        _ => None,
+    }
+}
+
+impl Overlay {
+    /// Takes an own event that is on its way to the session.
+    pub(super) fn add(&mut self, event: &Event) {
+        let Some(id) = drawn_by(event) else { return };
+        if matches!(event, Event::Begin { .. } | Event::Polygon { .. }) {
+            self.strokes.entry(id).or_default();
+        }
+        // Of a stroke that began elsewhere nothing is drawn here.
+        let Some(stroke) = self.strokes.get_mut(&id) else { return };
+        stroke.waiting += 1;
+        stroke.has_ended |= matches!(event, Event::End { .. } | Event::Polygon { .. });
+        self.scene.apply_all([event], &mut self.changes);
+    }
+
+    /// An own event has come back, or will never be in the session.
+    pub(super) fn settle(&mut self, event: &Event) {
+        let Some(id) = drawn_by(event) else { return };
+        let Some(stroke) = self.strokes.get_mut(&id) else { return };
+        stroke.waiting = stroke.waiting.saturating_sub(1);
+        if stroke.waiting > 0 || !stroke.has_ended {
+            return;
+        }
+        self.strokes.remove(&id);
+        if self.strokes.is_empty() {
+            // From the beginning, so that it does not grow.
+            (self.scene, self.is_other) = (Scene::default(), true);
+            self.changes.clear();
+        } else {
+            let erase = Event::Erase { author: Author::SOLE, t: event.time_secs(), stroke: id };
+            self.scene.apply_all([&erase], &mut self.changes);
+        }
+    }
+
+    /// Finds what is shown, where `in_session` says how many polygons of an own stroke the session's scene has.
+    pub(super) fn show(&mut self, in_session: impl Fn(StrokeId) -> usize) {
+        self.shown.clear();
+        for &id in self.strokes.keys() {
+            let Some(stroke) = self.scene.stroke(id) else { continue };
+            for polygon in stroke.polygon_ids().skip(in_session(id)).filter(|&id| self.scene.is_visible(id)) {
+                self.shown.insert(polygon);
+            }
+        }
+    }
+
+    /// The scene that it is drawn from.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What of the scene is shown.
+    pub fn shown(&self) -> &VisibleBlocks {
+        &self.shown
+    }
+
+    /// What has changed since the last call; true: everything.
+    pub(crate) fn take_changes(&mut self, out: &mut Vec<Change>) -> bool {
+        out.append(&mut self.changes);
+        std::mem::take(&mut self.is_other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Quat, Vec3};
+
+    use super::*;
+    use osp_session::recording::{NormalRule, Tool};
+
+    fn stroke(id: u32, points: u32) -> Vec<Event> {
+        let stroke = StrokeId(id);
+        let begin = Event::Begin {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke,
+            tool: Tool::Ribbon,
+            width: 0.01,
+            color: (1.0, 1.0, 1.0, 1.0),
+            paint: None,
+            thinnest: 1.0,
+            normal: NormalRule::default(),
+        };
+        let point = |n: u32| Event::Point {
+            t: 0.0,
+            stroke,
+            p: Vec3::new(n as f32 * 0.1, id as f32, 0.0),
+            q: Quat::IDENTITY,
+            pressure: 1.0,
+        };
+        let end = Event::End { t: 0.0, stroke };
+        std::iter::once(begin).chain((0..points).map(point)).chain([end]).collect()
+    }
+
+    #[test]
+    fn a_stroke_is_shown_until_all_of_it_has_come_back_and_only_what_has_not() {
+        let mut overlay = Overlay::default();
+        let (first, second) = (stroke(1, 20), stroke(2, 10));
+        first.iter().chain(&second).for_each(|event| overlay.add(event));
+        overlay.show(|_| 0);
+        let all = overlay.shown().len();
+        assert!(all > 20, "{all}");
+        let of_first = overlay.scene().stroke(StrokeId(1)).expect("a stroke").polygon_ids().count();
+        overlay.show(|id| if id == StrokeId(1) { of_first - 3 } else { 0 });
+        assert_eq!(overlay.shown().len(), all - of_first + 3);
+        first.iter().for_each(|event| overlay.settle(event));
+        overlay.show(|_| 0);
+        assert_eq!(overlay.shown().len(), all - of_first);
+        assert!(!overlay.take_changes(&mut Vec::new()));
+        // The hand still holds it: nothing has ended.
+        let mut open = Overlay::default();
+        second[..11].iter().for_each(|event| open.add(event));
+        second[..11].iter().for_each(|event| open.settle(event));
+        open.show(|_| 0);
+        assert!(!open.shown().is_empty());
+        second.iter().for_each(|event| overlay.settle(event));
+        overlay.show(|_| 0);
+        assert!(overlay.shown().is_empty() && overlay.scene().polygon_count() == 0);
+        assert!(overlay.take_changes(&mut Vec::new()));
+        // Edits of what the session has are not shown before they come back.
+        overlay.add(&Event::Undo { author: Author::SOLE, t: 0.0 });
+        assert_eq!(overlay.scene().counts().ignored_events, 0);
+    }
+}

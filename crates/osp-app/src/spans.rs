@@ -1,0 +1,103 @@
+//! Two picked points: the distance between them, and the strokes in the box or the sphere that they make.
+
+use glam::{Vec2, Vec3};
+
+use super::{
+    pointer::on_plane_through,
+    studio::Studio,
+    tool::{Span, ToolChoice},
+};
+use osp::{
+    math::{Aabb, Sphere},
+    polygon::ConvexPolygon,
+};
+use osp_render::{Depth, LineBatch, LineColor};
+
+/// A part of space in which strokes are selected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// A box.
+    Box(Aabb),
+    /// A sphere.
+    Sphere(Sphere),
+}
+
+impl Part {
+    /// What two points make; nothing for a distance.
+    pub(super) fn of(span: Span, from: Vec3, to: Vec3) -> Option<Self> {
+        match span {
+            Span::Distance => None,
+            Span::Box => {
+                // Points on a surface are off it by rounding, and a flat box would miss what it lies in.
+                let more = Vec3::splat(from.distance(to) * 1.0e-3);
+                Some(Self::Box(Aabb::new(from.min(to) - more, from.max(to) + more)))
+            }
+            Span::Sphere => Some(Self::Sphere(Sphere { center: from, radius_m: from.distance(to) })),
+        }
+    }
+
+    /// Whether a polygon shares a point with it.
+    pub(super) fn touches(&self, polygon: &ConvexPolygon) -> bool {
+        match self {
+            Self::Box(bounds) => polygon.touches(bounds),
+            Self::Sphere(sphere) => polygon.distance_m(sphere.center) <= sphere.radius_m,
+        }
+    }
+}
+
+impl Studio {
+    /// The points between which a distance was measured last.
+    pub fn measured(&self) -> Option<(Vec3, Vec3)> {
+        self.measured
+    }
+
+    /// The point of the model under the pointer; beside it, the one at the depth of `from`.
+    pub(super) fn span_point(&mut self, at: Vec2, size_px: Vec2, from: Option<Vec3>) -> Option<Vec3> {
+        if let Some((_, point)) = self.stroke_under(at, size_px) {
+            return Some(point);
+        }
+        let (view, on_screen) = self.view_at(at, size_px.x / size_px.y.max(1.0))?;
+        from.map(|from| on_plane_through(&view, on_screen, from))
+    }
+
+    /// Takes the two points.
+    pub(super) fn end_span(&mut self, span: Span, from: Vec3, to: Vec3, adds: bool) {
+        let Some(part) = Part::of(span, from, to) else {
+            self.measured = Some((from, to));
+            return;
+        };
+        let mut strokes = self.strokes_in(&part);
+        if adds {
+            strokes.extend_from_slice(self.selection.strokes());
+        }
+        self.selection.set(strokes);
+        self.deselect_locked();
+    }
+
+    /// The two points to be shown: those that are being taken, else the distance measured last.
+    pub(super) fn shown_span(&self) -> Option<(Span, Vec3, Vec3)> {
+        let is_measuring = self.tool == ToolChoice::Span(Span::Distance);
+        let measured = self.measured.filter(|_| is_measuring);
+        self.gestures.span().or(measured.map(|(from, to)| (Span::Distance, from, to)))
+    }
+}
+
+/// Draws two points and what they make.
+pub(super) fn draw_span(span: Span, from: Vec3, to: Vec3, out: &mut LineBatch) {
+    const COLOR: LineColor = [120, 255, 200, 255];
+    const CORNERS: usize = 32;
+    match Part::of(span, from, to) {
+        None => {}
+        Some(Part::Box(bounds)) => out.aabb(&bounds, COLOR, Depth::Through),
+        Some(Part::Sphere(Sphere { center, radius_m })) => {
+            for (right, up) in [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)] {
+                let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
+                    let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
+                    center + (right * angle.cos() + up * angle.sin()) * radius_m
+                });
+                out.outline(&corners, COLOR, Depth::Through);
+            }
+        }
+    }
+    out.line(from, to, COLOR, Depth::Through);
+}

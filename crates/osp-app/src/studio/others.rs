@@ -1,0 +1,106 @@
+//! Where the others of a shared session draw, as the window shows it.
+
+use glam::{Vec2, Vec3};
+
+use super::Studio;
+use crate::{shared::Shared, subject::Subject};
+use osp::view::View;
+use osp_session::recording::Author;
+
+/// The ring where somebody draws has this part of the camera's distance as its radius.
+const RING_PART: f32 = 0.01;
+/// Most authors whose pens are shown: more would hide the model.
+const MOST_SHOWN: usize = 100;
+
+/// An author's pen in the model's part of the window. Places there are 0 to 1 from its left and lower border.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherInView {
+    /// Whose it is.
+    pub author: Author,
+    /// The author's name; empty if none was said.
+    pub name: String,
+    /// Where the pen is.
+    pub at: Vec2,
+    /// How far the ring around it reaches, in parts of the height.
+    pub radius: f32,
+    /// Left and lower corner of the view that it is seen in.
+    pub from: Vec2,
+    /// Right and upper corner of that view.
+    pub to: Vec2,
+}
+
+/// A point on a view's screen, -1 to 1, and how far away it is along the view, metres; none if it cannot be seen there.
+fn on_screen(view: &View, p: Vec3) -> Option<(Vec2, f32)> {
+    let distance_m = (p - view.eye_in_world).dot(view.forward_in_world());
+    if distance_m.partial_cmp(&view.projection.near_m) != Some(std::cmp::Ordering::Greater) {
+        return None;
+    }
+    let clip = view.clip_from_world() * p.extend(1.0);
+    let at = Vec2::new(clip.x, clip.y) / clip.w;
+    (at.abs().max_element() <= 1.0).then_some((at, distance_m))
+}
+
+impl Studio {
+    /// The shared session's pens of others, and the radius of the rings around them, metres.
+    pub(super) fn others(&self) -> (impl Iterator<Item = (Author, Vec3)> + '_, f32) {
+        let shared = match &self.subject {
+            Subject::Sketch(document) => document.shared(),
+            Subject::Replay(_) => None,
+        };
+        let pens = shared.into_iter().flat_map(Shared::pens).take(MOST_SHOWN);
+        (pens.map(|pen| (pen.author, pen.at)), self.navigator.distance_m() * RING_PART)
+    }
+
+    /// Who else draws now, where it is in view, on a window `aspect` times as wide as high. A pen behind the eye is not.
+    pub fn others_in_view(&self, aspect: f32) -> Vec<OtherInView> {
+        let (others, radius_m) = self.others();
+        let mut others = others.peekable();
+        if others.peek().is_none() {
+            return Vec::new();
+        }
+        let hands = self.hands_before_screens();
+        let mut views = self.room.views(&self.navigator, &hands, aspect, &self.subject.bounds());
+        // Where two eyes share a part of the window, one of them has the name.
+        views.dedup_by_key(|view| (view.from, view.to));
+        let mut found = Vec::new();
+        for (author, p) in others {
+            let name = self.scene().author(author).map_or("", |info| &info.name);
+            for seen in &views {
+                let Some((at, distance_m)) = on_screen(&seen.view, p) else { continue };
+                let size = seen.to - seen.from;
+                let height_m = (seen.view.projection.top - seen.view.projection.bottom) * distance_m;
+                found.push(OtherInView {
+                    author,
+                    name: name.to_owned(),
+                    at: seen.from + size * (at * 0.5 + 0.5),
+                    radius: radius_m / height_m * size.y,
+                    from: seen.from,
+                    to: seen.to,
+                });
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::view::Projection;
+
+    #[test]
+    fn a_point_is_on_the_screen_where_the_ray_through_it_goes_and_nowhere_behind_the_eye() {
+        let projection = Projection::symmetric(60.0, 1.5, 0.01, 100.0);
+        let view = View::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::new(-0.5, 0.4, 0.2), projection);
+        for at in [Vec2::ZERO, Vec2::new(0.9, -0.3), Vec2::new(-0.5, 0.99)] {
+            let ray = view.ray_through(at);
+            let (seen, distance_m) = on_screen(&view, ray.origin + ray.direction * 2.5).expect("in view");
+            assert!(seen.abs_diff_eq(at, 1.0e-4) && (distance_m - 2.5).abs() < 1.0e-4, "{seen} {at}");
+            assert_eq!(on_screen(&view, ray.origin - ray.direction * 2.5), None);
+        }
+        let aside = view.ray_through(Vec2::new(1.1, 0.0));
+        assert_eq!(on_screen(&view, aside.origin + aside.direction * 2.0), None);
+        assert_eq!(on_screen(&view, view.eye_in_world), None);
+        assert_eq!(on_screen(&view, Vec3::NAN), None);
+    }
+}

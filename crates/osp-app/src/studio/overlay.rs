@@ -1,0 +1,143 @@
+//! What a frame shows besides the model: culled polygons, and lines.
+
+use glam::Vec2;
+
+use super::Studio;
+use crate::{layers, spans::draw_span, tool::ToolChoice};
+use osp::{polygon::VisibleBlocks, view::View};
+use osp_render::{Depth, LineBatch};
+use osp_session::recording::Motion;
+
+impl Studio {
+    /// Culled polygons, to be drawn tinted: only while the eye is elsewhere than the culling camera.
+    pub(super) fn find_culled(&mut self) {
+        self.culled.clear();
+        self.hidden.clear();
+        if self.layers.culled && self.frozen.is_some() {
+            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
+        }
+    }
+
+    /// Draws the lines on top of the model: floor, views, nodes, shadows, outlines, pen and hand.
+    pub(super) fn draw_lines(&mut self, size_px: Vec2) {
+        self.lines.clear();
+        let Some(first) = self.views.first() else { return };
+        let view = first.view;
+        let scene = self.subject.scene();
+        if self.layers.grid {
+            layers::draw_grid(
+                view.eye_in_world,
+                self.navigator.target(),
+                self.navigator.distance_m(),
+                &mut self.lines,
+            );
+        }
+        if let Some(frozen) = &self.frozen {
+            for view in frozen {
+                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.lines);
+            }
+        }
+        if self.layers.nodes {
+            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
+        }
+        if self.layers.shadows {
+            let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
+            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
+            let shadows = self.culling.shadows();
+            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
+        }
+        if self.layers.straddlers {
+            let ids = layers::straddlers(scene, &self.culling.root());
+            layers::draw_outlines(
+                scene,
+                ids.into_iter(),
+                &Motion::STAY,
+                [255, 90, 200, 200],
+                &mut self.lines,
+            );
+        }
+        self.cut = None;
+        if self.layers.cut {
+            let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
+            let in_view = self.culling.in_view(0).into_iter().flat_map(VisibleBlocks::ids);
+            let (inside, cut) = layers::inside_and_cut(scene, &frustum, in_view);
+            self.cut = Some((inside, cut.len() as u64));
+            layers::draw_outlines(scene, cut.into_iter(), &Motion::STAY, [255, 60, 60, 230], &mut self.lines);
+        }
+        let motion = self.gestures.motion();
+        for stroke in self.selection.strokes() {
+            if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
+                layers::draw_outlines(
+                    scene,
+                    stroke.polygon_ids(),
+                    &motion,
+                    [255, 220, 90, 220],
+                    &mut self.lines,
+                );
+            }
+        }
+        self.draw_aids();
+        self.draw_handles(&view, size_px.y);
+        if let Some((span, from, to)) = self.shown_span() {
+            draw_span(span, from, to, &mut self.lines);
+        }
+        #[cfg(feature = "live")]
+        self.draw_others(&view);
+        self.draw_pen(&view, size_px);
+        if let Some(hand) = self.watch.hand() {
+            let p = self.room.to_world(&self.navigator, hand.in_room.0);
+            let color = if hand.pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
+            layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+        }
+    }
+
+    /// Draws a ring in each author's colour where the others draw.
+    #[cfg(feature = "live")]
+    fn draw_others(&mut self, view: &View) {
+        let mut lines = std::mem::take(&mut self.lines);
+        let (others, radius_m) = self.others();
+        for (author, at) in others {
+            let (r, g, b) = self.subject.scene().author_color(author);
+            let [r, g, b] = [r, g, b].map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
+            layers::draw_cursor(view, at, radius_m, [r, g, b, 255], &mut lines);
+        }
+        self.lines = lines;
+    }
+
+    /// Draws the test pattern of each screen for each of its eyes.
+    pub(super) fn draw_patterns(&mut self) {
+        if !self.room.shows_pattern() {
+            return;
+        }
+        self.patterns.resize_with(self.views.len(), LineBatch::default);
+        for (view, lines) in self.views.iter().zip(&mut self.patterns) {
+            lines.clear();
+            self.room.draw_pattern(&self.navigator, view, lines);
+        }
+    }
+
+    fn draw_pen(&mut self, view: &View, size_px: Vec2) {
+        let aspect = size_px.x / size_px.y.max(1.0);
+        let Some(at) = self.gestures.pointer().filter(|_| self.can_draw()) else { return };
+        let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
+        let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
+        match self.tool {
+            ToolChoice::Draw(_) => {
+                if let Some(anchor) = self.pen.anchor() {
+                    layers::draw_plane(view, anchor, self.navigator.distance_m() * 0.5, &mut self.lines);
+                }
+                for pair in self.pen.outline().windows(2) {
+                    self.lines.line(pair[0], pair[1], [r, g, b, 255], Depth::Through);
+                }
+                let width_m = self.brush_at(view, aim, size_px.y).width_m;
+                layers::draw_cursor(view, aim, width_m * 0.5, [r, g, b, 255], &mut self.lines);
+            }
+            ToolChoice::Erase => {
+                let radius_m = self.navigator.distance_m() * 0.012;
+                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
+            }
+            ToolChoice::Select | ToolChoice::Span(_) => {}
+        }
+    }
+}

@@ -1,0 +1,246 @@
+use std::sync::Arc;
+
+use super::{FrameReport, Studio};
+#[cfg(feature = "live")]
+use crate::shared::{Overlay, Shared};
+use crate::{
+    culling::Culling,
+    layers::LayerChoice,
+    navigator::Navigator,
+    pen::{Brush, Snap},
+    room::{Room, RoomView},
+    selection::Selection,
+    subject::Subject,
+    tool::ToolChoice,
+    tracker::{Listening, Senders, Tracker, Watch},
+};
+use osp::{
+    frame::AutoBasis,
+    occlusion::{NodeTest, Score},
+    polygon::VisibleBlocks,
+};
+use osp_lab::pvs::Pvs;
+use osp_render::{DrawnCounts, LineBatch, PassTimes};
+use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
+
+/// What is set from outside, and what the panels ask for.
+impl Studio {
+    /// Sets the tracker to listen to.
+    pub fn set_tracker(&mut self, tracker: Tracker) {
+        self.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
+        self.tracker = Some(tracker);
+    }
+
+    /// Own strokes that are not in a shared session yet.
+    #[cfg(feature = "live")]
+    pub fn overlay(&self) -> Option<&Overlay> {
+        match &self.subject {
+            Subject::Sketch(document) => document.shared().map(Shared::overlay),
+            Subject::Replay(_) => None,
+        }
+    }
+
+    /// Own strokes that are not in a shared session yet.
+    #[cfg(feature = "live")]
+    pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
+        match &mut self.subject {
+            Subject::Sketch(document) => document.shared_mut().map(Shared::overlay_mut),
+            Subject::Replay(_) => None,
+        }
+    }
+
+    /// Takes potentially visible sets of the finished model.
+    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
+        self.culling.set_pvs(pvs);
+    }
+
+    /// Says how occlusion culling tests nodes and scores occluders, before it is chosen.
+    pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
+        self.culling.set_tests(node_test, score);
+    }
+
+    /// Says what `auto` compares to find the cheapest method of occlusion culling, before it is chosen: the times measured here,
+    /// or counts, by which it decides the same on every machine.
+    pub fn set_auto_basis(&mut self, basis: AutoBasis) {
+        self.culling.set_auto_basis(basis);
+    }
+
+    /// Sets the limits of sessions that are opened later.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits;
+    }
+
+    /// Shows the model on the screens of a rig.
+    pub fn set_room(&mut self, room: Room) {
+        self.room = room;
+    }
+
+    /// The tracker, if one is listened to.
+    pub fn tracker(&self) -> Option<&Tracker> {
+        self.tracker.as_ref()
+    }
+
+    /// What the tracker has said lately.
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// While the tracker is calibrated, its hands do not draw.
+    pub fn set_calibrating(&mut self, is_calibrating: bool) {
+        self.is_calibrating = is_calibrating;
+    }
+
+    /// The screens that the head is behind, or nearly touches.
+    pub fn screens_behind(&self) -> impl Iterator<Item = &str> {
+        self.room.screens_behind(&self.views)
+    }
+
+    /// The last frame's picture was handed to the display.
+    pub fn note_shown(&mut self) {
+        self.watch.note_shown(Instant::now());
+    }
+
+    /// The session or replay that the window shows.
+    pub fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// The model.
+    pub fn scene(&self) -> &Scene {
+        self.subject.scene()
+    }
+
+    /// The culling.
+    pub fn culling(&self) -> &Culling {
+        &self.culling
+    }
+
+    /// Records the time to draw the last frame, nanoseconds.
+    pub fn note_drawing(&mut self, ns: u64) {
+        self.culling.note_drawing(self.report.drawn, ns);
+    }
+
+    /// The settings of the pen.
+    pub fn brush(&self) -> Brush {
+        self.brush
+    }
+
+    /// The tool of the pointer.
+    pub fn tool(&self) -> ToolChoice {
+        self.tool
+    }
+
+    /// How strokes find their depth.
+    pub fn snap(&self) -> Snap {
+        self.snap
+    }
+
+    /// Of the polygons in the first view, how many lie in the frustum as a whole, and how many its planes cut; only while
+    /// that is shown.
+    pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
+        self.cut
+    }
+
+    /// The moment at which brushes that move by themselves stand still, seconds; `None` if they move.
+    pub fn moment_s(&self) -> Option<f32> {
+        self.moment_s
+    }
+
+    /// Which pictures of the structures are shown.
+    pub fn layers(&self) -> LayerChoice {
+        self.layers
+    }
+
+    /// Whether the culling camera stands still.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen.is_some()
+    }
+
+    /// The selected strokes.
+    pub fn selection(&self) -> &Selection {
+        &self.selection
+    }
+
+    /// The camera.
+    pub fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// The screens.
+    pub fn room(&self) -> &Room {
+        &self.room
+    }
+
+    /// Whether a replay moves the camera.
+    pub fn follows_replay_camera(&self) -> bool {
+        self.follows_replay_camera
+    }
+
+    /// Lets a replay move the camera, or not.
+    pub fn follow_replay_camera(&mut self, follow: bool) {
+        self.follows_replay_camera = follow;
+    }
+
+    /// Messages to the person, oldest first.
+    pub fn messages(&self) -> &[String] {
+        &self.messages
+    }
+
+    /// Adds a message.
+    pub fn say(&mut self, message: String) {
+        /// Messages kept.
+        const KEPT: usize = 50;
+        if self.messages.len() >= KEPT {
+            self.messages.remove(0);
+        }
+        self.messages.push(message);
+    }
+
+    /// Adds a message unless it is the last one already.
+    pub(crate) fn say_once(&mut self, message: &str) {
+        if self.messages.last().is_none_or(|last| last != message) {
+            self.say(message.to_owned());
+        }
+    }
+
+    /// Times and counts of the last frame.
+    pub fn report(&self) -> FrameReport {
+        self.report
+    }
+
+    /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
+    /// arrived; `None` where there is none.
+    pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
+        self.while_drawing
+    }
+
+    /// The painter reports what the GPU culled.
+    pub(crate) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
+        self.while_drawing = counts;
+    }
+
+    /// The views of the last frame, one for each screen and eye.
+    pub fn views(&self) -> &[RoomView] {
+        &self.views
+    }
+
+    /// The lines drawn on top of the model in the last frame.
+    pub fn lines(&self) -> &LineBatch {
+        &self.lines
+    }
+
+    /// The lines of a view: those on top of the model, or the test pattern of its screen.
+    pub(crate) fn lines_of(&self, view: usize) -> &LineBatch {
+        self.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.lines)
+    }
+
+    /// Polygons outside of the views of the last frame; empty unless they are to be shown.
+    pub fn culled(&self) -> &VisibleBlocks {
+        &self.culled
+    }
+
+    /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
+    pub fn hidden(&self) -> &VisibleBlocks {
+        &self.hidden
+    }
+}

@@ -1,0 +1,238 @@
+use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
+
+use super::osc::osc_key;
+use osp_session::platform::time::Instant;
+
+/// Datagrams of one second that are read; later ones are dropped and counted. Ten trackers at a thousand poses a second
+/// stay below.
+const DATAGRAMS_A_SECOND: u32 = 10_000;
+
+/// Senders that are authors at the same time, at most.
+const MOST_AUTHORS: usize = 16;
+
+/// Who is listened to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Listening {
+    /// The sender that was first, until it falls silent.
+    #[default]
+    First,
+    /// Everybody, as if all were one.
+    Everybody,
+    /// Everybody, each of them an author of the session: 16 at a time.
+    Authors,
+}
+
+/// Whose datagrams are read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TrackerOptions {
+    /// Which senders'.
+    pub listening: Listening,
+    /// Only those that begin with this key.
+    pub key: Option<TrackerKey>,
+    /// DTrack's room was calibrated with z up.
+    pub z_up: bool,
+}
+
+/// A word that a sender and a listener share. It is sent as it is: it keeps out who does not know it, not who listens on
+/// the network.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrackerKey(String);
+
+impl TrackerKey {
+    /// Longest key, bytes.
+    pub const MAX_BYTES: usize = 64;
+
+    /// The word.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether another word is the same, found out in a time that does not depend on where they differ.
+    fn is(&self, other: &str) -> bool {
+        let differing = self.0.bytes().zip(other.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
+        self.0.len() == other.len() && differing == 0
+    }
+}
+
+impl FromStr for TrackerKey {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_word = text.bytes().all(|b| b.is_ascii_graphic());
+        if is_word && (1..=Self::MAX_BYTES).contains(&text.len()) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("expected 1 to 64 ASCII letters, digits or signs, no spaces".to_owned())
+        }
+    }
+}
+
+/// Whether a datagram is accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Admission {
+    /// It is read.
+    Read,
+    /// It came from another sender than those that are listened to, or without the key.
+    Refused,
+    /// There were too many this second.
+    TooMany,
+}
+
+/// Looks at every datagram before it is read.
+#[derive(Debug)]
+pub(super) struct Door {
+    options: TrackerOptions,
+    /// The senders that are listened to, and when each was last understood.
+    heard: BTreeMap<SocketAddr, Instant>,
+    second_began: Option<Instant>,
+    this_second: u32,
+}
+
+impl Door {
+    /// A sender that says nothing for so long may be replaced by another one: it was started anew, on another port.
+    pub(crate) const SILENCE: Duration = Duration::from_secs(5);
+
+    pub(super) fn new(options: TrackerOptions) -> Self {
+        Self { options, heard: BTreeMap::new(), second_began: None, this_second: 0 }
+    }
+
+    pub(super) fn admit(&mut self, from: SocketAddr, packet: &[u8], now: Instant) -> Admission {
+        let most = match self.options.listening {
+            Listening::First => 1,
+            Listening::Everybody => usize::MAX,
+            Listening::Authors => MOST_AUTHORS,
+        };
+        let is_there = |heard: &Instant| now.duration_since(*heard) < Self::SILENCE;
+        let is_stranger = self.heard.values().filter(|heard| is_there(heard)).count() >= most
+            && !self.heard.get(&from).is_some_and(is_there);
+        let knows_key = match &self.options.key {
+            None => true,
+            Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
+        };
+        // Before it is counted, so that refused packets take no place of accepted ones.
+        if is_stranger || !knows_key {
+            return Admission::Refused;
+        }
+        if self.second_began.is_none_or(|began| now.duration_since(began) >= Duration::from_secs(1)) {
+            (self.second_began, self.this_second) = (Some(now), 0);
+        }
+        self.this_second += 1;
+        if self.this_second > DATAGRAMS_A_SECOND { Admission::TooMany } else { Admission::Read }
+    }
+
+    /// An admitted sender has said something that was understood: it is one to listen to.
+    pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
+        if self.options.listening != Listening::Everybody {
+            self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);
+            self.heard.insert(from, now);
+        }
+    }
+}
+
+/// Whether a datagram is OSC: such begin with an address or with `#bundle` and a zero byte; a comment has no zero byte.
+pub(super) fn is_osc(packet: &[u8]) -> bool {
+    packet.starts_with(b"/") || packet.starts_with(b"#bundle\0")
+}
+
+/// The key that a datagram begins with.
+fn key_of(packet: &[u8]) -> Option<&str> {
+    if is_osc(packet) {
+        return osc_key(packet);
+    }
+    let line = packet.split(|&b| b == b'\n').next()?;
+    let mut words = str::from_utf8(line).ok()?.split_ascii_whitespace();
+    match (words.next(), words.next(), words.next()) {
+        (Some("key"), Some(key), None) => Some(key),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sender(port: u16) -> SocketAddr {
+        SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    #[test]
+    fn the_first_who_is_understood_is_listened_to_until_it_is_silent() {
+        let mut door = Door::new(TrackerOptions::default());
+        let start = Instant::now();
+        let at = |millis| start + Duration::from_millis(millis);
+        // A malformed packet adopts no sender.
+        assert_eq!(door.admit(sender(1), b"noise", at(0)), Admission::Read);
+        assert_eq!(door.admit(sender(2), b"undo", at(1)), Admission::Read);
+        door.note_understood(sender(2), at(1));
+        assert_eq!(door.admit(sender(1), b"undo", at(2)), Admission::Refused);
+        assert_eq!(door.admit(sender(2), b"undo", at(4_000)), Admission::Read);
+        door.note_understood(sender(2), at(4_000));
+        assert_eq!(door.admit(sender(1), b"undo", at(8_999)), Admission::Refused);
+        assert_eq!(door.admit(sender(1), b"undo", at(9_000)), Admission::Read);
+        door.note_understood(sender(1), at(9_000));
+        assert_eq!(door.admit(sender(2), b"undo", at(9_001)), Admission::Refused);
+        let mut open =
+            Door::new(TrackerOptions { listening: Listening::Everybody, ..TrackerOptions::default() });
+        open.note_understood(sender(2), at(1));
+        assert_eq!(open.admit(sender(1), b"undo", at(2)), Admission::Read);
+        let listening = Listening::Authors;
+        let mut several = Door::new(TrackerOptions { listening, ..TrackerOptions::default() });
+        for port in 1..=16 {
+            assert_eq!(several.admit(sender(port), b"undo", at(0)), Admission::Read);
+            several.note_understood(sender(port), at(u64::from(port)));
+        }
+        assert_eq!(several.admit(sender(17), b"undo", at(100)), Admission::Refused);
+        assert_eq!(several.admit(sender(16), b"undo", at(100)), Admission::Read);
+        assert_eq!(several.admit(sender(17), b"undo", at(5_001)), Admission::Read, "the first is silent");
+    }
+
+    #[test]
+    fn only_who_knows_the_key_comes_in() {
+        let key = Some("a-key".parse().expect("a key"));
+        let mut door = Door::new(TrackerOptions { key, ..TrackerOptions::default() });
+        let now = Instant::now();
+        let mut admits = |packet: &[u8]| door.admit(sender(1), packet, now) == Admission::Read;
+        for packet in [&b"key a-key\nundo"[..], b"key a-key", b"  key   a-key \r\nundo"] {
+            assert!(admits(packet), "{packet:?}");
+        }
+        let message =
+            super::super::osc::osc_keyed("a-key", &super::super::osc_packet(&super::super::Message::Undo));
+        assert!(admits(&message));
+        let strangers: [&[u8]; 8] = [
+            b"undo",
+            b"undo\nkey a-key",
+            b"key a-kez\nundo",
+            b"key a-ke\nundo",
+            b"key a-keys\nundo",
+            b"key a-key more\nundo",
+            b"/osp/undo\0\0\0,\0\0\0",
+            b"#bundle\0\0\0\0\0\0\0\0\x01",
+        ];
+        for packet in strangers {
+            assert!(!admits(packet), "{packet:?}");
+        }
+    }
+
+    #[test]
+    fn a_flood_is_cut_off_and_strangers_do_not_count() {
+        let mut door = Door::new(TrackerOptions::default());
+        let start = Instant::now();
+        door.note_understood(sender(2), start);
+        for _ in 0..3 * DATAGRAMS_A_SECOND {
+            assert_eq!(door.admit(sender(1), b"undo", start), Admission::Refused);
+        }
+        let read =
+            (0..3 * DATAGRAMS_A_SECOND).filter(|_| door.admit(sender(2), b"undo", start) == Admission::Read);
+        assert_eq!(read.count() as u32, DATAGRAMS_A_SECOND);
+        assert_eq!(door.admit(sender(2), b"undo", start + Duration::from_millis(999)), Admission::TooMany);
+        assert_eq!(door.admit(sender(2), b"undo", start + Duration::from_secs(1)), Admission::Read);
+    }
+
+    #[test]
+    fn keys_are_words() {
+        for bad in ["", "two words", "tab\t", "umläut", &"x".repeat(65)] {
+            assert!(bad.parse::<TrackerKey>().is_err(), "{bad}");
+        }
+        assert_eq!("x".repeat(64).parse::<TrackerKey>().expect("a key").as_str().len(), 64);
+    }
+}

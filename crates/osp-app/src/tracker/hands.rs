@@ -1,0 +1,144 @@
+use std::collections::BTreeMap;
+
+use glam::{Quat, Vec3};
+
+use super::{BrushChoice, Message};
+use osp_session::recording::{Author, Event, NormalRule, Paint, StrokeId, Tool};
+
+/// The last pose of the head.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HandsState {
+    /// Head: position, world from head.
+    pub head: Option<(Vec3, Quat)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Hand {
+    brush: BrushChoice,
+    drawing: Option<StrokeId>,
+    heard_secs: f64,
+}
+
+/// Turns a tracker's messages into the events of a session.
+#[derive(Clone, Debug)]
+pub struct Hands {
+    author: Author,
+    hands: BTreeMap<u8, Hand>,
+    first_brush: BrushChoice,
+    state: HandsState,
+}
+
+impl Hands {
+    /// A hand that draws and says nothing for this long, seconds, has stopped: its last message may be lost.
+    pub const SILENCE_SECS: f64 = 1.0;
+
+    /// Hands that draw with `first_brush` until a message chooses another brush.
+    pub fn new(first_brush: BrushChoice) -> Self {
+        Self { author: Author::SOLE, hands: BTreeMap::new(), first_brush, state: HandsState::default() }
+    }
+
+    /// The same hands, of this author.
+    #[must_use]
+    pub fn of_author(self, author: Author) -> Self {
+        Self { author, ..self }
+    }
+
+    /// Their poses.
+    pub fn state(&self) -> HandsState {
+        self.state
+    }
+
+    /// Follows the head where nothing is recorded.
+    pub fn look(&mut self, message: &Message) {
+        if let Message::Head { p, q } = *message {
+            self.state.head = Some((p, q));
+        }
+    }
+
+    /// Takes a message that came at `t` and appends the events that it makes. `next_stroke` gives a new number.
+    /// An erasure is not an event yet (the caller finds the stroke): it is returned.
+    pub fn take(
+        &mut self,
+        t: f64,
+        message: &Message,
+        mut next_stroke: impl FnMut() -> StrokeId,
+        out: &mut Vec<Event>,
+    ) -> Option<Vec3> {
+        let author = self.author;
+        match *message {
+            Message::Head { p, q } => {
+                self.state.head = Some((p, q));
+                out.push(Event::Head { author, t, p, q });
+            }
+            Message::Hand { hand, p, q, pressure } => {
+                let hand = self.hand(hand);
+                hand.heard_secs = t;
+                if pressure > 0.0 {
+                    let stroke = *hand.drawing.get_or_insert_with(|| {
+                        let stroke = next_stroke();
+                        let BrushChoice { tool, paint, width_m: width, color, normal } = hand.brush;
+                        out.push(Event::Begin {
+                            author,
+                            t,
+                            stroke,
+                            tool,
+                            width,
+                            color,
+                            normal,
+                            thinnest: 0.0,
+                            paint: paint.map(|brush| Box::new(Paint::new(&*brush.name, stroke.0))),
+                        });
+                        stroke
+                    });
+                    out.push(Event::Point { t, stroke, p, q, pressure });
+                } else if let Some(stroke) = hand.drawing.take() {
+                    out.push(Event::End { t, stroke });
+                }
+            }
+            Message::Brush { hand, brush } => self.hand(hand).brush = brush,
+            Message::Erase { p } => return Some(p),
+            Message::Undo => out.push(Event::Undo { author, t }),
+            Message::Redo => out.push(Event::Redo { author, t }),
+        }
+        None
+    }
+
+    /// Ends the strokes of hands that have been silent too long.
+    pub fn rest(&mut self, t: f64, out: &mut Vec<Event>) {
+        for hand in self.hands.values_mut() {
+            if t - hand.heard_secs > Self::SILENCE_SECS
+                && let Some(stroke) = hand.drawing.take()
+            {
+                out.push(Event::End { t, stroke });
+            }
+        }
+    }
+
+    /// Ends all strokes: what the hands draw from now on is another one's.
+    pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
+        let strokes = self.hands.values_mut().filter_map(|hand| hand.drawing.take());
+        out.extend(strokes.map(|stroke| Event::End { t, stroke }));
+    }
+
+    /// Whether some hand is drawing.
+    pub fn is_drawing(&self) -> bool {
+        self.hands.values().any(|hand| hand.drawing.is_some())
+    }
+
+    fn hand(&mut self, number: u8) -> &mut Hand {
+        let brush = self.first_brush;
+        self.hands.entry(number).or_insert(Hand { brush, drawing: None, heard_secs: 0.0 })
+    }
+}
+
+impl Default for Hands {
+    fn default() -> Self {
+        Self::new(BrushChoice {
+            tool: Tool::Ribbon,
+            paint: None,
+            width_m: 0.02,
+            color: (0.9, 0.9, 0.9, 1.0),
+            normal: NormalRule::LocalX,
+        })
+    }
+}

@@ -1,0 +1,143 @@
+use glam::{Quat, Vec3};
+
+use osp::math::COORDINATE_LIMIT_M;
+use osp_session::{
+    brush::{self, Brush},
+    recording::{NormalRule, Tool},
+};
+
+/// The brush of a hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrushChoice {
+    /// The tool.
+    pub tool: Tool,
+    /// The brush that a ribbon is painted with; without one it is plain.
+    pub paint: Option<&'static Brush>,
+    /// Full width, metres.
+    pub width_m: f32,
+    /// Red, green, blue, opacity, sRGB, 0 to 1.
+    pub color: (f32, f32, f32, f32),
+    /// How a ribbon lies to the pose.
+    pub normal: NormalRule,
+}
+
+/// One message of a tracker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Message {
+    /// The pose of the head.
+    Head {
+        /// Position.
+        p: Vec3,
+        /// World from head.
+        q: Quat,
+    },
+    /// The pose of a hand; it draws while `pressure` is above 0.
+    Hand {
+        /// Which hand.
+        hand: u8,
+        /// Position.
+        p: Vec3,
+        /// World from hand.
+        q: Quat,
+        /// 0 to 1.
+        pressure: f32,
+    },
+    /// The brush of a hand from its next stroke on.
+    Brush {
+        /// Which hand.
+        hand: u8,
+        /// The brush.
+        brush: BrushChoice,
+    },
+    /// Erase the stroke at this place.
+    Erase {
+        /// Position.
+        p: Vec3,
+    },
+    /// Undo the last edit.
+    Undo,
+    /// Make the edit last taken back again.
+    Redo,
+}
+
+impl Message {
+    /// The message with unit quaternions, if every number in it is one that a session can hold.
+    pub(super) fn checked(self) -> Option<Self> {
+        let point = |p: Vec3| (p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M).then_some(p);
+        // Trackers send rounded quaternions: lengths within a tenth are made one, others are no rotation.
+        let turn = |q: Quat| ((0.9..=1.1).contains(&q.length())).then(|| q.normalize());
+        Some(match self {
+            Self::Head { p, q } => Self::Head { p: point(p)?, q: turn(q)? },
+            Self::Hand { hand, p, q, pressure } if pressure.is_finite() => {
+                Self::Hand { hand, p: point(p)?, q: turn(q)?, pressure: pressure.clamp(0.0, 1.0) }
+            }
+            Self::Brush { hand, brush } => {
+                let (r, g, b, a) = brush.color;
+                let is_fine = [r, g, b, a].iter().all(|c| c.is_finite())
+                    && (0.0..=COORDINATE_LIMIT_M).contains(&brush.width_m);
+                return is_fine.then_some(Self::Brush { hand, brush });
+            }
+            Self::Erase { p } => Self::Erase { p: point(p)? },
+            Self::Undo | Self::Redo => self,
+            Self::Hand { .. } => return None,
+        })
+    }
+}
+
+/// The tools that a message may choose.
+pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
+
+impl BrushChoice {
+    /// The tool of this name, or the ribbon with the brush of this name, and how it lies if the message does not say it.
+    /// A brush that nobody knows is told, and drawn as a plain ribbon.
+    pub(super) fn named(
+        name: &str,
+        unknown: &mut dyn FnMut(&str),
+    ) -> (Tool, Option<&'static Brush>, NormalRule) {
+        if let Some(tool) = tool_of(name) {
+            return (tool, None, NormalRule::default());
+        }
+        let paint = brush::find(name);
+        if paint.is_none() {
+            unknown(name);
+        }
+        // Brushes paint across the way of the hand.
+        (Tool::Ribbon, paint, NormalRule::Travel)
+    }
+
+    /// The name of what it draws with, one word.
+    pub(super) fn name(&self) -> &'static str {
+        match self.paint {
+            Some(brush) if brush.name.contains(' ') => &brush.guid,
+            Some(brush) => &brush.name,
+            None => tool_name(self.tool),
+        }
+    }
+}
+
+fn tool_name(tool: Tool) -> &'static str {
+    match tool {
+        Tool::Ribbon => "ribbon",
+        Tool::Wall => "wall",
+        Tool::Tube => "tube",
+    }
+}
+
+fn tool_of(name: &str) -> Option<Tool> {
+    [Tool::Ribbon, Tool::Wall, Tool::Tube].into_iter().find(|&tool| tool_name(tool) == name)
+}
+
+pub(super) fn normal_name(normal: NormalRule) -> &'static str {
+    match normal {
+        NormalRule::LocalX => "local-x",
+        NormalRule::SideX => "side-x",
+        NormalRule::Travel => "travel",
+        NormalRule::Transport => "transport",
+    }
+}
+
+pub(super) fn normal_of(name: &str) -> Option<NormalRule> {
+    [NormalRule::LocalX, NormalRule::SideX, NormalRule::Travel, NormalRule::Transport]
+        .into_iter()
+        .find(|&normal| normal_name(normal) == name)
+}

@@ -1,0 +1,318 @@
+//! Matthew Wright, "The Open Sound Control 1.0 Specification", 2002.
+//!
+//! Read here rather than by a library: a datagram of bundles in bundles must not be read by recursion without a limit,
+//! since anybody on the network can send one.
+
+use glam::{Quat, Vec3};
+
+use super::message::{BrushChoice, Message, normal_name, normal_of};
+
+/// Bundles in bundles, at most.
+const MAX_DEPTH: u32 = 4;
+/// How a bundle begins; a time tag of 8 bytes follows, which is ignored: poses count when they arrive.
+const BUNDLE: &[u8] = b"#bundle\0";
+/// The address of the message with the key.
+const KEY: &str = "/osp/key";
+/// Everything is padded to this many bytes.
+const WORD: usize = 4;
+
+/// Reads a packet; appends its messages to `out` and returns how many were malformed. A brush that nobody knows is a plain
+/// ribbon.
+pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
+    parse_osc_telling(bytes, out, &mut |_| {})
+}
+
+/// As [`parse_osc`]; tells the names of brushes that nobody knows.
+pub(super) fn parse_osc_telling(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
+    take_packet(bytes, 0, out, unknown)
+}
+
+fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
+    let Some(content) = bytes.strip_prefix(BUNDLE) else {
+        let message = read(bytes, unknown);
+        out.extend(message.flatten());
+        return u64::from(message.is_none());
+    };
+    let Some((_time_tag, mut rest)) = content.split_at_checked(8).filter(|_| depth < MAX_DEPTH) else {
+        return 1;
+    };
+    let mut malformed = 0;
+    while let Some((size, content)) = rest.split_first_chunk::<WORD>() {
+        let Some((inner, behind)) = content.split_at_checked(u32::from_be_bytes(*size) as usize) else {
+            return malformed + 1;
+        };
+        malformed += take_packet(inner, depth + 1, out, unknown);
+        rest = behind;
+    }
+    malformed + u64::from(!rest.is_empty())
+}
+
+/// The key that a packet begins with, if it does.
+pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
+    let first = match packet.strip_prefix(BUNDLE) {
+        None => packet,
+        Some(content) => {
+            let (size, inside) = content.get(8..)?.split_first_chunk::<WORD>()?;
+            inside.get(..u32::from_be_bytes(*size) as usize)?
+        }
+    };
+    let mut bytes = first;
+    let is_key = take_text(&mut bytes)? == KEY && take_text(&mut bytes)? == ",s";
+    take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
+}
+
+/// Parses a message; a key gives nothing, because it was checked before.
+fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> {
+    if osc_key(bytes).is_some() {
+        return Some(None);
+    }
+    let mut bytes = bytes;
+    let address = take_text(&mut bytes)?;
+    let tags = match bytes {
+        // Old senders leave the types out where there are no arguments.
+        [] => "",
+        _ => take_text(&mut bytes)?.strip_prefix(',')?,
+    };
+    let mut values = Values { tags: tags.as_bytes(), bytes };
+    let message = match address {
+        "/osp/head" => Message::Head { p: values.point()?, q: values.turn()? },
+        "/osp/hand" => {
+            let (p, q, pressure) = (values.point()?, values.turn()?, values.number()?);
+            Message::Hand { p, q, pressure, hand: values.hand()? }
+        }
+        "/osp/brush" => {
+            let name = values.text().filter(|name| !name.is_empty())?;
+            let width_m = values.number()?;
+            let color = (values.number()?, values.number()?, values.number()?, values.number()?);
+            let hand = values.hand()?;
+            let normal = match values.tags {
+                [] => None,
+                _ => Some(normal_of(values.text()?)?),
+            };
+            let (tool, paint, usual) = BrushChoice::named(name, unknown);
+            let normal = normal.unwrap_or(usual);
+            Message::Brush { hand, brush: BrushChoice { tool, paint, width_m, color, normal } }
+        }
+        "/osp/erase" => Message::Erase { p: values.point()? },
+        "/osp/undo" => Message::Undo,
+        "/osp/redo" => Message::Redo,
+        _ => return None,
+    };
+    if values.tags.is_empty() && values.bytes.is_empty() { message.checked().map(Some) } else { None }
+}
+
+/// Text that ends with one to four zero bytes, so that what follows begins at a multiple of four.
+fn take_text<'a>(bytes: &mut &'a [u8]) -> Option<&'a str> {
+    let length = bytes.iter().position(|&b| b == 0)?;
+    let (text, rest) = bytes.split_at_checked((length / WORD + 1) * WORD)?;
+    *bytes = rest;
+    str::from_utf8(&text[..length]).ok()
+}
+
+/// The arguments that are left: a type each, and their bytes.
+struct Values<'a> {
+    tags: &'a [u8],
+    bytes: &'a [u8],
+}
+
+impl<'a> Values<'a> {
+    fn tag(&mut self) -> Option<u8> {
+        let (tag, rest) = self.tags.split_first()?;
+        self.tags = rest;
+        Some(*tag)
+    }
+
+    fn take<const SIZE: usize>(&mut self) -> Option<[u8; SIZE]> {
+        let (bytes, rest) = self.bytes.split_first_chunk()?;
+        self.bytes = rest;
+        Some(*bytes)
+    }
+
+    fn number(&mut self) -> Option<f32> {
+        match self.tag()? {
+            b'f' => self.take().map(f32::from_be_bytes),
+            b'd' => self.take().map(|bytes| f64::from_be_bytes(bytes) as f32),
+            b'i' => self.take().map(|bytes| i32::from_be_bytes(bytes) as f32),
+            _ => None,
+        }
+    }
+
+    fn text(&mut self) -> Option<&'a str> {
+        match self.tag()? {
+            b's' => take_text(&mut self.bytes),
+            _ => None,
+        }
+    }
+
+    fn point(&mut self) -> Option<Vec3> {
+        Some(Vec3::new(self.number()?, self.number()?, self.number()?))
+    }
+
+    fn turn(&mut self) -> Option<Quat> {
+        Some(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
+    }
+
+    /// The hand, or 0 where the message ends.
+    fn hand(&mut self) -> Option<u8> {
+        match self.tag() {
+            None => Some(0),
+            Some(b'i') => u8::try_from(i32::from_be_bytes(self.take()?)).ok(),
+            Some(_) => None,
+        }
+    }
+}
+
+/// A message as an OSC packet.
+pub fn osc_packet(message: &Message) -> Vec<u8> {
+    let mut packet = Packet::default();
+    let address = match *message {
+        Message::Head { p, q } => {
+            packet.numbers(&p.to_array());
+            packet.numbers(&q.to_array());
+            "/osp/head"
+        }
+        Message::Hand { hand, p, q, pressure } => {
+            packet.numbers(&p.to_array());
+            packet.numbers(&q.to_array());
+            packet.numbers(&[pressure]);
+            packet.hand(hand);
+            "/osp/hand"
+        }
+        Message::Brush { hand, brush } => {
+            let BrushChoice { width_m, color: (r, g, b, a), normal, .. } = brush;
+            packet.text(brush.name());
+            packet.numbers(&[width_m, r, g, b, a]);
+            packet.hand(hand);
+            packet.text(normal_name(normal));
+            "/osp/brush"
+        }
+        Message::Erase { p } => {
+            packet.numbers(&p.to_array());
+            "/osp/erase"
+        }
+        Message::Undo => "/osp/undo",
+        Message::Redo => "/osp/redo",
+    };
+    let mut bytes = Vec::new();
+    put_text(address, &mut bytes);
+    put_text(&format!(",{}", packet.tags), &mut bytes);
+    bytes.append(&mut packet.bytes);
+    bytes
+}
+
+/// A packet behind a key: a bundle of both, to be read at once.
+pub fn osc_keyed(key: &str, packet: &[u8]) -> Vec<u8> {
+    let mut said = Vec::new();
+    put_text(KEY, &mut said);
+    put_text(",s", &mut said);
+    put_text(key, &mut said);
+    let mut bytes = BUNDLE.to_vec();
+    // The time tag for "at once".
+    bytes.extend(1u64.to_be_bytes());
+    for message in [&said[..], packet] {
+        bytes.extend((message.len() as u32).to_be_bytes());
+        bytes.extend(message);
+    }
+    bytes
+}
+
+#[derive(Default)]
+struct Packet {
+    tags: String,
+    bytes: Vec<u8>,
+}
+
+impl Packet {
+    fn numbers(&mut self, numbers: &[f32]) {
+        for number in numbers {
+            self.tags.push('f');
+            self.bytes.extend(number.to_be_bytes());
+        }
+    }
+
+    fn hand(&mut self, hand: u8) {
+        self.tags.push('i');
+        self.bytes.extend(i32::from(hand).to_be_bytes());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.tags.push('s');
+        put_text(text, &mut self.bytes);
+    }
+}
+
+fn put_text(text: &str, out: &mut Vec<u8>) {
+    out.extend(text.as_bytes());
+    out.resize((out.len() / WORD + 1) * WORD, 0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp_session::recording::{NormalRule, Tool};
+
+    #[test]
+    fn packets_are_laid_out_as_the_specification_says() {
+        let expected = b"/osp/erase\0\0,fff\0\0\0\0\x3f\x80\0\0\xc0\0\0\0\0\0\0\0";
+        assert_eq!(osc_packet(&Message::Erase { p: Vec3::new(1.0, -2.0, 0.0) }), expected);
+        // Of other senders: doubles and integers where floats are usual, a bundle, no types at all.
+        let mut bundle = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
+        let mixed = b"/osp/erase\0\0,dif\0\0\0\0\x3f\xf0\0\0\0\0\0\0\xff\xff\xff\xfe\0\0\0\0";
+        for message in [&mixed[..], b"/osp/undo\0\0\0"] {
+            bundle.extend((message.len() as u32).to_be_bytes());
+            bundle.extend(message);
+        }
+        let mut out = Vec::new();
+        assert_eq!(parse_osc(&bundle, &mut out), 0);
+        assert_eq!(out, [Message::Erase { p: Vec3::new(1.0, -2.0, 0.0) }, Message::Undo]);
+    }
+
+    #[test]
+    fn a_key_comes_first_and_says_nothing_itself() {
+        let keyed = osc_keyed("word", &osc_packet(&Message::Redo));
+        assert_eq!(&keyed[..32], b"#bundle\0\0\0\0\0\0\0\0\x01\0\0\0\x18/osp/key\0\0\0\0");
+        assert_eq!(osc_key(&keyed), Some("word"));
+        let mut out = Vec::new();
+        assert_eq!((parse_osc(&keyed, &mut out), &out[..]), (0, &[Message::Redo][..]));
+        assert_eq!(osc_key(&osc_packet(&Message::Redo)), None);
+        for end in 0..keyed.len() {
+            let said = osc_key(&keyed[..end]);
+            assert!(said.is_none_or(|said| said == "word"), "cut at {end}: {said:?}");
+        }
+        // A key alone may be sent, too.
+        assert_eq!(parse_osc(&keyed[20..44], &mut Vec::new()), 0);
+        assert_eq!(parse_osc(b"/osp/key\0\0\0\0,i\0\0\0\0\0\x01", &mut Vec::new()), 1);
+    }
+
+    #[test]
+    fn every_cut_and_every_changed_byte_is_survived() {
+        let brush = Message::Brush {
+            hand: 3,
+            brush: BrushChoice {
+                tool: Tool::Tube,
+                paint: None,
+                width_m: 0.1,
+                color: (0.0, 0.5, 1.0, 1.0),
+                normal: NormalRule::default(),
+            },
+        };
+        let message = osc_packet(&brush);
+        let mut packet = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
+        packet.extend((message.len() as u32).to_be_bytes());
+        packet.extend(&message);
+        let mut out = Vec::new();
+        assert_eq!((parse_osc(&packet, &mut out), out.pop()), (0, Some(brush)));
+        for end in 17..packet.len() {
+            assert_eq!((parse_osc(&packet[..end], &mut out), out.len()), (1, 0), "cut at {end}");
+        }
+        for at in 0..packet.len() {
+            for byte in [0, 1, 0x7f, 0x80, 0xff] {
+                let mut changed = packet.clone();
+                changed[at] = byte;
+                out.clear();
+                let malformed = parse_osc(&changed, &mut out);
+                assert!(malformed + out.len() as u64 >= 1, "byte {at} as {byte}");
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+
+use glam::Vec3;
+
+use super::{Hands, Message, door::Door};
+use osp_session::{
+    platform::time::Instant,
+    recording::{Author, Event, StrokeId},
+    scene::Scene,
+};
+
+/// Senders of a tracker's messages, each of them an author of the session with hands, strokes and undo of its own. It joins with
+/// its first message and leaves after five seconds without one; if it comes back, it is another author.
+#[derive(Clone, Debug, Default)]
+pub struct Senders {
+    present: BTreeMap<SocketAddr, Sender>,
+    /// The last author that joined here.
+    last: Author,
+}
+
+#[derive(Clone, Debug)]
+struct Sender {
+    author: Author,
+    hands: Hands,
+    /// Strokes that it has begun.
+    strokes: u32,
+    heard: Instant,
+}
+
+impl Senders {
+    /// Takes, `at` that instant and `t` in the session, a message that `from` sent, as [`Hands::take`] does. Returns the
+    /// author and where it erases something; none if the session can have no more authors.
+    pub fn take(
+        &mut self,
+        (from, at): (SocketAddr, Instant),
+        t: f64,
+        message: &Message,
+        scene: &Scene,
+        out: &mut Vec<Event>,
+    ) -> Option<(Author, Option<Vec3>)> {
+        if self.present.get(&from).is_some_and(|sender| sender.author.number(sender.strokes).is_none()) {
+            // It has had all its numbers: what it draws now is another author's.
+            self.leave(from, t, out);
+        }
+        if !self.present.contains_key(&from) {
+            let last = scene.authors().map(|(author, _)| author).max().unwrap_or_default().max(self.last);
+            let author = Some(Author(last.0 + 1)).filter(|next| next.is_valid())?;
+            self.last = author;
+            out.push(Event::Join { t, author, name: from.to_string(), color: None });
+            let hands = Hands::default().of_author(author);
+            self.present.insert(from, Sender { author, hands, strokes: 0, heard: at });
+        }
+        let Sender { author, hands, strokes, heard } = self.present.get_mut(&from)?;
+        *heard = at.max(*heard);
+        let next_stroke = || {
+            *strokes += 1;
+            StrokeId(author.number(*strokes - 1).expect("looked at above: a message begins one stroke"))
+        };
+        Some((*author, hands.take(t, message, next_stroke, out)))
+    }
+
+    /// The author of the lowest number that is there and has said where its head is.
+    pub fn first_with_head(&self) -> Option<Author> {
+        let with_head = self.present.values().filter(|sender| sender.hands.state().head.is_some());
+        with_head.map(|sender| sender.author).min()
+    }
+
+    /// Ends the strokes of hands that have been silent too long, and has senders leave that have been.
+    pub fn rest(&mut self, now: Instant, t: f64, out: &mut Vec<Event>) {
+        for sender in self.present.values_mut() {
+            sender.hands.rest(t, out);
+        }
+        self.leave_if(|sender| now.saturating_duration_since(sender.heard) >= Door::SILENCE, t, out);
+    }
+
+    /// Has all of them leave: what they draw from now on is in another session.
+    pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
+        self.leave_if(|_| true, t, out);
+        self.last = Author::default();
+    }
+
+    /// Whether nobody is there who may fall silent.
+    pub fn is_empty(&self) -> bool {
+        self.present.is_empty()
+    }
+
+    /// In the order in which they joined.
+    fn leave_if(&mut self, is_over: impl Fn(&Sender) -> bool, t: f64, out: &mut Vec<Event>) {
+        let over = self.present.iter().filter(|(_, sender)| is_over(sender));
+        let mut over: Vec<_> = over.map(|(&from, sender)| (sender.author, from)).collect();
+        over.sort_unstable();
+        over.into_iter().for_each(|(_, from)| self.leave(from, t, out));
+    }
+
+    fn leave(&mut self, from: SocketAddr, t: f64, out: &mut Vec<Event>) {
+        if let Some(Sender { author, mut hands, .. }) = self.present.remove(&from) {
+            hands.stop(t, out);
+            out.push(Event::Leave { t, author });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use glam::Quat;
+
+    use super::*;
+
+    fn sender(port: u16) -> SocketAddr {
+        SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    fn hand(pressure: f32) -> Message {
+        Message::Hand { hand: 0, p: Vec3::ZERO, q: Quat::IDENTITY, pressure }
+    }
+
+    #[test]
+    fn who_falls_silent_leaves_and_comes_back_as_another() {
+        let (mut senders, scene, mut out) = (Senders::default(), Scene::new(), Vec::new());
+        let start = Instant::now();
+        let at = |millis| start + Duration::from_millis(millis);
+        let head = Message::Head { p: Vec3::X, q: Quat::IDENTITY };
+        assert!(senders.is_empty() && senders.first_with_head().is_none());
+        let by = |author, from, at, message: &Message, senders: &mut Senders, out: &mut Vec<Event>| {
+            let taken = senders.take((sender(from), at), 0.0, message, &scene, out);
+            assert_eq!(taken, Some((Author(author), None)));
+        };
+        by(1, 7, at(0), &hand(1.0), &mut senders, &mut out);
+        by(2, 8, at(1000), &head, &mut senders, &mut out);
+        assert_eq!(senders.first_with_head(), Some(Author(2)));
+        by(1, 7, at(2000), &head, &mut senders, &mut out);
+        assert_eq!(senders.first_with_head(), Some(Author(1)));
+        out.clear();
+        senders.rest(at(5999), 0.5, &mut out);
+        assert_eq!(out, []);
+        senders.rest(at(6000), 0.5, &mut out);
+        assert_eq!(out, [Event::Leave { t: 0.5, author: Author(2) }]);
+        out.clear();
+        senders.rest(at(7000), 0.75, &mut out);
+        let stroke = StrokeId(1 << Author::NUMBER_BITS);
+        assert_eq!(
+            out,
+            [Event::End { t: 0.75, stroke }, Event::Leave { t: 0.75, author: Author(1) }],
+            "its stroke ends"
+        );
+        assert!(senders.is_empty());
+        by(3, 7, at(8000), &hand(1.0), &mut senders, &mut out);
+    }
+
+    #[test]
+    fn who_has_had_all_numbers_of_an_author_is_the_next_one() {
+        let (mut senders, scene, mut out) = (Senders::default(), Scene::new(), Vec::new());
+        let now = Instant::now();
+        let mut take = |message: &Message, out: &mut Vec<Event>| {
+            senders.take((sender(7), now), 0.0, message, &scene, out).expect("an author").0
+        };
+        for _ in 1..1 << Author::NUMBER_BITS {
+            assert_eq!(take(&hand(1.0), &mut out), Author(1));
+            take(&hand(0.0), &mut out);
+            out.clear();
+        }
+        assert_eq!(take(&hand(1.0), &mut out), Author(1));
+        out.clear();
+        assert_eq!(take(&hand(1.0), &mut out), Author(2));
+        let [Event::End { stroke: last, .. }, Event::Leave { .. }, Event::Join { .. }, begin, _] = &out[..]
+        else {
+            panic!("{out:?}")
+        };
+        let Event::Begin { stroke: next, author, .. } = begin else { panic!("{begin:?}") };
+        assert_eq!((last.author(), next.author(), *author), (Author(1), Author(2), Author(2)));
+    }
+}

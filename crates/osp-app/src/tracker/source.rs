@@ -1,0 +1,496 @@
+use std::{
+    io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
+    net::{SocketAddr, UdpSocket},
+    path::PathBuf,
+    str::FromStr,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+        mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
+    },
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use thiserror::Error;
+
+use super::{
+    Listening, Message, TrackerOptions,
+    door::{Admission, Door, is_osc},
+    dtrack::{is_dtrack, parse_dtrack},
+    line::{frame_number, parse_line_telling},
+    osc::parse_osc_telling,
+};
+use osp_session::{
+    platform::{fs::File, time::Instant},
+    recording::Paint,
+    small_file::open_regular,
+};
+
+/// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
+/// there is room.
+const WAITING: usize = 1 << 16;
+/// Messages of one datagram, at most; those behind are dropped and counted.
+const MESSAGES_A_DATAGRAM: usize = 1024;
+/// Longest line: longer ones are malformed. Bounds the memory that a stream without line ends can take.
+const MAX_LINE_BYTES: u64 = 4096;
+/// A stream that has no line end for so many bytes is no tracker's, and not read any further.
+const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
+/// Unknown brushes that are named, at most.
+const MOST_UNKNOWN_BRUSHES: usize = 20;
+/// How often a thread looks whether it is still wanted, and whether a file has grown.
+const NAP: Duration = Duration::from_millis(20);
+
+/// The source of a tracker's messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TrackerAddress {
+    /// Datagrams sent to this address of ours.
+    Udp(SocketAddr),
+    /// Standard input, lines.
+    StandardInput,
+    /// A file, lines, from its beginning and on as it grows.
+    File(PathBuf),
+}
+
+/// Default port on which a window listens to a tracker.
+const DEFAULT_PORT: u16 = 9327;
+
+impl FromStr for TrackerAddress {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.strip_prefix("udp://") {
+            Some(address) => parse_address(address)
+                .map(Self::Udp)
+                .ok_or_else(|| format!("expected udp://ADDRESS:PORT, udp://:PORT or udp://; found `{text}`")),
+            None if text == "-" => Ok(Self::StandardInput),
+            None if text.is_empty() => Err("expected udp://ADDRESS:PORT, a file, or -".to_owned()),
+            None => Ok(Self::File(PathBuf::from(text))),
+        }
+    }
+}
+
+impl TrackerAddress {
+    /// A warning for an address that is not this machine's own: the whole network can draw.
+    pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
+        let Self::Udp(address) = self else { return None };
+        let advice = match options.key {
+            None => "--tracker-key-file asks for a key, udp://127.0.0.1 listens to this machine only",
+            Some(_) => "only who knows the key is read, but it is sent as it is",
+        };
+        let everybody = address.ip().is_unspecified();
+        everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))
+    }
+}
+
+/// Without an address only this machine is listened to.
+fn parse_address(text: &str) -> Option<SocketAddr> {
+    let text = text.trim_end_matches('/');
+    match text.strip_prefix(':') {
+        Some(port) => port.parse().ok().map(|port| SocketAddr::from(([127, 0, 0, 1], port))),
+        None if text.is_empty() => Some(SocketAddr::from(([127, 0, 0, 1], DEFAULT_PORT))),
+        None => text.parse().ok(),
+    }
+}
+
+/// Why a tracker cannot be listened to.
+#[derive(Debug, Error)]
+#[error("tracker {what}: {cause}")]
+pub struct TrackerError {
+    what: String,
+    cause: io::Error,
+}
+
+/// Counts of a tracker's messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Messages understood.
+    pub messages: u64,
+    /// Lines or packets that were not.
+    pub malformed: u64,
+    /// Messages dropped because nobody took them in time, or because a datagram had too many; datagrams dropped because
+    /// there were too many in a second.
+    pub dropped: u64,
+    /// Of a sender that numbers its frames: those that never came. `None` of one that does not.
+    pub lost: Option<u64>,
+    /// Datagrams not read: of another sender than the one that is listened to, or without the key.
+    pub refused: u64,
+    /// The stream is not read any further: it has no lines.
+    pub has_given_up: bool,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    messages: AtomicU64,
+    malformed: AtomicU64,
+    dropped: AtomicU64,
+    refused: AtomicU64,
+    lost: AtomicU64,
+    /// The number of the sender's last frame, and one more: 0 before the first.
+    last_frame: AtomicU64,
+    has_given_up: AtomicBool,
+    is_over: AtomicBool,
+    unknown: Mutex<UnknownBrushes>,
+    /// Somebody was woken and has not looked yet.
+    is_woken: AtomicBool,
+}
+
+/// Brushes that a tracker chose and nobody knows.
+#[derive(Debug, Default)]
+struct UnknownBrushes {
+    names: Vec<String>,
+    /// So many of them have been asked for.
+    told: usize,
+}
+
+impl Shared {
+    fn unknown(&self) -> MutexGuard<'_, UnknownBrushes> {
+        // The list is whole whatever the holder did.
+        self.unknown.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note_unknown(&self, name: &str) {
+        let name = &name[..name.floor_char_boundary(Paint::MAX_NAME_BYTES)];
+        let names = &mut self.unknown().names;
+        if names.len() < MOST_UNKNOWN_BRUSHES && !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
+        }
+    }
+}
+
+/// A message, and where it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Came {
+    /// When it came.
+    pub at: Instant,
+    /// Who sent it to a socket.
+    pub from: Option<SocketAddr>,
+    /// What it says.
+    pub message: Message,
+}
+
+/// A tracker being listened to on a thread of its own.
+#[derive(Debug)]
+pub struct Tracker {
+    messages: Receiver<Came>,
+    shared: Arc<Shared>,
+    local_address: Option<SocketAddr>,
+    listening: Listening,
+    /// Not joined for standard input, where a read cannot be called off.
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Tracker {
+    /// Starts to listen. `wake` is called, on the thread, when something has come; not again before the next
+    /// [`Tracker::take`].
+    ///
+    /// # Errors
+    /// The address is taken or not ours; the file cannot be opened.
+    pub fn open(
+        address: &TrackerAddress,
+        options: &TrackerOptions,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self, TrackerError> {
+        let failed = |what: String| move |cause| TrackerError { what, cause };
+        let shared = Arc::new(Shared::default());
+        let (sender, messages) = sync_channel(WAITING);
+        let output = Output { sender, shared: Arc::clone(&shared), wake: Box::new(wake) };
+        let mut local_address = None;
+        let builder = thread::Builder::new().name("tracker".to_owned());
+        let spawned = match address {
+            TrackerAddress::Udp(address) => {
+                let name = format!("udp://{address}");
+                let socket = UdpSocket::bind(address).map_err(failed(name.clone()))?;
+                socket.set_read_timeout(Some(NAP)).map_err(failed(name.clone()))?;
+                local_address = socket.local_addr().ok();
+                let (door, z_up) = (Door::new(options.clone()), options.z_up);
+                builder.spawn(move || output.listen(&socket, door, z_up)).map_err(failed(name))
+            }
+            TrackerAddress::StandardInput => builder
+                .spawn(move || _ = output.read_lines(io::stdin(), AtEnd::Stop))
+                .map_err(failed("-".to_owned())),
+            TrackerAddress::File(path) => {
+                let name = path.display().to_string();
+                let file = open_regular(path).map_err(failed(name.clone()))?;
+                let path = path.clone();
+                builder.spawn(move || output.tail(file, &path)).map_err(failed(name))
+            }
+        };
+        let thread = Some(spawned?).filter(|_| *address != TrackerAddress::StandardInput);
+        Ok(Self { messages, shared, local_address, listening: options.listening, thread })
+    }
+
+    /// The address listened to, if it is a socket; the port is the real one where 0 was asked for.
+    pub fn local_address(&self) -> Option<SocketAddr> {
+        self.local_address
+    }
+
+    /// Who is listened to.
+    pub fn listening(&self) -> Listening {
+        self.listening
+    }
+
+    /// The next message, if one has come.
+    pub fn take(&self) -> Option<Message> {
+        self.take_heard().map(|came| came.message)
+    }
+
+    /// The next message, if one has come, and when and from where it came.
+    pub fn take_heard(&self) -> Option<Came> {
+        self.shared.is_woken.store(false, Ordering::SeqCst);
+        self.messages.try_recv().ok()
+    }
+
+    /// The brushes that messages chose since the last call and nobody knows; a brush is named once.
+    pub fn unknown_brushes(&self) -> Vec<String> {
+        let mut unknown = self.shared.unknown();
+        let told = unknown.told;
+        unknown.told = unknown.names.len();
+        unknown.names[told..].to_vec()
+    }
+
+    /// The counts so far.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            messages: self.shared.messages.load(Ordering::Relaxed),
+            malformed: self.shared.malformed.load(Ordering::Relaxed),
+            dropped: self.shared.dropped.load(Ordering::Relaxed),
+            refused: self.shared.refused.load(Ordering::Relaxed),
+            lost: (self.shared.last_frame.load(Ordering::Relaxed) > 0)
+                .then(|| self.shared.lost.load(Ordering::Relaxed)),
+            has_given_up: self.shared.has_given_up.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl Drop for Tracker {
+    fn drop(&mut self) {
+        self.shared.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // It naps for a moment at most; that it panicked is of no interest any more.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What a reader does at the end of a stream.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum AtEnd {
+    Stop,
+    Wait,
+}
+
+/// Why reading lines has ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LinesEnd {
+    /// The file has become shorter.
+    Shorter,
+    /// The input has ended, or the receiver is gone.
+    Over,
+}
+
+struct Output {
+    sender: SyncSender<Came>,
+    shared: Arc<Shared>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+impl Output {
+    fn is_over(&self) -> bool {
+        self.shared.is_over.load(Ordering::Relaxed)
+    }
+
+    /// Passes a message of a socket on, if there is room: what comes next is newer.
+    fn pass_on(&self, from: SocketAddr, message: Message) {
+        self.shared.messages.fetch_add(1, Ordering::Relaxed);
+        if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
+            self.note_dropped(1);
+        }
+    }
+
+    /// Passes a message of a stream on, once there is room: all of it is a drawing, and it can wait.
+    fn pass_on_patiently(&self, message: Message) {
+        self.shared.messages.fetch_add(1, Ordering::Relaxed);
+        let mut heard = Came { at: Instant::now(), from: None, message };
+        while let Err(TrySendError::Full(back)) = self.sender.try_send(heard) {
+            if self.is_over() {
+                return;
+            }
+            heard = back;
+            thread::sleep(NAP);
+        }
+    }
+
+    fn note_malformed(&self, count: u64) {
+        self.shared.malformed.fetch_add(count, Ordering::Relaxed);
+    }
+
+    fn note_dropped(&self, count: u64) {
+        self.shared.dropped.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Counts the frames between the last one and this. One that comes late is not lost after all; a sender that has begun
+    /// anew counts nothing.
+    fn note_frame(&self, number: u32) {
+        /// More are no loss but another count.
+        const MOST_LOST: u64 = 100_000;
+        /// One that is farther behind begins anew.
+        const LATE: u64 = 1000;
+        let Shared { lost, last_frame, .. } = &*self.shared;
+        let (next, expected) = (u64::from(number) + 1, last_frame.load(Ordering::Relaxed));
+        if next <= expected && expected - next < LATE {
+            // It was counted when a later one came.
+            let _ = lost.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |lost| lost.checked_sub(1));
+            return;
+        }
+        last_frame.store(next, Ordering::Relaxed);
+        let missing = next.saturating_sub(expected + 1);
+        if expected > 0 && missing <= MOST_LOST {
+            lost.fetch_add(missing, Ordering::Relaxed);
+        }
+    }
+
+    fn wake(&self) {
+        if !self.shared.is_woken.swap(true, Ordering::SeqCst) {
+            (self.wake)();
+        }
+    }
+
+    fn listen(&self, socket: &UdpSocket, mut door: Door, z_up: bool) {
+        // Larger than any datagram.
+        let mut packet = vec![0; 1 << 16];
+        let mut messages = Vec::new();
+        while !self.is_over() {
+            // A timeout, and on some systems the refusal of an earlier answer, arrive as errors: listen on.
+            let Ok((length, from)) = socket.recv_from(&mut packet) else { continue };
+            let packet = &packet[..length];
+            let now = Instant::now();
+            match door.admit(from, packet, now) {
+                Admission::Read => {}
+                Admission::Refused => {
+                    self.shared.refused.fetch_add(1, Ordering::Relaxed);
+                    continue;
+                }
+                Admission::TooMany => {
+                    self.note_dropped(1);
+                    continue;
+                }
+            }
+            self.read_packet(packet, z_up, &mut messages);
+            if !messages.is_empty() {
+                door.note_understood(from, now);
+            }
+            self.note_dropped(messages.len().saturating_sub(MESSAGES_A_DATAGRAM) as u64);
+            messages.drain(..).take(MESSAGES_A_DATAGRAM).for_each(|message| self.pass_on(from, message));
+            self.wake();
+        }
+    }
+
+    fn read_packet(&self, packet: &[u8], z_up: bool, messages: &mut Vec<Message>) {
+        if is_osc(packet) {
+            self.note_malformed(parse_osc_telling(packet, messages, &mut |name| {
+                self.shared.note_unknown(name)
+            }));
+            return;
+        }
+        let Ok(text) = str::from_utf8(packet) else { return self.note_malformed(1) };
+        if let Some(number) = frame_number(text) {
+            self.note_frame(number);
+        }
+        if is_dtrack(packet) {
+            return self.note_malformed(parse_dtrack(text, z_up, messages));
+        }
+        for line in text.lines() {
+            match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
+                Ok(message) => messages.extend(message),
+                Err(_) => self.note_malformed(1),
+            }
+        }
+    }
+
+    fn tail(&self, mut file: File, path: &std::path::Path) {
+        // A log that was begun anew is shorter than what was read of it: then it is read from its beginning.
+        while self.read_lines(&mut file, AtEnd::Wait) == LinesEnd::Shorter {
+            let rewound = file.seek(SeekFrom::Start(0)).is_ok();
+            if !rewound || !path.exists() {
+                return;
+            }
+        }
+    }
+
+    fn take_line(&self, line: &str) {
+        match parse_line_telling(line, &mut |name| self.shared.note_unknown(name)) {
+            Ok(Some(message)) => self.pass_on_patiently(message),
+            Ok(None) => {}
+            Err(_) => self.note_malformed(1),
+        }
+    }
+
+    /// Reads lines until the end, or (waiting) until the file has become shorter.
+    fn read_lines(&self, stream: impl Read + MaybeSized, at_end: AtEnd) -> LinesEnd {
+        let mut reader = BufReader::new(stream);
+        let mut line = Vec::new();
+        let mut consumed = 0u64;
+        // Bytes of the current line.
+        let mut unbroken = 0u64;
+        while !self.is_over() {
+            let room = MAX_LINE_BYTES - line.len() as u64;
+            let Ok(read) = reader.by_ref().take(room).read_until(b'\n', &mut line) else {
+                return LinesEnd::Over;
+            };
+            (consumed, unbroken) = (consumed + read as u64, unbroken + read as u64);
+            if line.last() == Some(&b'\n') {
+                match str::from_utf8(&line) {
+                    Ok(text) if unbroken <= MAX_LINE_BYTES => self.take_line(text),
+                    _ => self.note_malformed(1),
+                }
+                line.clear();
+                unbroken = 0;
+                self.wake();
+            } else if unbroken > MAX_UNBROKEN_BYTES {
+                self.note_malformed(1);
+                self.shared.has_given_up.store(true, Ordering::Relaxed);
+                self.wake();
+                return LinesEnd::Over;
+            } else if line.len() as u64 == MAX_LINE_BYTES {
+                line.clear();
+            } else if read == 0 {
+                match at_end {
+                    AtEnd::Stop => {
+                        if let Ok(text) = str::from_utf8(&line)
+                            && unbroken <= MAX_LINE_BYTES
+                        {
+                            self.take_line(text);
+                            self.wake();
+                        }
+                        return LinesEnd::Over;
+                    }
+                    AtEnd::Wait => {
+                        if reader.get_ref().size().is_some_and(|size| size < consumed) {
+                            return LinesEnd::Shorter;
+                        }
+                        thread::sleep(NAP);
+                    }
+                }
+            }
+        }
+        LinesEnd::Over
+    }
+}
+
+/// A stream whose size may be known.
+trait MaybeSized {
+    fn size(&self) -> Option<u64>;
+}
+
+impl MaybeSized for &mut File {
+    fn size(&self) -> Option<u64> {
+        self.metadata().ok().map(|data| data.len())
+    }
+}
+
+impl MaybeSized for io::Stdin {
+    fn size(&self) -> Option<u64> {
+        None
+    }
+}

@@ -1,0 +1,171 @@
+use std::{
+    collections::{BTreeMap, VecDeque},
+    time::Duration,
+};
+
+use glam::{Quat, Vec3};
+
+use super::Message;
+use osp_session::platform::time::Instant;
+
+/// Latencies that the median is of.
+const KEPT: usize = 64;
+/// A body that has been silent for longer has no rate.
+const SILENCE: Duration = Duration::from_millis(1500);
+/// The time over which poses are counted.
+const COUNTED: Duration = Duration::from_secs(1);
+
+/// What a tracker has said lately: for the person who looks after it.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    head: Body,
+    hands: BTreeMap<u8, Body>,
+    /// The hand that spoke last.
+    last_hand: u8,
+    /// When the first pose came that no picture has shown yet.
+    waiting: Option<Instant>,
+    latencies: VecDeque<Duration>,
+}
+
+/// A pose that has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heard {
+    /// When.
+    pub at: Instant,
+    /// As it was sent: position, tracker from body.
+    pub in_tracker: (Vec3, Quat),
+    /// In the room: position, room from body.
+    pub in_room: (Vec3, Quat),
+    /// How hard the hand presses, 0 to 1.
+    pub pressure: f32,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Body {
+    last: Option<Heard>,
+    /// When counting began, and the poses since.
+    counting: Option<(Instant, u32)>,
+    /// Poses a second, as counted last.
+    rate: f32,
+}
+
+impl Body {
+    fn note(&mut self, heard: Heard) {
+        if self.last.is_some_and(|last| heard.at.saturating_duration_since(last.at) > SILENCE) {
+            (self.counting, self.rate) = (None, 0.0);
+        }
+        let (began, poses) = self.counting.get_or_insert((heard.at, 0));
+        let taken = heard.at.saturating_duration_since(*began);
+        if taken >= COUNTED {
+            self.rate = *poses as f32 / taken.as_secs_f32();
+            (*began, *poses) = (heard.at, 0);
+        }
+        *poses += 1;
+        self.last = Some(heard);
+    }
+
+    fn rate(&self, now: Instant) -> f32 {
+        let is_silent = self.last.is_none_or(|heard| now.saturating_duration_since(heard.at) > SILENCE);
+        if is_silent { 0.0 } else { self.rate }
+    }
+}
+
+impl Watch {
+    /// Notes a message as it came and as it is in the room.
+    pub fn note(&mut self, at: Instant, in_tracker: &Message, in_room: &Message) {
+        match (in_tracker, in_room) {
+            (Message::Head { p, q }, &Message::Head { p: room_p, q: room_q }) => {
+                self.head.note(Heard { at, in_tracker: (*p, *q), in_room: (room_p, room_q), pressure: 0.0 });
+            }
+            (Message::Hand { p, q, .. }, &Message::Hand { hand, p: room_p, q: room_q, pressure }) => {
+                self.last_hand = hand;
+                self.hands.entry(hand).or_default().note(Heard {
+                    at,
+                    in_tracker: (*p, *q),
+                    in_room: (room_p, room_q),
+                    pressure,
+                });
+            }
+            _ => return,
+        }
+        self.waiting.get_or_insert(at);
+    }
+
+    /// A picture of all that was noted has been handed to the display.
+    pub fn note_shown(&mut self, now: Instant) {
+        let Some(at) = self.waiting.take() else { return };
+        if self.latencies.len() == KEPT {
+            self.latencies.pop_front();
+        }
+        self.latencies.push_back(now.saturating_duration_since(at));
+    }
+
+    /// The head's last pose.
+    pub fn head(&self) -> Option<Heard> {
+        self.head.last
+    }
+
+    /// The last pose of the hand that spoke last.
+    pub fn hand(&self) -> Option<Heard> {
+        self.hand_of(self.last_hand)
+    }
+
+    /// The last pose of a hand.
+    pub fn hand_of(&self, hand: u8) -> Option<Heard> {
+        self.hands.get(&hand)?.last
+    }
+
+    /// The hands that have said something.
+    pub fn hands(&self) -> impl Iterator<Item = u8> + '_ {
+        self.hands.keys().copied()
+    }
+
+    /// Poses of the head, and of the hand that spoke last, a second, over the last second.
+    pub fn rates(&self, now: Instant) -> [f32; 2] {
+        [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
+    }
+
+    /// Median time from the first pose's arrival to the handing over of the picture that shows it. What the tracker took
+    /// before, and what the display takes after, is not in it.
+    pub fn latency(&self) -> Option<Duration> {
+        let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
+        sorted.sort_unstable();
+        sorted.get(sorted.len() / 2).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(x: f32) -> Message {
+        Message::Head { p: Vec3::X * x, q: Quat::IDENTITY }
+    }
+
+    #[test]
+    fn rates_ages_and_latencies_are_those_of_the_messages() {
+        let mut watch = Watch::default();
+        let start = Instant::now();
+        let at = |millis: u64| start + Duration::from_millis(millis);
+        for i in 0..200 {
+            watch.note(at(i * 10), &head(1.0), &head(2.0));
+            // Shown 3 ms after each second pose: the first of the two has waited for 13.
+            if i % 2 == 1 {
+                watch.note_shown(at(i * 10 + 3));
+            }
+        }
+        let last = watch.head().expect("a pose");
+        assert_eq!((last.in_tracker.0.x, last.in_room.0.x, last.at), (1.0, 2.0, at(1990)));
+        let [head_rate, hand_rate] = watch.rates(at(2000));
+        assert!((head_rate - 100.0).abs() < 2.0 && hand_rate == 0.0, "{head_rate}");
+        assert_eq!(watch.latency(), Some(Duration::from_millis(13)));
+        assert_eq!(watch.rates(at(4000)), [0.0; 2], "a silent tracker has no rate");
+        assert!(watch.hand().is_none());
+        watch.note_shown(at(5000));
+        assert_eq!(
+            watch.latency(),
+            Some(Duration::from_millis(13)),
+            "a picture without a pose is none of its"
+        );
+    }
+}

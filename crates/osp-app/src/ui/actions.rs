@@ -1,0 +1,129 @@
+use super::{dialog::Ask, numbers, wishes::Wishes};
+use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio, subject::Subject};
+use osp_rivals::IndexKind;
+
+/// What a key, a menu entry or a button does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// A command without a question before it.
+    Do(Command),
+    /// Freeze the culling camera, or let it go.
+    ToggleFreeze,
+    /// Build the next index of the list from the model.
+    NextIndex,
+    /// Cull by the next occlusion method of the list.
+    NextOcclusion,
+    /// Save the session in its file; one without a name is asked for.
+    Save,
+    /// Open the dialog for a session to open.
+    AskOpen,
+    /// Open the dialog for a place to save.
+    AskSaveAs,
+    /// Open the dialog for a model to export.
+    AskExport,
+    /// Open the dialog for a picture to save.
+    AskPicture,
+    /// Open the list of brushes, or close it.
+    ToggleBrushes,
+    /// Replay: play or pause.
+    TogglePlay,
+    /// Show or hide the panel with times, counts and switches.
+    TogglePanel,
+    /// Show the depth pyramid in place of the picture, or the picture again.
+    TogglePyramid,
+    /// Draw straight lines, or by free hand again.
+    ToggleStraight,
+    /// Draw on both sides of a mirror, or no longer.
+    ToggleMirror,
+    /// Keep the width of the brush on the screen, or in the model.
+    ToggleScreenWidth,
+    /// Show or hide the list of shortcuts.
+    ToggleHelp,
+    /// Fill the screen, or be a window again.
+    ToggleFullscreen,
+    /// Close what is on top: the help; else end the work beside the window; else select nothing; else leave the full screen.
+    Escape,
+}
+
+impl Action {
+    /// Whether it does anything now: its key and its menu entry are dead otherwise.
+    pub fn is_possible(&self, studio: &Studio) -> bool {
+        match self {
+            Self::Do(command) => studio.can(command),
+            Self::Save => studio.can(&Command::Save),
+            Self::AskSaveAs => studio.can(&Command::SaveAs(Default::default())),
+            Self::AskExport | Self::AskPicture => studio.scene().counts().visible > 0,
+            Self::ToggleBrushes | Self::ToggleStraight | Self::ToggleMirror | Self::ToggleScreenWidth => {
+                studio.can_draw()
+            }
+            Self::TogglePlay => matches!(studio.subject(), Subject::Replay(_)),
+            _ => true,
+        }
+    }
+
+    /// Does it, or notes it for when all panels are laid out.
+    pub(super) fn perform(&self, studio: &Studio, wishes: &mut Wishes) {
+        if !self.is_possible(studio) {
+            return;
+        }
+        match self {
+            Self::Do(command) => wishes.commands.push(command.clone()),
+            Self::ToggleFreeze => wishes.commands.push(Command::Freeze(!studio.is_frozen())),
+            Self::NextIndex => {
+                let next = next_of(IndexKind::ALL, studio.culling().kind());
+                wishes.commands.push(Command::Index(next));
+            }
+            Self::NextOcclusion => {
+                let next = next_of(&numbers::sound_occlusion(), studio.culling().occlusion());
+                wishes.commands.push(Command::Occlusion(next));
+            }
+            Self::Save => match studio.subject() {
+                Subject::Sketch(document) if document.journal().is_named() && !document.is_read_only() => {
+                    wishes.commands.push(Command::Save);
+                }
+                _ => wishes.ask = Some(Ask::SaveAs),
+            },
+            Self::AskOpen => wishes.ask = Some(Ask::Open),
+            Self::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
+            Self::AskExport => wishes.ask = Some(Ask::Export),
+            Self::AskPicture => wishes.ask = Some(Ask::Picture),
+            Self::TogglePlay => {
+                if let Subject::Replay(player) = studio.subject() {
+                    wishes.commands.push(Command::Play(!player.is_playing()));
+                }
+            }
+            Self::TogglePyramid => {
+                let layers = studio.layers();
+                wishes.commands.push(Command::Layers(LayerChoice { pyramid: !layers.pyramid, ..layers }));
+            }
+            Self::ToggleStraight => {
+                let aids = studio.aids();
+                wishes.commands.push(Command::Aids(Aids { straight: !aids.straight, ..aids }));
+            }
+            Self::ToggleMirror => {
+                let aids = studio.aids();
+                let mirror_x = if aids.mirror_x.is_none() { Some(0.0) } else { None };
+                wishes.commands.push(Command::Aids(Aids { mirror_x, ..aids }));
+            }
+            Self::ToggleScreenWidth => {
+                let aids = studio.aids();
+                let width_px = if aids.width_px.is_none() { Some(studio.width_px()) } else { None };
+                wishes.commands.push(Command::Aids(Aids { width_px, ..aids }));
+            }
+            Self::ToggleBrushes => wishes.brushes = true,
+            Self::TogglePanel => wishes.panel = !wishes.panel,
+            Self::ToggleHelp => wishes.help = !wishes.help,
+            Self::ToggleFullscreen => wishes.fullscreen = !wishes.fullscreen,
+            Self::Escape if wishes.help => wishes.help = false,
+            Self::Escape if studio.is_working() => wishes.commands.push(Command::CancelWork),
+            Self::Escape if !studio.selection().is_empty() => wishes.commands.push(Command::SelectNone),
+            Self::Escape => wishes.fullscreen = false,
+        }
+    }
+}
+
+/// The entry after `now`; after the last one, the first.
+fn next_of<T: Copy + PartialEq>(all: &[T], now: T) -> T {
+    let next = all.iter().position(|&one| one == now).map_or(0, |at| at + 1);
+    all.get(next).or(all.first()).copied().unwrap_or(now)
+}

@@ -1,0 +1,143 @@
+//! The dialog that finds the tracker's place in the room: three corners of a screen are touched with the hand.
+
+use egui::{Align2, ComboBox, Context, Window};
+use glam::Vec3;
+
+use super::{
+    room::{LOST_SECS, age_secs},
+    wishes::Wishes,
+};
+use crate::{command::Command, studio::Studio};
+use osp_session::rig::{Calibration, RoomFromTracker, Screen};
+
+/// The corners in the order in which they are touched.
+const CORNERS: [&str; 3] = ["lower left", "lower right", "upper left"];
+/// Largest error, metres, that is called good.
+const GOOD_M: f32 = 0.01;
+
+#[derive(Debug, Default)]
+pub(super) struct Calibrating {
+    screen: usize,
+    /// The hand that touches the corners; the first that is heard.
+    hand: Option<u8>,
+    /// In the tracker's space.
+    points: Vec<Vec3>,
+}
+
+impl Calibrating {
+    /// Shows the dialog; returns whether it goes on.
+    pub(super) fn show(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) -> bool {
+        let Some(rig) = studio.room().rig() else { return false };
+        let mut is_open = true;
+        let pressed = |key| ctx.input_mut(|input| input.consume_key(egui::Modifiers::NONE, key));
+        let mut is_done = !egui::Popup::is_any_open(ctx) && pressed(egui::Key::Escape);
+        let takes_by_key = pressed(egui::Key::Enter);
+        self.hand = self.hand.or_else(|| studio.watch().hands().next());
+        Window::new("Calibrate the tracker")
+            .open(&mut is_open)
+            .collapsible(false)
+            .resizable(false)
+            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+            .show(ctx, |ui| {
+                ui.label("Hold the hand's tracker at three corners of a screen, one after the other.");
+                ComboBox::from_label("screen").selected_text(&rig.screens[self.screen].name).show_ui(
+                    ui,
+                    |ui| {
+                        for (i, screen) in rig.screens.iter().enumerate() {
+                            if ui.selectable_label(self.screen == i, &screen.name).clicked()
+                                && self.screen != i
+                            {
+                                (self.screen, self.points) = (i, Vec::new());
+                            }
+                        }
+                    },
+                );
+                if studio.watch().hands().nth(1).is_some() {
+                    let named = self.hand.map(|hand| hand.to_string()).unwrap_or_default();
+                    ComboBox::from_label("hand").selected_text(named).show_ui(ui, |ui| {
+                        for hand in studio.watch().hands() {
+                            if ui.selectable_label(self.hand == Some(hand), hand.to_string()).clicked() {
+                                (self.hand, self.points) = (Some(hand), Vec::new());
+                            }
+                        }
+                    });
+                }
+                ui.add_space(4.0);
+                let screen = &rig.screens[self.screen];
+                for (i, name) in CORNERS.iter().enumerate() {
+                    match self.points.get(i) {
+                        Some(p) => ui.label(format!("{}. {name}: {:.3} {:.3} {:.3}", i + 1, p.x, p.y, p.z)),
+                        None if i == self.points.len() => {
+                            ui.strong(format!("{}. {name} corner: hold it there", i + 1))
+                        }
+                        None => ui.weak(format!("{}. {name} corner", i + 1)),
+                    };
+                }
+                ui.add_space(4.0);
+                let heard = self.hand.and_then(|hand| studio.watch().hand_of(hand));
+                let heard = heard.filter(|heard| age_secs(heard) < LOST_SECS);
+                ui.horizontal(|ui| {
+                    let can_take = heard.is_some() && self.points.len() < CORNERS.len();
+                    let take = ui.add_enabled(can_take, egui::Button::new("Take this point (Enter)"));
+                    let take = take.on_disabled_hover_text(
+                        "no pose of a hand has come in the last half second, or all three points are there",
+                    );
+                    if let (true, true, Some(heard)) = (can_take, take.clicked() || takes_by_key, heard) {
+                        self.points.push(heard.in_tracker.0);
+                    }
+                    if ui.add_enabled(!self.points.is_empty(), egui::Button::new("Begin again")).clicked() {
+                        self.points.clear();
+                    }
+                });
+                match self.found(screen) {
+                    None => {}
+                    Some(Err(expected)) => {
+                        ui.colored_label(ui.visuals().error_fg_color, format!("expected {expected}"));
+                    }
+                    Some(Ok(found)) => is_done |= result(ui, &found, wishes),
+                }
+            });
+        is_open && !is_done
+    }
+
+    /// What the three points say about the tracker's place, once they are there.
+    fn found(&self, screen: &Screen) -> Option<Result<Calibration, &'static str>> {
+        let points: [Vec3; 3] = self.points.as_slice().try_into().ok()?;
+        let places = [screen.lower_left, screen.lower_right, screen.upper_left];
+        Some(RoomFromTracker::from_points(points, places))
+    }
+}
+
+/// Shows what was found; returns whether it was taken.
+fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
+    let error = format!("The points fit the corners to {:.0} mm.", found.error_m * 1000.0);
+    match found.error_m <= GOOD_M {
+        true => ui.label(error),
+        false => ui.colored_label(ui.visuals().warn_fg_color, error),
+    };
+    if (found.scale - 1.0).abs() > 0.05 {
+        let text = format!(
+            "Distances of the tracker are {:.2} times those of the room: does it send metres, and is it this screen?",
+            found.scale
+        );
+        ui.colored_label(ui.visuals().error_fg_color, text);
+    }
+    let RoomFromTracker { p, q } = found.room_from_tracker;
+    let line = format!(
+        "room_from_tracker: (p: ({}, {}, {}), q: ({}, {}, {}, {})),",
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w
+    );
+    ui.label("To keep it, put this line into the rig's file:");
+    ui.code(&line);
+    ui.horizontal(|ui| {
+        if ui.button("Copy the line").clicked() {
+            ui.ctx().copy_text(line);
+        }
+        let is_taken = ui.button("Use it now").clicked();
+        if is_taken {
+            wishes.commands.push(Command::Calibrate(found.room_from_tracker));
+        }
+        is_taken
+    })
+    .inner
+}

@@ -1,0 +1,250 @@
+use std::{
+    path::PathBuf,
+    sync::mpsc::{Receiver, TryRecvError},
+};
+
+use egui::{
+    Align2, Context, Key, RichText, TextEdit, Window,
+    text::{CCursor, CCursorRange},
+};
+
+use super::questions::ALARM;
+use crate::{command::Command, studio::Studio, subject::Subject};
+use osp_session::platform::fs;
+
+/// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
+/// portal brings up is not known, and one question too many is better than a file too few.
+const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
+
+/// The purpose of a path that the window asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ask {
+    Open,
+    SaveAs,
+    Export,
+    Picture,
+}
+
+impl Ask {
+    fn title(self) -> &'static str {
+        match self {
+            Self::Open => "Open a session",
+            Self::SaveAs => "Save as",
+            Self::Export => "Export glTF",
+            Self::Picture => "Save a picture",
+        }
+    }
+
+    fn verb(self) -> &'static str {
+        match self {
+            Self::Open => "Open",
+            Self::SaveAs | Self::Picture => "Save",
+            Self::Export => "Export",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Open => ".ron .tilt .apa .json .poses .obj .glb .gltf",
+            Self::SaveAs => "session.ron",
+            Self::Export => "model.glb",
+            Self::Picture => "picture.png",
+        }
+    }
+
+    /// The command for a path that was typed.
+    fn command(self, path: PathBuf) -> Command {
+        match self {
+            Self::Open => Command::Open(path),
+            Self::SaveAs => Command::SaveAs(with_ending(path, "ron")),
+            Self::Export => Command::ExportGltf(with_ending(path, "glb")),
+            Self::Picture => Command::Picture(with_ending(path, "png")),
+        }
+    }
+
+    /// The command for a path from the system's own dialog, which has asked whether to replace a file there,
+    /// but not about a name whose ending is added here.
+    fn command_of_chosen(self, path: PathBuf) -> Command {
+        let is_whole = path.extension().is_some();
+        match (self, is_whole && ASKS_ITSELF) {
+            (Self::SaveAs, true) => Command::SaveOver(path),
+            (Self::Export, true) => Command::ExportOver(path),
+            (Self::Picture, true) => Command::PictureOver(path),
+            (_, _) => self.command(path),
+        }
+    }
+}
+
+/// A name without an ending gets the usual one; that of a folder is left for the command to refuse.
+fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
+    let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/") || fs::is_folder(&path);
+    if is_folder || path.extension().is_some() { path } else { path.with_extension(ending) }
+}
+
+/// Where a file could go: the session's own file, or one of its name beside it; one without a name goes home.
+fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
+    let ending = match ask {
+        Ask::Open | Ask::SaveAs => "ron",
+        Ask::Export => "glb",
+        Ask::Picture => "png",
+    };
+    let named = match studio.subject() {
+        Subject::Sketch(document) => Some(document.journal()).filter(|journal| journal.is_named()),
+        Subject::Replay(player) => return player.path().with_extension(ending),
+    };
+    match named {
+        Some(journal) => journal.path().with_extension(ending),
+        None => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
+    }
+}
+
+/// A path as it was typed; `~` is the home folder.
+fn at_home(text: &str) -> PathBuf {
+    match (text.strip_prefix('~'), std::env::home_dir()) {
+        (Some(rest), Some(home)) if rest.is_empty() || rest.starts_with(['/', '\\']) => {
+            home.join(rest.trim_start_matches(['/', '\\']))
+        }
+        _ => PathBuf::from(text),
+    }
+}
+
+/// The whole text of an edit is selected, so that whoever types replaces it.
+fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
+    let mut state = TextEdit::load_state(ctx, edit).unwrap_or_default();
+    let end = CCursor::new(text.chars().count());
+    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::new(0), end)));
+    state.store(ctx, edit);
+}
+
+/// Asks for a path: typed here, or chosen in the system's own dialog where there is one.
+#[derive(Debug)]
+pub(super) struct PathDialog {
+    ask: Ask,
+    text: String,
+    is_new: bool,
+    /// Why it did not work the last time.
+    reason: Option<String>,
+    chosen: Option<Receiver<Option<PathBuf>>>,
+}
+
+/// The result of a dialog.
+#[derive(Debug, PartialEq)]
+pub(super) enum Answer {
+    StillOpen,
+    Closed,
+    Chosen(Command),
+}
+
+impl PathDialog {
+    /// A dialog that suggests a path: the session's own name beside its file, or nothing for a session to open.
+    pub(super) fn new(ask: Ask, studio: &Studio) -> Self {
+        let text = match ask {
+            Ask::Open => String::new(),
+            Ask::SaveAs | Ask::Export | Ask::Picture => suggestion(ask, studio).display().to_string(),
+        };
+        Self { ask, text, is_new: true, reason: None, chosen: None }
+    }
+
+    /// The keyboard is the path's in the next frame.
+    pub(super) fn take_keyboard(&mut self) {
+        self.is_new = true;
+    }
+
+    /// It did not work: the dialog stays and says why.
+    pub(super) fn fail(&mut self, reason: String) {
+        (self.reason, self.is_new) = (Some(reason), true);
+    }
+
+    pub(super) fn show(&mut self, ctx: &Context) -> Answer {
+        if let Some(answer) = self.take_chosen() {
+            return answer;
+        }
+        let mut is_open = true;
+        let mut is_done = false;
+        let mut is_cancelled = false;
+        Window::new(self.ask.title())
+            .open(&mut is_open)
+            .collapsible(false)
+            .resizable(false)
+            .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
+            .show(ctx, |ui| {
+                let label = ui.label("Path");
+                let edit =
+                    TextEdit::singleline(&mut self.text).desired_width(420.0).hint_text(self.ask.hint());
+                let response = ui.add(edit).labelled_by(label.id);
+                if std::mem::take(&mut self.is_new) {
+                    response.request_focus();
+                    select_all(ui.ctx(), response.id, &self.text);
+                }
+                if let Some(reason) = &self.reason {
+                    ui.set_max_width(response.rect.width());
+                    ui.label(RichText::new(reason).color(ALARM));
+                }
+                is_done |= response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+                is_cancelled |= ui.input(|input| input.key_pressed(Key::Escape));
+                ui.horizontal(|ui| {
+                    is_done |= ui.button(self.ask.verb()).clicked();
+                    if ui.add_enabled(self.chosen.is_none(), egui::Button::new("Browse…")).clicked() {
+                        self.browse(ui.ctx().clone());
+                    }
+                    is_cancelled |= ui.button("Cancel").clicked();
+                });
+            });
+        let text = self.text.trim();
+        if is_done && !text.is_empty() {
+            self.reason = None;
+            return Answer::Chosen(self.ask.command(at_home(text)));
+        }
+        if is_open && !is_cancelled { Answer::StillOpen } else { Answer::Closed }
+    }
+
+    /// The path chosen in the system's dialog; if that is cancelled, this one stays open.
+    fn take_chosen(&mut self) -> Option<Answer> {
+        match self.chosen.as_ref()?.try_recv() {
+            Ok(Some(path)) => {
+                (self.chosen, self.reason) = (None, None);
+                self.text = path.display().to_string();
+                Some(Answer::Chosen(self.ask.command_of_chosen(path)))
+            }
+            Ok(None) | Err(TryRecvError::Disconnected) => {
+                self.chosen = None;
+                None
+            }
+            Err(TryRecvError::Empty) => None,
+        }
+    }
+
+    /// The page has the browser's dialog, and opens what was chosen.
+    #[cfg(target_arch = "wasm32")]
+    fn browse(&mut self, _: Context) {
+        crate::page::ask_for_file();
+    }
+
+    /// The system's dialog blocks: it gets a thread of its own.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn browse(&mut self, ctx: Context) {
+        let (sender, chosen) = std::sync::mpsc::channel();
+        let ask = self.ask;
+        let dialog = move || {
+            let dialog = rfd::FileDialog::new().set_title(ask.title());
+            let path = match ask {
+                Ask::Open => dialog
+                    .add_filter("sessions", &["ron", "zst", "tilt", "apa", "json", "poses", "obj", "gz"])
+                    .pick_file(),
+                Ask::SaveAs => dialog.add_filter("recording", &["ron"]).save_file(),
+                Ask::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
+                Ask::Picture => dialog.add_filter("picture", &["png"]).save_file(),
+            };
+            // Nobody listens any more if the window was closed meanwhile.
+            let _ = sender.send(path);
+            ctx.request_repaint();
+        };
+        if cfg!(target_os = "macos") {
+            // There a dialog belongs to the main thread.
+            dialog();
+        } else {
+            std::thread::spawn(dialog);
+        }
+        self.chosen = Some(chosen);
+    }
+}

@@ -1,0 +1,119 @@
+use egui::{Button, DragValue, RichText, TextEdit, Ui};
+
+use super::wishes::Wishes;
+use crate::{command::Command, groups::Placing, studio::Studio};
+use osp_session::{
+    recording::{Event, GroupId},
+    scene::GroupNode,
+};
+
+/// Most groups that the list shows.
+const MOST_SHOWN: usize = 200;
+/// Indentation of a level, points.
+const INDENT: f32 = 8.0;
+
+/// The list of groups, and what is being changed in it.
+#[derive(Debug, Default)]
+pub(super) struct GroupList {
+    /// The name in the making.
+    name: Option<(GroupId, String)>,
+    /// The place in the making.
+    placing: Option<(GroupId, Placing)>,
+}
+
+impl GroupList {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &mut Studio, wishes: &mut Wishes) {
+        let groups = studio.group_tree();
+        let can_group = studio.can(&Command::GroupSelected);
+        if ui
+            .add_enabled(can_group, Button::new("Group (Ctrl+G)"))
+            .on_hover_text("make a group of the selection; select it in the list below, drag it, name it")
+            .clicked()
+        {
+            wishes.commands.push(Command::GroupSelected);
+        }
+        let selected = studio.selected_group();
+        for node in groups.iter().take(MOST_SHOWN) {
+            ui.horizontal(|ui| {
+                ui.add_space(INDENT * node.depth.min(8) as f32);
+                let row = ui.selectable_label(selected == Some(node.id), name_of(node));
+                let hint = format!("{} strokes, {} polygons", node.strokes, node.polygons);
+                if row.on_hover_text(hint).clicked() {
+                    wishes.commands.push(Command::SelectGroup(node.id));
+                }
+            });
+        }
+        if groups.len() > MOST_SHOWN {
+            ui.label(RichText::new(format!("… {} groups in all", groups.len())).weak());
+        }
+        let node = groups.iter().find(|node| Some(node.id) == selected);
+        if let Some(node) = node.filter(|_| studio.can_draw()) {
+            self.name(ui, node, wishes);
+            self.place(ui, node, wishes);
+        }
+    }
+
+    fn name(&mut self, ui: &mut Ui, node: &GroupNode, wishes: &mut Wishes) {
+        let known = node.name.clone().unwrap_or_default();
+        let mut name = match self.name.take() {
+            Some((of, name)) if of == node.id => name,
+            _ => known.clone(),
+        };
+        let label = ui.label("name of the group");
+        let edit =
+            TextEdit::singleline(&mut name).char_limit(Event::MAX_GROUP_NAME_BYTES / 4).desired_width(140.0);
+        let response = ui.add(edit).labelled_by(label.id);
+        if response.lost_focus() && name != known {
+            wishes.commands.push(Command::NameGroup(node.id, name));
+        } else if response.has_focus() {
+            self.name = Some((node.id, name));
+        }
+    }
+
+    fn place(&mut self, ui: &mut Ui, node: &GroupNode, wishes: &mut Wishes) {
+        let mut placing = match self.placing.take() {
+            Some((of, placing)) if of == node.id => placing,
+            _ => Placing::STAY,
+        };
+        let (mut is_done, mut is_changing) = (false, false);
+        let mut note = |response: &egui::Response| {
+            is_done |= response.drag_stopped() || response.lost_focus();
+            is_changing |= response.dragged() || response.has_focus();
+        };
+        let mut percent = placing.scale * 100.0;
+        let Placing { by, turn_degrees, .. } = &mut placing;
+        ui.horizontal(|ui| {
+            for (way, axis) in [(&mut by.x, "x"), (&mut by.y, "y"), (&mut by.z, "z")] {
+                let label = ui.label(axis);
+                let value =
+                    DragValue::new(way).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
+                note(&ui.add(value).labelled_by(label.id));
+            }
+        });
+        ui.horizontal(|ui| {
+            let label = ui.label("turn");
+            note(
+                &ui.add(DragValue::new(turn_degrees).speed(1.0).range(-360.0..=360.0).suffix("°"))
+                    .labelled_by(label.id),
+            );
+            let label = ui.label("size");
+            note(
+                &ui.add(DragValue::new(&mut percent).speed(1.0).range(1.0..=1.0e4).suffix(" %"))
+                    .labelled_by(label.id),
+            );
+        });
+        placing.scale = percent / 100.0;
+        if is_done && placing != Placing::STAY {
+            wishes.commands.push(Command::PlaceGroup(node.id, placing));
+        } else if is_changing {
+            self.placing = Some((node.id, placing));
+        }
+    }
+}
+
+fn name_of(node: &GroupNode) -> String {
+    match &node.name {
+        Some(name) => name.clone(),
+        None => format!("group {}", node.id.0),
+    }
+}

@@ -1,0 +1,488 @@
+use std::path::{Path, PathBuf};
+
+use egui::{
+    Align2, Color32, Context, Frame, Grid, KeyboardShortcut, Panel, Rect, RichText, ScrollArea, Sense, Ui,
+    Window,
+};
+use glam::Vec3;
+
+#[cfg(feature = "live")]
+use super::others;
+use super::{
+    actions::Action,
+    authors,
+    brushes::BrushList,
+    calibrating::Calibrating,
+    canvas,
+    dialog::{Answer, PathDialog},
+    groups::GroupList,
+    keys::{HINTS, SHORTCUTS},
+    menu,
+    numbers::{self, Measured},
+    paint_layers::LayerList,
+    questions,
+    recent::RecentList,
+    replay_bar, room,
+    selected::SelectionPanel,
+    tools,
+    wishes::Wishes,
+};
+use crate::{
+    command::Command,
+    question::Question,
+    settings::{Settings, SettingsKeeper, Theme},
+    stats::{FrameTimes, History, PassHistory},
+    studio::Studio,
+    subject::Subject,
+};
+use osp::frame::StageClock;
+use osp_render::PassTimes;
+
+/// A window of fewer points is narrow. One on a desktop has more.
+const NARROW: f32 = 480.0;
+
+/// Everything on the window beside the model.
+#[derive(Debug, Default)]
+pub struct Interface {
+    history: History,
+    passes: PassHistory,
+    /// The step of the clock that they are measured by.
+    clock_step_ns: u64,
+    shows_panel: bool,
+    /// On a narrow window, such as a phone's, the tools leave no room for the model.
+    shows_tools: bool,
+    shows_help: bool,
+    is_fullscreen: bool,
+    settings: Settings,
+    /// As they were written last.
+    kept: Settings,
+    /// Writes the settings, if they are kept.
+    keeper: Option<SettingsKeeper>,
+    /// The session that was open in the last frame.
+    shown: PathBuf,
+    dialog: Option<PathDialog>,
+    adapter: String,
+    /// The question that was on the window in the last frame.
+    asked: Option<Question>,
+    /// Whether something was drawn: then the first hint is not shown any more.
+    has_drawn: bool,
+    recent: RecentList,
+    brushes: BrushList,
+    groups: GroupList,
+    layers: LayerList,
+    selected: SelectionPanel,
+    calibrating: Option<Calibrating>,
+}
+
+impl Interface {
+    /// The interface of a window that is drawn by the adapter of this name.
+    pub fn new(adapter: String) -> Self {
+        Self { adapter, clock_step_ns: StageClock::default().step_ns(), ..Self::default() }
+    }
+
+    /// Keeps settings in this file from now on, and takes those that are there.
+    pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context) {
+        self.settings = Settings::read(&path);
+        self.kept = self.settings.clone();
+        ctx.set_zoom_factor(self.settings.zoom);
+        self.keeper = Some(SettingsKeeper::new(path));
+    }
+
+    /// What is kept from one time to the next.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whether a person wants the window to fill the screen.
+    pub fn is_fullscreen(&self) -> bool {
+        self.is_fullscreen
+    }
+
+    /// Adds the times of a frame.
+    pub fn note_frame(&mut self, times: FrameTimes) {
+        self.history.push(times);
+    }
+
+    /// Adds the GPU's times of a frame, if it has any.
+    pub fn note_passes(&mut self, times: Option<PassTimes>) {
+        self.passes.push(times);
+    }
+
+    /// The step in which the clock advances that frames are measured by, nanoseconds.
+    pub fn clock_step_ns(&self) -> u64 {
+        self.clock_step_ns
+    }
+
+    /// The times of the last frames.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// Whether the list of brushes is open and has no pictures yet: once, and not before somebody looks.
+    pub fn wants_previews(&self) -> bool {
+        self.brushes.wants_previews()
+    }
+
+    /// Takes the pictures of the brushes, laid out as [`PreviewGrid`](super::PreviewGrid) says; without them the list shows
+    /// names alone.
+    pub fn set_previews(&mut self, previews: Option<egui::TextureHandle>) {
+        self.brushes.set_previews(previews);
+    }
+
+    /// Whether the window has just opened: the first frames settle the layout.
+    pub fn is_fresh(&self) -> bool {
+        self.history.frames().len() < 3
+    }
+
+    /// Lays everything out, does what was asked for, and returns the part of the window that is the model's, in points.
+    pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
+        let mut wishes = Wishes {
+            panel: self.shows_panel,
+            help: self.shows_help,
+            fullscreen: self.is_fullscreen,
+            ..Wishes::default()
+        };
+        self.settle(ui.ctx(), studio);
+        self.shortcuts(ui, studio, &mut wishes);
+        if self.dialog.is_none() && studio.question().is_none() {
+            take_dropped(ui, &mut wishes);
+        }
+        let is_narrow = ui.available_width() < NARROW;
+        Panel::top("menu").resizable(false).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                if is_narrow {
+                    ui.toggle_value(&mut self.shows_tools, "Tools");
+                }
+                menu::show(ui, studio, &mut self.settings, &mut self.recent, &mut wishes);
+            });
+        });
+        Panel::bottom("status").resizable(false).show(ui, |ui| {
+            if let Subject::Replay(player) = studio.subject() {
+                replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
+            }
+            if !studio.is_reading() {
+                work(ui, studio, &mut wishes);
+            }
+            status(ui, studio);
+        });
+        if studio.room().rig().is_some() || studio.tracker().is_some() {
+            Panel::bottom("room").resizable(false).show(ui, |ui| {
+                ScrollArea::horizontal()
+                    .show(ui, |ui| room::show(ui, studio, &mut self.calibrating, &mut wishes));
+            });
+        }
+        let is_aside = self.dialog.is_some() || studio.question().is_some();
+        if let Some(calibrating) = self.calibrating.as_mut().filter(|_| !is_aside) {
+            let goes_on = calibrating.show(ui.ctx(), studio, &mut wishes);
+            if !goes_on {
+                self.calibrating = None;
+            }
+        }
+        studio.set_calibrating(self.calibrating.is_some());
+        if self.shows_tools || !is_narrow {
+            Panel::left("tools").resizable(false).exact_size(168.0).show(ui, |ui| {
+                ScrollArea::vertical().show(ui, |ui| {
+                    tools::show(ui, studio, &mut self.brushes, &mut wishes);
+                    ui.separator();
+                    authors::show(ui, studio, &mut wishes);
+                    self.selected.show(ui, studio, &mut wishes);
+                    self.groups.show(ui, studio, &mut wishes);
+                    ui.separator();
+                    self.layers.show(ui, studio, &mut wishes);
+                });
+            });
+        }
+        if wishes.panel {
+            Panel::right("numbers").resizable(false).exact_size(268.0).show(ui, |ui| {
+                let measured = Measured {
+                    history: &self.history,
+                    passes: self.passes.mean(),
+                    clock_step_ns: self.clock_step_ns,
+                    adapter: &self.adapter,
+                };
+                ScrollArea::vertical().show(ui, |ui| numbers::show(ui, studio, &measured, &mut wishes));
+            });
+        }
+        let area = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(area, Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, "model"));
+        canvas::take_pointer(ui, &response, ui.ctx().pixels_per_point(), studio);
+        self.hint(ui, area, studio);
+        #[cfg(feature = "live")]
+        others::show(ui, area, studio);
+        if wishes.help {
+            help(ui, &mut wishes.help);
+        }
+        if studio.is_reading() && studio.work_shown().is_some() {
+            egui::Modal::new(egui::Id::unique("reading")).show(ui.ctx(), |ui| work(ui, studio, &mut wishes));
+        }
+        if studio.question().is_none() {
+            questions::trouble(ui.ctx(), studio, &mut wishes);
+        }
+        self.question(ui.ctx(), studio, &mut wishes);
+        self.take_wishes(ui, studio, wishes);
+        area
+    }
+
+    fn question(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
+        let asked = studio.question();
+        let is_new = self.asked.as_ref() != asked;
+        if is_new {
+            self.asked = asked.cloned();
+        }
+        if let Some(question) = asked {
+            questions::question(ctx, question, is_new, wishes);
+        }
+    }
+
+    fn take_wishes(&mut self, ui: &Ui, studio: &mut Studio, wishes: Wishes) {
+        (self.shows_panel, self.shows_help) = (wishes.panel, wishes.help);
+        self.is_fullscreen = wishes.fullscreen;
+        if let Some(ask) = wishes.ask {
+            // What was asked for before is no answer to this.
+            studio.take_file_outcome();
+            self.dialog = Some(PathDialog::new(ask, studio));
+        }
+        // A question about its file is answered first; then the keyboard is the dialog's again.
+        if let Some(dialog) = self.dialog.as_mut().filter(|_| studio.question().is_some()) {
+            dialog.take_keyboard();
+        }
+        let is_aside = studio.question().is_some() || studio.is_reading();
+        let dialog = self.dialog.as_mut().filter(|_| !is_aside);
+        match dialog.map(|dialog| dialog.show(ui.ctx())) {
+            None | Some(Answer::StillOpen) => {}
+            Some(Answer::Closed) => self.dialog = None,
+            Some(Answer::Chosen(command)) => {
+                studio.take_file_outcome();
+                studio.command(command);
+            }
+        }
+        match (studio.take_file_outcome(), &mut self.dialog) {
+            (Some(Ok(())), dialog) => *dialog = None,
+            (Some(Err(reason)), Some(dialog)) => dialog.fail(reason),
+            _ => {}
+        }
+        if let Some(follow) = wishes.follow_camera {
+            studio.follow_replay_camera(follow);
+        }
+        for command in wishes.commands {
+            // The dialog was about the session that is left.
+            if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
+                self.dialog = None;
+            }
+            if matches!(command, Command::Copy | Command::Cut) {
+                // An empty clipboard is never pasted. The strokes themselves are in no text.
+                ui.ctx().copy_text("strokes of osp".to_owned());
+            }
+            studio.command(command);
+        }
+    }
+
+    /// Follows the settings, and notes a session that was opened or saved under a name.
+    fn settle(&mut self, ctx: &Context, studio: &Studio) {
+        let named = match studio.subject() {
+            Subject::Sketch(document) if document.journal().is_named() => document.journal().path(),
+            Subject::Sketch(_) => Path::new(""),
+            Subject::Replay(player) => player.path(),
+        };
+        if named != self.shown {
+            named.clone_into(&mut self.shown);
+            // A name that is no text cannot be kept in one. An autosave file is listed as such.
+            if named.to_str().is_some_and(|name| !name.is_empty()) && !studio.autosaves.has(named) {
+                self.settings.note_recent(named);
+            }
+        }
+        self.settings.zoom = ctx.zoom_factor();
+        ctx.set_theme(match self.settings.theme {
+            Theme::Dark => egui::ThemePreference::Dark,
+            Theme::Light => egui::ThemePreference::Light,
+            Theme::System => egui::ThemePreference::System,
+        });
+        if self.settings != self.kept {
+            self.kept = self.settings.clone();
+            if let Some(keeper) = &self.keeper {
+                keeper.keep(&self.settings);
+            }
+        }
+    }
+
+    fn shortcuts(&mut self, ui: &Ui, studio: &mut Studio, wishes: &mut Wishes) {
+        if studio.is_reading() {
+            if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+                wishes.commands.push(Command::CancelWork);
+            }
+            return;
+        }
+        if ui.ctx().egui_wants_keyboard_input() || self.dialog.is_some() || studio.question().is_some() {
+            studio.set_flight(Vec3::ZERO);
+            return;
+        }
+        for shortcut in SHORTCUTS {
+            // An open list, menu or dialog closes by itself.
+            let is_taken = shortcut.action == Action::Escape
+                && (egui::Popup::is_any_open(ui.ctx()) || self.calibrating.is_some());
+            // Taken also if it cannot be done now: the same key with fewer keys held must not answer to it.
+            if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
+                shortcut.action.perform(studio, wishes);
+            }
+        }
+        // A desktop tells of these keys in its own way.
+        let clipped = ui.input(|input| {
+            input.events.iter().find_map(|event| match event {
+                egui::Event::Copy => Some(Command::Copy),
+                egui::Event::Cut => Some(Command::Cut),
+                egui::Event::Paste(_) => Some(Command::Paste),
+                _ => None,
+            })
+        });
+        if let Some(command) = clipped {
+            Action::Do(command).perform(studio, wishes);
+        }
+        studio.set_flight(flight(ui));
+    }
+
+    /// The hint in an empty session.
+    fn hint(&mut self, ui: &Ui, area: Rect, studio: &Studio) {
+        self.has_drawn |= studio.scene().polygon_count() > 0;
+        self.settings.has_drawn |= self.has_drawn && studio.can_draw();
+        if self.has_drawn || !studio.can_draw() {
+            return;
+        }
+        let at = area.center() - egui::vec2(0.0, area.height() * 0.22);
+        let painter = ui.painter_at(area);
+        let font = egui::FontId::proportional(22.0);
+        painter.text(at, Align2::CENTER_CENTER, "Drag to draw", font, Color32::from_white_alpha(170));
+        // Who has drawn before needs no lesson.
+        let rest = ["right button: orbit    wheel: nearer, farther    F1: all keys"];
+        let lines: &[&str] = if self.settings.has_drawn { &rest } else { &LESSON };
+        let mut below = at + egui::vec2(0.0, 26.0);
+        for line in lines {
+            let font = egui::FontId::proportional(14.0);
+            painter.text(below, Align2::CENTER_CENTER, line, font, Color32::from_white_alpha(120));
+            below.y += 20.0;
+        }
+    }
+}
+
+/// A file that was dropped on the window is opened.
+fn take_dropped(ui: &Ui, wishes: &mut Wishes) {
+    let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+    wishes.commands.extend(dropped.map(Command::Open));
+}
+
+/// The direction in which the held keys fly: right, up, back.
+fn flight(ui: &Ui) -> Vec3 {
+    use egui::Key;
+    ui.input(|input| {
+        if input.modifiers.command || input.modifiers.alt {
+            return Vec3::ZERO;
+        }
+        let axis = |forth: Key, back: Key| {
+            f32::from(u8::from(input.key_down(forth))) - f32::from(u8::from(input.key_down(back)))
+        };
+        Vec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::S, Key::W))
+    })
+}
+
+/// What is read or written beside the window.
+fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let Some(shown) = studio.work_shown() else { return };
+    ui.horizontal(|ui| {
+        // No spinner: it asks for frame after frame, and they take the time that the work needs.
+        if let Some(part) = shown.part {
+            ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
+        }
+        if ui.button("Cancel").clicked() {
+            wishes.commands.push(Command::CancelWork);
+        }
+        ui.label(shown.text);
+    });
+}
+
+fn status(ui: &mut Ui, studio: &Studio) {
+    ui.horizontal(|ui| match studio.messages().last() {
+        Some(message) => {
+            let earlier = studio.messages().join("\n");
+            ui.label(message).on_hover_text(earlier);
+        }
+        None => {
+            let hint = match studio.subject() {
+                Subject::Sketch(_) => {
+                    "left button: draw    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
+                }
+                Subject::Replay(_) => {
+                    "Space: play    right button: orbit    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
+                }
+            };
+            ui.label(RichText::new(hint).weak());
+        }
+    });
+}
+
+fn help(ui: &Ui, is_open: &mut bool) {
+    Window::new("Keys and pointer")
+        .open(is_open)
+        .collapsible(false)
+        .resizable(false)
+        .frame(Frame::window(ui.style()))
+        .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
+        .show(ui.ctx(), |ui| {
+            // On a small window one list stands below the other, and they are scrolled.
+            let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
+            let is_wide = room.x > HELP_WIDTH;
+            ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
+            ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
+            ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
+                LESSON.iter().for_each(|line| drop(ui.label(*line)));
+                ui.separator();
+                match is_wide {
+                    true => ui.columns(2, |columns| {
+                        pointer_hints(&mut columns[0]);
+                        keys_of_shortcuts(&mut columns[1]);
+                    }),
+                    false => {
+                        pointer_hints(ui);
+                        ui.separator();
+                        keys_of_shortcuts(ui);
+                    }
+                }
+            });
+        });
+}
+
+/// The lesson of the first window, and the beginning of the help.
+const LESSON: [&str; 5] = [
+    "1  Drag with the left button to draw; Shift makes it straight.",
+    "2  Drag with the right button to orbit; the wheel goes nearer.",
+    "3  Choose tools, brushes and colours on the left. Ctrl+Z takes back.",
+    "4  Press V and click strokes to move, turn, scale or recolour them.",
+    "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",
+];
+
+/// Both lists of the help side by side, points.
+const HELP_WIDTH: f32 = 700.0;
+
+fn pointer_hints(ui: &mut Ui) {
+    Grid::new("pointer").num_columns(2).show(ui, |ui| {
+        for (how, what) in HINTS {
+            ui.strong(*how);
+            ui.label(*what);
+            ui.end_row();
+        }
+    });
+}
+
+fn keys_of_shortcuts(ui: &mut Ui) {
+    Grid::new("keys").num_columns(2).show(ui, |ui| {
+        for shortcut in SHORTCUTS {
+            let KeyboardShortcut { modifiers, logical_key } = shortcut.keys;
+            let is_plain = modifiers.is_none();
+            ui.strong(match is_plain {
+                true => logical_key.symbol_or_name().to_owned(),
+                false => ui.ctx().format_shortcut(&shortcut.keys),
+            });
+            ui.label(shortcut.what);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,141 @@
+use egui::{Button, MenuBar, Ui};
+
+use super::{
+    actions::Action,
+    keys::{LARGER, SHORTCUTS, SMALLER, TURN_LEFT, TURN_RIGHT},
+    recent::RecentList,
+    wishes::Wishes,
+};
+use crate::{
+    altering::Altering,
+    command::Command,
+    paint_layers::LayerEdit,
+    settings::{Settings, Theme},
+    studio::Studio,
+};
+
+/// The menus above everything else.
+pub(super) fn show(
+    ui: &mut Ui,
+    studio: &Studio,
+    settings: &mut Settings,
+    recent: &mut RecentList,
+    wishes: &mut Wishes,
+) {
+    MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| file(ui, studio, settings, recent, wishes));
+        ui.menu_button("Edit", |ui| edit(ui, studio, wishes));
+        ui.menu_button("View", |ui| view(ui, studio, settings, wishes));
+        ui.menu_button("Help", |ui| entry(ui, "Keys and pointer", Action::ToggleHelp, studio, wishes));
+    });
+}
+
+fn file(ui: &mut Ui, studio: &Studio, settings: &Settings, recent: &mut RecentList, wishes: &mut Wishes) {
+    entry(ui, "New", Action::Do(Command::New), studio, wishes);
+    entry(ui, "Open…", Action::AskOpen, studio, wishes);
+    recent.show(ui, settings, studio, wishes);
+    ui.separator();
+    entry(ui, "Save", Action::Save, studio, wishes);
+    entry(ui, "Save as…", Action::AskSaveAs, studio, wishes);
+    entry(ui, "Export glTF…", Action::AskExport, studio, wishes);
+    let frames = if studio.writes_frames() { "End writing frames" } else { "Write frames" };
+    entry(ui, frames, Action::Do(Command::Frames), studio, wishes)
+        .on_hover_text("each frame becomes a numbered picture, for a video");
+    entry(ui, "Save picture…", Action::AskPicture, studio, wishes);
+    ui.separator();
+    entry(ui, "Discard…", Action::Do(Command::Discard), studio, wishes)
+        .on_hover_text("throw away everything drawn since the session was opened or saved under a name");
+    entry(ui, "Quit", Action::Do(Command::Quit), studio, wishes);
+}
+
+fn edit(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    entry(ui, "Undo", Action::Do(Command::Undo), studio, wishes);
+    entry(ui, "Redo", Action::Do(Command::Redo), studio, wishes);
+    ui.separator();
+    entry(ui, "Cut", Action::Do(Command::Cut), studio, wishes);
+    entry(ui, "Copy", Action::Do(Command::Copy), studio, wishes);
+    entry(ui, "Paste", Action::Do(Command::Paste), studio, wishes);
+    entry(ui, "Duplicate", Action::Do(Command::Duplicate), studio, wishes);
+    entry(ui, "Erase selection", Action::Do(Command::EraseSelected), studio, wishes);
+    entry(ui, "Group selection", Action::Do(Command::GroupSelected), studio, wishes);
+    ui.menu_button("Change selection", |ui| {
+        let alter = |altering| Action::Do(Command::Alter(altering));
+        entry(ui, "Colour of the brush", alter(Altering::Color), studio, wishes);
+        entry(ui, "Width of the brush", alter(Altering::Width), studio, wishes);
+        entry(ui, "Turn left", Action::Do(TURN_LEFT), studio, wishes);
+        entry(ui, "Turn right", Action::Do(TURN_RIGHT), studio, wishes);
+        entry(ui, "Larger", Action::Do(LARGER), studio, wishes);
+        entry(ui, "Smaller", Action::Do(SMALLER), studio, wishes);
+        entry(ui, "Mirror", alter(Altering::Mirror), studio, wishes);
+    });
+    ui.menu_button("Drawing", |ui| {
+        entry(ui, "Straight lines", Action::ToggleStraight, studio, wishes);
+        entry(ui, "Mirror", Action::ToggleMirror, studio, wishes);
+        entry(ui, "Width on the screen", Action::ToggleScreenWidth, studio, wishes);
+    });
+    ui.menu_button("Layer", |ui| {
+        let edit = |edit| Action::Do(Command::Layer(edit));
+        entry(ui, "New layer", edit(LayerEdit::New), studio, wishes);
+        entry(ui, "Bring the selection here", edit(LayerEdit::TakeSelection), studio, wishes);
+        entry(ui, "Hide or show", edit(LayerEdit::ToggleHidden), studio, wishes);
+        entry(ui, "Lock or unlock", edit(LayerEdit::ToggleLocked), studio, wishes);
+    });
+    ui.separator();
+    entry(ui, "Select all", Action::Do(Command::SelectAll), studio, wishes);
+    entry(ui, "Select nothing", Action::Do(Command::SelectNone), studio, wishes);
+}
+
+fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wishes) {
+    entry(ui, "Whole model", Action::Do(Command::ShowAll), studio, wishes);
+    ui.menu_button("Kept views", |ui| {
+        for slot in 0..4 {
+            entry(
+                ui,
+                &format!("Go to view {}", slot + 1),
+                Action::Do(Command::GoToView(slot)),
+                studio,
+                wishes,
+            );
+        }
+        ui.separator();
+        for slot in 0..4 {
+            entry(
+                ui,
+                &format!("Keep view {}", slot + 1),
+                Action::Do(Command::KeepView(slot)),
+                studio,
+                wishes,
+            );
+        }
+    });
+    entry(ui, "Full screen", Action::ToggleFullscreen, studio, wishes);
+    let panel = if wishes.panel { "Hide culling panel" } else { "Show culling panel" };
+    entry(ui, panel, Action::TogglePanel, studio, wishes);
+    ui.separator();
+    ui.menu_button("Colours", |ui| {
+        for theme in Theme::ALL {
+            ui.radio_value(&mut settings.theme, theme, theme.name());
+        }
+    });
+    ui.menu_button("Size of letters", egui::gui_zoom::zoom_menu_buttons);
+}
+
+/// A line of a menu with its key.
+pub(super) fn entry(
+    ui: &mut Ui,
+    name: &str,
+    action: Action,
+    studio: &Studio,
+    wishes: &mut Wishes,
+) -> egui::Response {
+    let mut button = Button::new(name);
+    if let Some(shortcut) = SHORTCUTS.iter().find(|shortcut| shortcut.action == action) {
+        button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut.keys));
+    }
+    let response = ui.add_enabled(action.is_possible(studio), button);
+    if response.clicked() {
+        action.perform(studio, wishes);
+        ui.close();
+    }
+    response
+}

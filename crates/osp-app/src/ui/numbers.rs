@@ -1,0 +1,301 @@
+use egui::{CollapsingHeader, ComboBox, Grid, RichText, Slider, Ui};
+
+use super::{
+    plot::{frame_plot, stage_color},
+    wishes::Wishes,
+};
+use crate::{
+    command::Command,
+    stats::{FrameStage, History},
+    studio::Studio,
+};
+use osp::occlusion::{Occlusion, Soundness};
+use osp_render::{DrawnCounts, PassTimes};
+use osp_rivals::IndexKind;
+
+/// What the panel shows of the last frames, and by what it was measured.
+#[derive(Debug)]
+pub(super) struct Measured<'a> {
+    pub(super) history: &'a History,
+    /// The GPU's mean times, if it measures them.
+    pub(super) passes: Option<PassTimes>,
+    /// 0 if the clock stands still.
+    pub(super) clock_step_ns: u64,
+    pub(super) adapter: &'a str,
+}
+
+fn ms(ns: u64) -> String {
+    format!("{:.2} ms", ns as f64 * 1.0e-6)
+}
+
+/// A time in the unit that suits it, with two digits that count.
+fn short(ns: u64) -> String {
+    match ns {
+        0..1_000 => format!("{ns} ns"),
+        // What rounds up to the next unit is said in it.
+        1_000..9_950 => format!("{:.1} µs", ns as f64 * 1.0e-3),
+        9_950..999_500 => format!("{:.0} µs", ns as f64 * 1.0e-3),
+        999_500..9_950_000 => format!("{:.1} ms", ns as f64 * 1.0e-6),
+        _ => format!("{:.0} ms", ns as f64 * 1.0e-6),
+    }
+}
+
+/// A time that was measured once: of less than a step, a clock tells nothing but that.
+fn once(ns: u64, clock_step_ns: u64, text: impl Fn(u64) -> String) -> String {
+    if ns < clock_step_ns { format!("less than {}", short(clock_step_ns)) } else { text(ns) }
+}
+
+/// The step of the clock, and what it means for the times above.
+fn clock_line(clock_step_ns: u64, frames: usize) -> String {
+    let of = frames.min(History::MEAN_OF);
+    match clock_step_ns {
+        0 => "the clock stands still: no times can be measured".to_owned(),
+        step_ns => format!("times: means of {of} frames; the clock's steps: {}", short(step_ns)),
+    }
+}
+
+/// A count with its thousands separated.
+pub(super) fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// Times, counts and switches.
+pub(super) fn show(ui: &mut Ui, studio: &Studio, measured: &Measured<'_>, wishes: &mut Wishes) {
+    ui.add_space(4.0);
+    ui.heading("Culling");
+    switches(ui, studio, measured.clock_step_ns, wishes);
+    ui.separator();
+    times(ui, measured);
+    ui.separator();
+    counts(ui, studio, measured.passes);
+    ui.separator();
+    layers(ui, studio, wishes);
+    CollapsingHeader::new("Picking").show(ui, |ui| picking(ui, studio, measured.clock_step_ns));
+    ui.label(RichText::new(measured.adapter).weak().small());
+}
+
+fn times(ui: &mut Ui, measured: &Measured<'_>) {
+    let history = measured.history;
+    let mean = history.mean();
+    let median_ns = history.percentile_ns(0.5);
+    let rate = if median_ns == 0 { 0.0 } else { 1.0e9 / median_ns as f64 };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(ms(mean.total_ns())).strong());
+        ui.label(RichText::new(format!("a frame; {rate:.0} frames/s possible")).weak());
+    });
+    frame_plot(ui, history, 84.0);
+    // Columns of fixed width: a grid that follows its numbers asks for another frame each time they change.
+    Grid::new("percentiles").num_columns(4).min_col_width(58.0).spacing([4.0, 0.0]).show(ui, |ui| {
+        let parts = [
+            ("50 %", median_ns),
+            ("95 %", history.percentile_ns(0.95)),
+            ("99 %", history.percentile_ns(0.99)),
+            ("max", history.slowest_ns()),
+        ];
+        for (name, _) in parts {
+            ui.label(RichText::new(name).weak().small());
+        }
+        ui.end_row();
+        for (_, ns) in parts {
+            ui.label(format!("{:.2}", ns as f64 * 1.0e-6));
+        }
+    });
+    Grid::new("stages").num_columns(3).min_col_width(78.0).spacing([4.0, 0.0]).show(ui, |ui| {
+        for stage in FrameStage::ALL {
+            ui.horizontal(|ui| {
+                let (area, _) = ui.allocate_exact_size(egui::Vec2::splat(9.0), egui::Sense::hover());
+                ui.painter().rect_filled(area, 2.0, stage_color(stage));
+                ui.label(stage.name());
+            });
+            ui.label(ms(mean.get(stage)));
+            ui.label(RichText::new(format!("{:.1} %", history.share(stage) * 100.0)).weak());
+            ui.end_row();
+        }
+    });
+    let line = clock_line(measured.clock_step_ns, history.frames().len());
+    ui.label(RichText::new(line).weak().small());
+}
+
+fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
+    // Two columns fit into the panel, also where a header indents them: a wider table would shift the whole panel.
+    Grid::new(id).num_columns(2).min_col_width(110.0).spacing([4.0, 1.0]).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(*name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}
+
+fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
+    let report = studio.report();
+    let scene = studio.scene().counts();
+    let while_drawing = studio.while_drawing();
+    let hidden = while_drawing.map_or(report.record.occlusion.occluded, |(counts, _)| counts.hidden());
+    let drawn = while_drawing.map_or(report.drawn, |(counts, _)| counts.second_pass);
+    table(
+        ui,
+        "counts",
+        &[
+            ("strokes", count(scene.strokes - scene.erased_strokes)),
+            ("polygons", count(report.record.polygons)),
+            ("in view", count(report.record.visible)),
+            ("hidden by others", count(hidden)),
+            ("occluders", count(report.record.occlusion.occluders)),
+            ("split planes", count(report.record.occlusion.nodes)),
+            ("drawn", count(drawn)),
+            ("new, erased, moved", {
+                let record = report.record;
+                format!("{} {} {}", count(record.inserted), count(record.removed), count(record.updated))
+            }),
+            ("boxes tested", count(report.record.work.boxes)),
+            ("tree nodes visited", count(report.record.work.nodes)),
+            ("index memory", format!("{:.1} MB", studio.culling().pipeline().bytes() as f64 / 1.0e6)),
+        ],
+    );
+    let is_auto = studio.culling().occlusion() == Occlusion::Auto;
+    let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
+    let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
+    let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
+    // Always as many rows, so that nothing moves when another method is chosen.
+    let rows = [
+        ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
+        ("tested on the GPU", on_gpu(|counts| counts.groups_tested)),
+        ("drawn in depth pass", on_gpu(|counts| counts.first_pass)),
+        ("GPU: depth pass", pass(|times| times.depth_ns)),
+        ("GPU: Hi-Z test", pass(|times| times.test_ns)),
+        ("GPU: colour pass", pass(|times| times.color_ns)),
+    ];
+    table(ui, "of some methods", &rows.map(|(name, value)| (name, value.unwrap_or("–".to_owned()))));
+}
+
+fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishes) {
+    let culling = studio.culling();
+    ComboBox::from_label("index (I)").selected_text(culling.kind().name()).show_ui(ui, |ui| {
+        for &kind in IndexKind::ALL {
+            if ui.selectable_label(culling.kind() == kind, kind.name()).clicked() {
+                wishes.commands.push(Command::Index(kind));
+            }
+        }
+    });
+    let line = culling.reindexed().map_or("–".to_owned(), |done| {
+        let took_ns = u64::try_from(done.took.as_nanos()).unwrap_or(u64::MAX);
+        format!("{} polygons inserted in {}", count(done.polygons), once(took_ns, clock_step_ns, ms))
+    });
+    ui.label(RichText::new(line).weak().small());
+    let now = culling.occlusion();
+    ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
+        let sets = culling.has_pvs().then_some(Occlusion::Pvs);
+        for choice in sound_occlusion().into_iter().chain(sets) {
+            if ui.selectable_label(now == choice, choice.name()).clicked() {
+                wishes.commands.push(Command::Occlusion(choice));
+            }
+        }
+    });
+    let most = culling.most_occluders();
+    let mut wanted = most.unwrap_or(1);
+    let slider = Slider::new(&mut wanted, 1..=256).logarithmic(true).text("max. occluders");
+    if ui.add_enabled(most.is_some(), slider).changed() {
+        wishes.commands.push(Command::Occluders(Some(wanted)));
+    }
+    let mut stages = culling.stages();
+    ui.checkbox(&mut stages.frustum, "frustum culling");
+    if stages != culling.stages() {
+        wishes.commands.push(Command::Stages(stages));
+    }
+    let mut is_frozen = studio.is_frozen();
+    let freeze = ui.checkbox(&mut is_frozen, "freeze the culling camera (C)");
+    freeze.on_hover_text("then move the camera away to see what is culled");
+    if is_frozen != studio.is_frozen() {
+        wishes.commands.push(Command::Freeze(is_frozen));
+    }
+}
+
+/// The conservative methods of occlusion culling; the others can be chosen in `osp replay` and `osp verify` only.
+pub(super) fn sound_occlusion() -> Vec<Occlusion> {
+    Occlusion::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
+}
+
+fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let mut layers = studio.layers();
+    ui.checkbox(&mut layers.grid, "floor");
+    ui.checkbox(&mut layers.culled, "show culled polygons (while frozen)");
+    ui.checkbox(&mut layers.nodes, "bounding boxes of the index");
+    if layers.nodes {
+        ui.add(Slider::new(&mut layers.node_depth, 0..=16).text("deepest level"));
+    }
+    ui.checkbox(&mut layers.shadows, "occluders and shadow volumes");
+    ui.checkbox(&mut layers.straddlers, "polygons on the root's split planes");
+    ui.checkbox(&mut layers.cut, "polygons that the view's sides cut");
+    if let Some((inside, cut)) = studio.inside_and_cut() {
+        ui.weak(format!("{} inside, {} cut", count(inside), count(cut)));
+    }
+    ui.checkbox(&mut layers.pyramid, "depth pyramid (F3)");
+    if layers.pyramid {
+        ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
+        if studio.culling().occlusion() != Occlusion::Hzb {
+            ui.weak("there is one with hzb alone: choose it under occlusion");
+        }
+    }
+    if layers != studio.layers() {
+        wishes.commands.push(Command::Layers(layers));
+    }
+}
+
+fn picking(ui: &mut Ui, studio: &Studio, clock_step_ns: u64) {
+    let picks = studio.culling().picks();
+    let last = picks.last.map_or("nothing".to_owned(), |id| format!("polygon {}", count(u64::from(id.0))));
+    table(
+        ui,
+        "picks",
+        &[
+            ("last pick", last),
+            ("its time", once(picks.last_ns, clock_step_ns, |ns| format!("{:.1} µs", ns as f64 * 1.0e-3))),
+            ("rays", count(picks.rays)),
+            ("polygons tested", count(picks.tests)),
+            ("time of all picks", ms(picks.total_ns)),
+        ],
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_steps_of_clocks_are_named_in_their_units() {
+        let step = |ns| clock_line(ns, 500).split(": ").last().unwrap_or_default().to_owned();
+        assert_eq!(
+            [41, 4_999, 5_000, 99_999, 100_000].map(step),
+            ["41 ns", "5.0 µs", "5.0 µs", "100 µs", "100 µs"]
+        );
+        assert_eq!([999_999, 1_000_000, 16_600_000].map(step), ["1.0 ms", "1.0 ms", "17 ms"]);
+        assert!(clock_line(5_000, 7).contains("means of 7 frames"), "{}", clock_line(5_000, 7));
+        assert!(clock_line(5_000, 240).contains("means of 60 frames"));
+        assert!(clock_line(0, 240).contains("no times"));
+    }
+
+    #[test]
+    fn what_is_shorter_than_a_step_is_given_no_number() {
+        assert_eq!(once(0, 100_000, ms), "less than 100 µs");
+        assert_eq!(once(100_000, 100_000, ms), "0.10 ms");
+        assert_eq!(once(30, 25, ms), "0.00 ms");
+    }
+
+    #[test]
+    fn large_counts_are_grouped() {
+        let plain = |n| count(n).replace('\u{202f}', " ");
+        assert_eq!(
+            [plain(0), plain(999), plain(1000), plain(12_345_678)],
+            ["0", "999", "1 000", "12 345 678"]
+        );
+    }
+}

@@ -1,0 +1,169 @@
+use egui::{
+    Button, CollapsingHeader, Painter, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, TextEdit,
+    Ui, Vec2, WidgetInfo,
+};
+
+use super::{authors, wishes::Wishes};
+use crate::{
+    command::Command,
+    paint_layers::{LayerEdit, LayerRow, name_or_number},
+    studio::Studio,
+};
+use osp_session::recording::Event;
+
+/// Height of the list before it scrolls, points.
+const LIST_HEIGHT: f32 = 132.0;
+
+/// The list of layers, and the name in the making.
+#[derive(Debug, Default)]
+pub(super) struct LayerList {
+    name: Option<(u32, String)>,
+}
+
+impl LayerList {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+        let rows = studio.session_layers();
+        let chosen = studio.chosen_layer();
+        let shown = CollapsingHeader::new(format!("Layers ({})", rows.len())).id_salt("layers");
+        shown.default_open(rows.len() > 1).show(ui, |ui| {
+            ScrollArea::vertical().id_salt("layer list").max_height(LIST_HEIGHT).show(ui, |ui| {
+                // The last one is on top, as in other programs.
+                for row in rows.iter().rev() {
+                    ui.horizontal(|ui| self::row(ui, studio, row, row.layer == chosen, wishes));
+                }
+            });
+            ui.add_enabled_ui(studio.can_draw(), |ui| {
+                if let Some(row) = rows.iter().find(|row| row.layer == chosen) {
+                    ui.add_enabled_ui(!studio.is_layer_of_others(chosen), |ui| self.name(ui, row, wishes));
+                    close(ui, studio, row, wishes);
+                }
+                ui.horizontal(|ui| {
+                    let buttons = [
+                        ("New layer", LayerEdit::New, "draw on a new layer (Ctrl+Shift+N)"),
+                        (
+                            "Take",
+                            LayerEdit::TakeSelection,
+                            "bring the selection to the layer that is drawn on (Ctrl+L)",
+                        ),
+                    ];
+                    for (name, edit, hint) in buttons {
+                        let command = Command::Layer(edit);
+                        let button = ui.add_enabled(studio.can(&command), Button::new(name));
+                        if button.on_hover_text(hint).clicked() {
+                            wishes.commands.push(command);
+                        }
+                    }
+                });
+            });
+        });
+    }
+
+    fn name(&mut self, ui: &mut Ui, row: &LayerRow, wishes: &mut Wishes) {
+        let mut name = match self.name.take() {
+            Some((of, name)) if of == row.layer => name,
+            _ => row.name.clone(),
+        };
+        let edit =
+            TextEdit::singleline(&mut name).char_limit(Event::MAX_GROUP_NAME_BYTES / 4).desired_width(140.0);
+        let response = ui.add(edit);
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, true, "name of the layer"));
+        if response.lost_focus() && name != row.name {
+            wishes.commands.push(Command::Layer(LayerEdit::Name(row.layer, name)));
+        } else if response.has_focus() {
+            self.name = Some((row.layer, name));
+        }
+    }
+}
+
+/// Whose the layer is that is drawn on, and the switch that keeps all others from it.
+fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
+    if studio.can_close_layer(row.layer) {
+        let mut is_closed = row.is_closed;
+        let choice = ui.checkbox(&mut is_closed, "mine alone");
+        if choice
+            .on_hover_text("nobody else may draw on this layer or change it while you are here")
+            .changed()
+        {
+            wishes.commands.push(Command::Layer(LayerEdit::Close(row.layer, is_closed)));
+        }
+    }
+}
+
+/// Whose a layer is, in words.
+fn owner_of(row: &LayerRow) -> Option<String> {
+    let (author, name) = row.owner.as_ref()?;
+    let name = name_or_number(*author, authors::shortened(name));
+    Some(if row.is_closed { format!("{name}'s alone") } else { name })
+}
+
+fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &mut Wishes) {
+    ui.spacing_mut().item_spacing.x = 3.0;
+    let name = &row.name;
+    let switches = [
+        (eye as Sign, row.is_hidden, ["hide", "show"], LayerEdit::Hide(row.layer, !row.is_hidden)),
+        (padlock as Sign, !row.is_locked, ["unlock", "lock"], LayerEdit::Lock(row.layer, !row.is_locked)),
+    ];
+    for (sign, is_off, what, edit) in switches {
+        let what = format!("{} {name}", what[usize::from(is_off)]);
+        let sense = if studio.can(&Command::Layer(edit.clone())) { Sense::click() } else { Sense::hover() };
+        let (rect, response) = ui.allocate_exact_size(Vec2::new(20.0, 18.0), sense);
+        let color = match () {
+            () if response.hovered() => ui.visuals().strong_text_color(),
+            () if is_off => ui.visuals().weak_text_color().gamma_multiply(0.6),
+            () => ui.visuals().text_color(),
+        };
+        sign(ui.painter(), rect.center(), is_off, Stroke::new(1.2, color));
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &what));
+        if response.on_hover_text(&what).clicked() {
+            wishes.commands.push(Command::Layer(edit));
+        }
+    }
+    let owner = owner_of(row);
+    let shown = owner.as_ref().map_or_else(|| name.clone(), |owner| format!("{name} ({owner})"));
+    let hint =
+        owner.map_or_else(|| "draw on this layer".to_owned(), |_| format!("draw on this layer: {shown}"));
+    let text = if row.is_hidden { RichText::new(shown).weak() } else { RichText::new(shown) };
+    let label = Button::selectable(is_chosen, text).truncate();
+    if ui.add_enabled(studio.can_draw(), label).on_hover_text(hint).clicked() {
+        wishes.commands.push(Command::Layer(LayerEdit::Choose(row.layer)));
+    }
+}
+
+/// Draws a sign around a place; whether it is off.
+type Sign = fn(&Painter, Pos2, bool, Stroke);
+
+fn eye(painter: &Painter, at: Pos2, is_off: bool, stroke: Stroke) {
+    let lid = |height: f32| {
+        let points = (0..=8).map(|i| {
+            let x = i as f32 / 4.0 - 1.0;
+            at + Vec2::new(x * 7.0, height * (1.0 - x * x))
+        });
+        points.collect::<Vec<Pos2>>()
+    };
+    painter.line(lid(-4.5), stroke);
+    painter.line(lid(4.5), stroke);
+    painter.circle_filled(at, 2.0, stroke.color);
+    if is_off {
+        painter.line_segment([at + Vec2::new(-6.0, 5.0), at + Vec2::new(6.0, -5.0)], stroke);
+    }
+}
+
+fn padlock(painter: &Painter, at: Pos2, is_off: bool, stroke: Stroke) {
+    let body = Rect::from_min_max(at + Vec2::new(-4.5, -0.5), at + Vec2::new(4.5, 6.0));
+    let aside = if is_off { 5.0 } else { 0.0 };
+    let bow = (0..=8).map(|i| {
+        let angle = std::f32::consts::PI * (1.0 + i as f32 / 8.0);
+        at + Vec2::new(aside + 3.0 * angle.cos(), -3.0 + 3.5 * angle.sin())
+    });
+    let mut bow: Vec<Pos2> = bow.collect();
+    bow.insert(0, at + Vec2::new(aside - 3.0, -0.5));
+    if !is_off {
+        bow.push(at + Vec2::new(3.0, -0.5));
+    }
+    painter.line(bow, stroke);
+    if is_off {
+        painter.rect_stroke(body, 1.0, stroke, StrokeKind::Middle);
+    } else {
+        painter.rect_filled(body, 1.0, stroke.color);
+    }
+}

@@ -1,0 +1,90 @@
+use egui::{Align2, Color32, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
+
+use super::{dialog::Ask, wishes::Wishes};
+use crate::{
+    command::Command,
+    question::{Answer, Question},
+    studio::Studio,
+    subject::Subject,
+};
+
+/// The colour of warnings.
+pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
+
+/// Widest text, points; a narrow window has narrower ones.
+const WIDEST: f32 = 420.0;
+/// Margin at the window's sides, points.
+const MARGIN: f32 = 48.0;
+
+fn set_width(ui: &mut Ui) {
+    let room = ui.ctx().content_rect().width() - MARGIN;
+    ui.set_max_width(room.clamp(120.0, WIDEST));
+}
+
+/// A question that has to be answered before anything else is done.
+pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes: &mut Wishes) {
+    let mut given = None;
+    let shown = Modal::new(Id::unique("question")).show(ctx, |ui| {
+        set_width(ui);
+        ui.heading(question.title());
+        ui.add_space(4.0);
+        ui.label(question.text());
+        ui.add_space(8.0);
+        ui.horizontal_wrapped(|ui| {
+            for &(answer, words) in question.answers() {
+                let button = ui.button(words);
+                if is_new && answer == question.safe_answer() {
+                    button.request_focus();
+                }
+                if button.clicked() {
+                    given = Some(answer);
+                }
+            }
+        });
+    });
+    if shown.is_top_modal && ctx.input(|input| input.key_pressed(Key::Escape)) {
+        given.get_or_insert(question.safe_answer());
+    }
+    if let Some(answer) = given {
+        if answer == Answer::SaveAs {
+            wishes.ask = Some(Ask::SaveAs);
+        }
+        wishes.commands.push(Command::Answer(answer));
+    }
+}
+
+/// The warning that the session's file cannot be written, above the model, for as long as that is so.
+pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
+    let Subject::Sketch(document) = studio.subject() else { return };
+    let journal = document.journal();
+    let Some(trouble) = journal.trouble() else { return };
+    Window::new("trouble")
+        .title_bar(false)
+        .collapsible(false)
+        .resizable(false)
+        .frame(Frame::window(&ctx.global_style()))
+        .anchor(Align2::CENTER_TOP, Vec2::new(0.0, 8.0))
+        .show(ctx, |ui| {
+            set_width(ui);
+            let name = journal.path().file_name().unwrap_or_default().to_string_lossy();
+            ui.label(RichText::new(format!("{name} is not saved: {trouble}")).color(ALARM).strong());
+            match (journal.shelter(), journal.missing()) {
+                (Some(shelter), _) => ui.label(format!("The whole session is in {}.", shelter.display())),
+                (None, missing) => ui.label(format!(
+                    "{missing} events are only in memory; they are lost when this window closes."
+                )),
+            };
+            ui.horizontal_wrapped(|ui| {
+                if ui.button("Save elsewhere…").clicked() {
+                    wishes.ask = Some(Ask::SaveAs);
+                }
+                if ui.button("Try again").clicked() {
+                    wishes.commands.push(Command::RetrySaving);
+                }
+                let path = journal.path().to_owned();
+                if trouble.is_lost() && ui.button("Write it here again").clicked() {
+                    wishes.commands.push(Command::SaveAs(path));
+                }
+            });
+        });
+}

@@ -1,0 +1,79 @@
+use std::path::{Path, PathBuf};
+
+use egui::{RichText, Ui};
+
+use super::{actions::Action, menu::entry, wishes::Wishes};
+use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio, subject::Subject};
+use osp_session::platform::fs;
+
+/// Autosaves that are listed.
+const MOST_AUTOSAVES: usize = 12;
+
+/// The sessions that can be opened again: those that had a name, and those that are autosave files.
+#[derive(Debug, Default)]
+pub(super) struct RecentList {
+    autosaves: Vec<Autosave>,
+    /// The last pass of the layout in which the list could be opened.
+    shown_in: Option<u64>,
+    /// The session that was open then, which is not listed.
+    open: PathBuf,
+}
+
+impl RecentList {
+    /// A menu with them; grey if there are none.
+    pub(super) fn show(&mut self, ui: &mut Ui, settings: &Settings, studio: &Studio, wishes: &mut Wishes) {
+        self.refresh(ui.ctx().cumulative_pass_nr(), studio);
+        let is_any = !settings.recent.is_empty() || !self.autosaves.is_empty();
+        ui.add_enabled_ui(is_any, |ui| {
+            ui.menu_button("Open recent", |ui| {
+                self.named(ui, settings, studio, wishes);
+                self.without_name(ui, studio, wishes);
+            });
+        });
+    }
+
+    /// Looks for autosave files when the menu is opened, and not again in each of its frames.
+    fn refresh(&mut self, pass: u64, studio: &Studio) {
+        let open = match studio.subject() {
+            Subject::Sketch(document) => document.journal().path(),
+            Subject::Replay(_) => Path::new(""),
+        };
+        // A frame may take more than one pass.
+        let is_still_open = self.shown_in.is_some_and(|shown| pass.saturating_sub(shown) <= 3);
+        self.shown_in = Some(pass);
+        if is_still_open && open == self.open {
+            return;
+        }
+        self.autosaves = studio.autosaves.last(MOST_AUTOSAVES + 1);
+        self.autosaves.retain(|autosave| autosave.path() != open);
+        self.autosaves.truncate(MOST_AUTOSAVES);
+        open.clone_into(&mut self.open);
+    }
+
+    fn named(&self, ui: &mut Ui, settings: &Settings, studio: &Studio, wishes: &mut Wishes) {
+        for path in &settings.recent {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let action = Action::Do(Command::Open(path.clone()));
+            // One that is gone would begin as an empty session.
+            ui.add_enabled_ui(fs::is_there(path), |ui| {
+                entry(ui, &name, action, studio, wishes)
+                    .on_hover_text(path.display().to_string())
+                    .on_disabled_hover_text(format!("{}: the file is gone", path.display()));
+            });
+        }
+    }
+
+    fn without_name(&self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+        if self.autosaves.is_empty() {
+            return;
+        }
+        ui.separator();
+        ui.label(RichText::new("Autosaved").weak())
+            .on_hover_text(format!("all of them are in {}", studio.autosaves.folder().display()));
+        for autosave in &self.autosaves {
+            let action = Action::Do(Command::Open(autosave.path().to_owned()));
+            entry(ui, &autosave.to_string(), action, studio, wishes)
+                .on_hover_text(autosave.path().display().to_string());
+        }
+    }
+}

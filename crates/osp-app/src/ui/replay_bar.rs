@@ -1,0 +1,78 @@
+use egui::{Rect, Response, RichText, Slider, Stroke, Ui};
+
+use super::wishes::Wishes;
+use crate::{command::Command, player::Player};
+
+/// Play, pause, step, and the position in the session.
+pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &mut Wishes) {
+    ui.horizontal(|ui| {
+        let is_playing = player.is_playing();
+        if ui.button(if is_playing { "Pause" } else { "Play" }).on_hover_text("Space").clicked() {
+            wishes.commands.push(Command::Play(!is_playing));
+        }
+        if ui.button("<").on_hover_text("previous frame (,)").clicked() {
+            wishes.commands.push(Command::Step(-1));
+        }
+        if ui.button(">").on_hover_text("next frame (.)").clicked() {
+            wishes.commands.push(Command::Step(1));
+        }
+        let mut speed = player.speed();
+        let slider = Slider::new(&mut speed, 0.1..=100.0).logarithmic(true).suffix(" x").max_decimals(1);
+        ui.spacing_mut().slider_width = 70.0;
+        if ui.add(slider).on_hover_text("number of recorded frames for each frame shown").changed() {
+            wishes.commands.push(Command::Speed(speed));
+        }
+        let mut follows = follows_camera;
+        if ui.checkbox(&mut follows, "recorded camera").changed() {
+            wishes.follow_camera = Some(follows);
+        }
+    });
+    ui.horizontal(|ui| {
+        let mut position = player.position();
+        let count = player.frame_count();
+        let time = format!("{} of {}", minutes(player.secs_at(position)), minutes(player.secs_at(count)));
+        let label = ui.label(time);
+        ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
+        let slider = ui.add(Slider::new(&mut position, 0..=count).show_value(false)).labelled_by(label.id);
+        marks(ui, &slider, player);
+        if slider.on_hover_text("position in the session; a mark for each stroke").changed() {
+            wishes.commands.push(Command::Seek(position));
+        }
+        ui.label(RichText::new(format!("frame {position} of {count}")).weak());
+    });
+}
+
+/// A mark below the slider where a stroke begins; one for all that fall on the same point.
+fn marks(ui: &Ui, slider: &Response, player: &Player) {
+    let Rect { min, max } = slider.rect;
+    // The handle's middle goes no farther out than its radius.
+    let radius = slider.rect.height() / 2.5;
+    let (left, right) = (min.x + radius, max.x - radius);
+    let count = player.frame_count().max(1) as f32;
+    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
+    let at = |frame: u64| left + (right - left) * (frame as f32 / count);
+    let mut starts = player.stroke_starts();
+    while let Some(&frame) = starts.first() {
+        let x = at(frame);
+        ui.painter().vline(x, max.y - 3.0..=max.y, stroke);
+        // A session may have a million strokes; the bar has room for some hundred marks.
+        starts = &starts[starts.partition_point(|&frame| at(frame) - x < 2.0)..];
+    }
+}
+
+/// Minutes and seconds; hours before them where there are some.
+fn minutes(secs: f64) -> String {
+    let whole = secs as u64;
+    let (hours, minutes, secs) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{secs:02}") } else { format!("{minutes}:{secs:02}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_minutes_and_seconds() {
+        assert_eq!([0.0, 59.9, 61.0, 3600.0, 1.0e300].map(minutes)[..4], ["0:00", "0:59", "1:01", "1:00:00"]);
+    }
+}

@@ -1,0 +1,87 @@
+use egui::{Button, DragValue, Ui};
+
+use super::wishes::Wishes;
+use crate::{
+    altering::Altering,
+    command::Command,
+    studio::Studio,
+    tool::{Span, ToolChoice},
+};
+
+/// What can be done to the selection, and what is being typed for it.
+#[derive(Debug, Default)]
+pub(super) struct SelectionPanel {
+    turn_degrees: f32,
+    percent: Option<f32>,
+    /// The colour or width of the brush has changed while the pointer is down: the selection follows when it is up.
+    waiting: Option<Altering>,
+}
+
+impl SelectionPanel {
+    pub(super) fn show(&mut self, ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+        self.follow_brush(ui, studio, wishes);
+        if !studio.can(&Command::Duplicate) {
+            (self.turn_degrees, self.percent) = (0.0, None);
+            return;
+        }
+        let count = studio.selection().strokes().len();
+        ui.label(format!("{count} selected"));
+        ui.horizontal(|ui| {
+            for (name, command) in
+                [("Duplicate", Command::Duplicate), ("Flip", Command::Alter(Altering::Mirror))]
+            {
+                if ui.add(Button::new(name)).clicked() {
+                    wishes.commands.push(command);
+                }
+            }
+        });
+        // A group as a whole has numbers of its own.
+        if studio.selected_group().is_none() {
+            self.numbers(ui, wishes);
+        }
+        ui.separator();
+    }
+
+    fn numbers(&mut self, ui: &mut Ui, wishes: &mut Wishes) {
+        let mut percent = self.percent.unwrap_or(100.0);
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0;
+            let label = ui.label("turn");
+            let turn = DragValue::new(&mut self.turn_degrees).speed(1.0).range(-360.0..=360.0).suffix("°");
+            let turn = ui.add(turn).labelled_by(label.id);
+            if (turn.drag_stopped() || turn.lost_focus()) && self.turn_degrees != 0.0 {
+                wishes.commands.push(Command::Alter(Altering::Turn(self.turn_degrees)));
+                self.turn_degrees = 0.0;
+            }
+            let label = ui.label("size");
+            let size = DragValue::new(&mut percent).speed(1.0).range(1.0..=1.0e4).suffix(" %");
+            let size = ui.add(size).labelled_by(label.id);
+            self.percent = Some(percent);
+            if (size.drag_stopped() || size.lost_focus()) && percent != 100.0 {
+                wishes.commands.push(Command::Alter(Altering::Scale(percent / 100.0)));
+                self.percent = None;
+            }
+        });
+    }
+
+    /// While strokes are being selected, a colour or width that is chosen is theirs, too: one step when the pointer is up.
+    fn follow_brush(&mut self, ui: &Ui, studio: &Studio, wishes: &mut Wishes) {
+        let is_selecting =
+            matches!(studio.tool(), ToolChoice::Select | ToolChoice::Span(Span::Box | Span::Sphere));
+        if !is_selecting || studio.selection().is_empty() {
+            self.waiting = None;
+            return;
+        }
+        let chosen = wishes.commands.iter().rev().find_map(|command| match command {
+            Command::Color(_) => Some(Altering::Color),
+            Command::Width(_) => Some(Altering::Width),
+            _ => None,
+        });
+        self.waiting = chosen.or(self.waiting);
+        if !ui.input(|input| input.pointer.any_down())
+            && let Some(altering) = self.waiting.take()
+        {
+            wishes.commands.push(Command::Alter(altering));
+        }
+    }
+}

@@ -1,0 +1,216 @@
+use egui::{Button, Color32, ComboBox, DragValue, RichText, Slider, Ui, Vec2};
+
+use super::{actions::Action, brushes::BrushList, questions::ALARM, wishes::Wishes};
+use crate::{
+    command::Command,
+    document::{Access, Opening},
+    drawing_aids::Aids,
+    pen::{Brush, Snap},
+    studio::Studio,
+    subject::Subject,
+    tool::{Span, ToolChoice},
+};
+use osp_session::recording::Tool;
+
+/// The colours that have buttons, sRGB.
+const SWATCHES: [[u8; 3]; 12] = [
+    [242, 158, 51],
+    [230, 84, 64],
+    [214, 72, 132],
+    [142, 88, 200],
+    [72, 104, 214],
+    [64, 168, 214],
+    [60, 178, 150],
+    [110, 176, 70],
+    [236, 208, 84],
+    [240, 238, 230],
+    [140, 140, 146],
+    [44, 44, 50],
+];
+
+/// Tools, colours, brush, undo, and where the session is saved.
+pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
+    ui.add_space(4.0);
+    tool_buttons(ui, studio, wishes);
+    ui.separator();
+    ui.add_enabled_ui(studio.can_draw(), |ui| {
+        brushes.show(ui, studio, wishes);
+        brush(ui, studio, wishes);
+        ui.separator();
+        ui.horizontal(|ui| {
+            for (name, command) in [("Undo", Command::Undo), ("Redo", Command::Redo)] {
+                if ui.add_enabled(studio.can(&command), Button::new(name)).clicked() {
+                    wishes.commands.push(command);
+                }
+            }
+        });
+    });
+    session(ui, studio, wishes);
+}
+
+fn tool_buttons(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let tools = [
+        (ToolChoice::Draw(Tool::Ribbon), "Ribbon (1)", "drag to draw a band"),
+        (ToolChoice::Draw(Tool::Wall), "Wall (2)", "drag along the outline of a flat surface"),
+        (ToolChoice::Draw(Tool::Tube), "Tube (3)", "drag to draw a round tube"),
+        (ToolChoice::Erase, "Erase (4, X)", "touch a stroke to erase it"),
+        (
+            ToolChoice::Select,
+            "Select (5, V)",
+            "click strokes, then drag them, the ring or its knob; Delete erases them",
+        ),
+        (
+            ToolChoice::Span(Span::Box),
+            "Select in a box (R)",
+            "drag from one corner on the model to the other",
+        ),
+        (
+            ToolChoice::Span(Span::Sphere),
+            "Select in a sphere (G)",
+            "drag from its middle on the model outwards",
+        ),
+        (ToolChoice::Span(Span::Distance), "Measure (M)", "drag from one point of the model to another"),
+    ];
+    for (tool, name, hint) in tools {
+        let button =
+            Button::selectable(studio.tool() == tool, name).min_size(Vec2::new(ui.available_width(), 24.0));
+        let command = Command::Tool(tool);
+        if ui.add_enabled(studio.can(&command), button).on_hover_text(hint).clicked() {
+            wishes.commands.push(command);
+        }
+    }
+    if let Some((from, to)) = studio.measured() {
+        ui.label(format!("distance {:.4} m", from.distance(to)));
+    }
+}
+
+fn brush(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let brush = studio.brush();
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = Vec2::splat(3.0);
+        for [r, g, b] in SWATCHES {
+            let color = Color32::from_rgb(r, g, b);
+            let button = Button::new("").fill(color).min_size(Vec2::splat(20.0));
+            let response = ui.add(button);
+            response.widget_info(|| {
+                egui::WidgetInfo::labeled(egui::Role::Button, true, format!("colour {r} {g} {b}"))
+            });
+            if response.clicked() {
+                let [r, g, b] = [r, g, b].map(|c| f32::from(c) / 255.0);
+                wishes.commands.push(Command::Color([r, g, b, brush.color[3]]));
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        let [r, g, b, a] = brush.color.map(|c| (c * 255.0).round() as u8);
+        let mut color = Color32::from_rgba_unmultiplied(r, g, b, a);
+        if ui.color_edit_button_srgba(&mut color).on_hover_text("any colour and opacity").changed() {
+            let color = color.to_srgba_unmultiplied().map(|c| f32::from(c) / 255.0);
+            wishes.commands.push(Command::Color(color));
+        }
+        ui.label("colour");
+    });
+    width(ui, studio, wishes);
+    let snap_name = |snap| match snap {
+        Snap::Start => "start on surfaces",
+        Snap::Surface => "follow surfaces",
+        Snap::Off => "free",
+    };
+    let label = ui.label("depth of strokes");
+    let choice = ComboBox::from_id_salt("snap").selected_text(snap_name(studio.snap())).width(140.0);
+    let shown = choice.show_ui(ui, |ui| {
+        for snap in [Snap::Start, Snap::Surface, Snap::Off] {
+            if ui.selectable_label(studio.snap() == snap, snap_name(snap)).clicked() {
+                wishes.commands.push(Command::Snap(snap));
+            }
+        }
+    });
+    shown.response.labelled_by(label.id);
+}
+
+fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let aids = studio.aids();
+    let mut is_on_screen = aids.width_px.is_some();
+    let label = ui.horizontal(|ui| {
+        let label = ui.label("width ([ and ])");
+        let toggle = ui.toggle_value(&mut is_on_screen, "px");
+        if toggle.on_hover_text("as wide on the screen, however near the model is (J)").clicked() {
+            Action::ToggleScreenWidth.perform(studio, wishes);
+        }
+        label
+    });
+    // Metres of the slider's unit.
+    let (unit_m, suffix, most) = match aids.width_px {
+        Some(width_px) => (studio.brush().width_m / width_px, " px", 500.0),
+        None => (0.01, " cm", 200.0),
+    };
+    let mut width = studio.brush().width_m / unit_m;
+    let slider = Slider::new(&mut width, 0.1..=most).logarithmic(true).suffix(suffix).max_decimals(1);
+    ui.spacing_mut().slider_width = 84.0;
+    if ui.add(slider).labelled_by(label.inner.id).changed() {
+        let (narrowest, widest) = Brush::WIDTHS_M;
+        wishes.commands.push(Command::Width((width * unit_m).clamp(narrowest, widest)));
+    }
+    ui.horizontal(|ui| {
+        let toggles = [
+            (
+                aids.straight,
+                "Straight",
+                "straight lines; also while Shift is held (U)",
+                Action::ToggleStraight,
+            ),
+            (
+                aids.mirror_x.is_some(),
+                "Mirror",
+                "draw on both sides of a plane across the x axis (Y)",
+                Action::ToggleMirror,
+            ),
+        ];
+        for (mut is_on, name, hint, action) in toggles {
+            // The selection is mirrored by a button, too.
+            let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
+            if toggle.clicked() {
+                action.perform(studio, wishes);
+            }
+        }
+        if let Some(mut x) = aids.mirror_x {
+            let at = DragValue::new(&mut x).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
+            if ui.add(at).on_hover_text("where the mirror is on the x axis").changed() {
+                wishes.commands.push(Command::Aids(Aids { mirror_x: Some(x), ..aids }));
+            }
+        }
+    });
+}
+
+/// Where the session is saved, and whether all of it is.
+fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
+    let Subject::Sketch(document) = studio.subject() else { return };
+    let journal = document.journal();
+    let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let whole = journal.path().display().to_string();
+    ui.add_space(6.0);
+    let line = |ui: &mut Ui, text: String| {
+        ui.label(RichText::new(text).weak()).on_hover_text(&whole);
+    };
+    #[cfg(feature = "live")]
+    if let Some(shared) = document.shared() {
+        line(ui, format!("{}: {}", shared.session(), shared.shown()));
+    }
+    if journal.is_read_only() {
+        line(ui, format!("read-only: {name}"));
+        if ui.button("Draw on a copy").clicked() {
+            let copy = Opening::with(Access::Copy);
+            wishes.commands.push(Command::OpenAs(journal.path().to_owned(), copy));
+        }
+    } else if journal.trouble().is_some() {
+        let text = match (journal.shelter(), journal.missing()) {
+            (Some(_), _) => format!("not saved in {name}, but in another file"),
+            (None, missing) => format!("{missing} events are NOT saved"),
+        };
+        ui.label(RichText::new(text).color(ALARM).small());
+    } else if document.event_count() == 0 || !(journal.is_changed() || journal.is_named()) {
+        line(ui, "saves itself as you draw".to_owned());
+    } else {
+        line(ui, format!("saved: {name}"));
+    }
+}

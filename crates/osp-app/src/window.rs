@@ -1,0 +1,564 @@
+mod start;
+mod wall_windows;
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{Arc, mpsc},
+    time::Duration,
+};
+
+use glam::Vec2;
+use winit::{
+    application::ApplicationHandler,
+    event::WindowEvent,
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy},
+    window::{Fullscreen, Window, WindowId},
+};
+
+pub use start::{MonitorInfo, WindowError, WindowOptions};
+pub(super) use start::{Wake, open_event_loop};
+#[cfg(not(target_arch = "wasm32"))]
+pub use wall_windows::monitors;
+#[cfg(feature = "live")]
+pub(super) use wall_windows::open_node_windows;
+use wall_windows::open_walls;
+
+use super::{
+    painter::{PaintError, PaintTimes, Painter, Panels},
+    previews,
+    stats::{FrameStage, FrameTimes},
+    studio::Studio,
+    subject::Subject,
+    trace::Trace,
+    tracker::Tracker,
+    ui::{Interface, PreviewGrid},
+};
+use osp::frame::StageClock;
+use osp_render::{Area, ComingImage, RenderError};
+use osp_session::platform::{self, time::Instant};
+
+/// Devices opened anew after a loss, at most, before the window gives up.
+const MAX_RECOVERIES: u32 = 5;
+
+/// Time between frames while nothing but paint moves.
+const ANIMATION_STEP: Duration = Duration::from_millis(33);
+
+/// A window, and what paints it.
+type Opened = (Arc<Window>, Result<Painter, RenderError>);
+
+/// Opens a window for a studio and runs it until it is closed.
+///
+/// # Errors
+/// There is no display, nothing that can draw, or something in the options cannot be had; or something of the session
+/// could not be written.
+pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
+    let mut app = App {
+        studio: Some(studio),
+        options,
+        trace: None,
+        live: None,
+        wake: None,
+        opening: None,
+        failure: None,
+        recoveries: 0,
+    };
+    let prepared = app.prepare();
+    #[cfg(target_arch = "wasm32")]
+    {
+        let event_loop = prepared?;
+        super::page::listen(event_loop.create_proxy());
+        winit::platform::web::EventLoopExtWebSys::spawn_app(event_loop, app);
+        Ok(())
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        let outcome = prepared.and_then(|event_loop| app.run(event_loop));
+        let unread = app.studio.as_mut().and_then(Studio::take_unread);
+        let closed = app.studio.take().map_or(Ok(()), Studio::close);
+        // An unwritten part of the session is the more important error.
+        closed?;
+        unread.map_or(outcome, |error| Err(error.into()))
+    }
+}
+
+struct App {
+    /// There until the window closes.
+    studio: Option<Studio>,
+    options: WindowOptions,
+    trace: Option<Trace>,
+    live: Option<Live>,
+    /// The painter of a window that is being opened.
+    opening: Option<mpsc::Receiver<Opened>>,
+    /// Wakes the event loop from other threads.
+    wake: Option<EventLoopProxy<Wake>>,
+    failure: Option<WindowError>,
+    recoveries: u32,
+}
+
+/// The parts that exist only while there is a window.
+struct Live {
+    window: Arc<Window>,
+    egui: egui_winit::State,
+    interface: Interface,
+    painter: Painter,
+    clock: StageClock,
+    last_frame: Instant,
+    repaint_at: Option<Instant>,
+    /// Whether a person has wished for the full screen.
+    is_fullscreen: bool,
+    /// When the session's file is checked next, with or without a frame.
+    tend_at: Instant,
+    /// The pictures of brushes on their way.
+    previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
+    /// A picture that is to be a file.
+    picture: Option<(PathBuf, ComingImage)>,
+    #[cfg(feature = "gamepad")]
+    gamepad: Option<super::gamepad::Gamepad>,
+}
+
+impl Live {
+    /// The pictures in the list of brushes, which another thread draws; until they are there, and if they cannot be had, it
+    /// has names.
+    fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
+        let Some(drawing) = &self.previews else {
+            let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
+            let (drawn, drawing) = mpsc::channel();
+            let _ = platform::beside("previews", move || {
+                let pictures = previews::draw(&gpu, &PreviewGrid::default());
+                // A window that is closing does not hear it any more. The pictures are sent first: who is woken finds them.
+                let _ = drawn.send(pictures.map_err(|error| error.to_string()));
+                let _ = wake.send_event(Wake);
+            });
+            self.previews = Some(drawing);
+            return;
+        };
+        let outcome = match drawing.try_recv() {
+            Ok(outcome) => outcome,
+            Err(mpsc::TryRecvError::Empty) => return,
+            Err(mpsc::TryRecvError::Disconnected) => Err("drawing them failed".to_owned()),
+        };
+        self.previews = None;
+        let texture = match outcome {
+            Ok(texture) => {
+                let (width, height) = PreviewGrid::default().size_px();
+                let image =
+                    egui::ColorImage::from_rgba_unmultiplied([width as usize, height as usize], &texture);
+                Some(context.load_texture("brushes", image, egui::TextureOptions::LINEAR))
+            }
+            Err(error) => {
+                studio.say(format!("no pictures of brushes: {error}"));
+                None
+            }
+        };
+        self.interface.set_previews(texture);
+        self.window.request_redraw();
+    }
+}
+
+impl ApplicationHandler<Wake> for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.live.is_some() || self.opening.is_some() {
+            return;
+        }
+        if let Err(error) = self.open_window(event_loop) {
+            self.fail(event_loop, error);
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, Wake: Wake) {
+        if let Err(error) = self.take_painter(event_loop) {
+            self.fail(event_loop, error);
+        }
+        if let Some(live) = &self.live {
+            live.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        let Some(live) = &mut self.live else { return };
+        if id != live.window.id() {
+            match &event {
+                WindowEvent::Resized(size) => live.painter.resize_wall(id, size.width, size.height),
+                // A desktop may give a wall the keyboard.
+                WindowEvent::KeyboardInput { .. }
+                | WindowEvent::ModifiersChanged(_)
+                | WindowEvent::Focused(_) => {
+                    let _ = live.egui.on_window_event(&live.window, &event);
+                }
+                _ => {}
+            }
+            live.window.request_redraw();
+            if event == WindowEvent::CloseRequested {
+                self.ask_to_close(event_loop);
+            }
+            return;
+        }
+        // Of its own redrawing egui need not hear: it would ask for the next one.
+        if !matches!(event, WindowEvent::RedrawRequested)
+            && live.egui.on_window_event(&live.window, &event).repaint
+        {
+            live.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => {
+                live.window.request_redraw();
+                self.ask_to_close(event_loop);
+            }
+            WindowEvent::Resized(size) => {
+                live.painter.resize(size.width, size.height);
+                live.window.request_redraw();
+            }
+            WindowEvent::Occluded(false) => live.window.request_redraw(),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.frame(event_loop) {
+                    self.fail(event_loop, error);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(live) = &mut self.live else { return };
+        let now = Instant::now();
+        if live.tend_at <= now {
+            let Some(studio) = &mut self.studio else { return };
+            if studio.tend() {
+                live.window.request_redraw();
+            }
+            live.tend_at = now + studio.tend_within();
+        }
+        if live.repaint_at.is_some_and(|at| at <= now) {
+            live.repaint_at = None;
+            live.window.request_redraw();
+        }
+        let next = live.repaint_at.map_or(live.tend_at, |at| at.min(live.tend_at));
+        event_loop.set_control_flow(ControlFlow::WaitUntil(next));
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.live = None;
+    }
+}
+
+impl App {
+    fn prepare(&mut self) -> Result<EventLoop<Wake>, WindowError> {
+        let event_loop = open_event_loop()?;
+        self.wake = Some(event_loop.create_proxy());
+        if let Some(studio) = &mut self.studio {
+            studio.work_beside();
+        }
+        if let Some(path) = &self.options.trace {
+            let trace = Trace::create(path);
+            self.trace = Some(trace.map_err(|cause| WindowError::Trace { path: path.clone(), cause })?);
+        }
+        if let (Some(address), Some(studio)) = (&self.options.tracker, &mut self.studio) {
+            let proxy = event_loop.create_proxy();
+            // A window that is closing does not hear it any more.
+            let tracker = Tracker::open(address, &self.options.tracker_options, move || {
+                let _ = proxy.send_event(Wake);
+            })?;
+            if let Some(address) = tracker.local_address() {
+                studio.say(format!("listening to a tracker at udp://{address}"));
+            }
+            if let Some(warning) = address.warning(&self.options.tracker_options) {
+                studio.say(warning);
+            }
+            studio.set_tracker(tracker);
+        }
+        Ok(event_loop)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn run(&mut self, event_loop: EventLoop<Wake>) -> Result<(), WindowError> {
+        let outcome = event_loop.run_app(self);
+        match (self.failure.take(), outcome) {
+            (Some(failure), _) => Err(failure),
+            (None, Err(error)) => Err(WindowError::NoDisplay(error.to_string())),
+            (None, Ok(())) => Ok(()),
+        }
+    }
+
+    /// A trace that cannot be written is ended: the session matters more.
+    fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
+        let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
+        if let Err(error) = trace.write(studio, times, is_shown, window) {
+            let path = self.options.trace.clone().unwrap_or_default();
+            let warning = format!("{}: {error}: no trace from here on", path.display());
+            // A closed standard error is no reason to stop.
+            let _ = writeln!(io::stderr().lock(), "warning: {warning}");
+            studio.say(warning);
+            self.trace = None;
+        }
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: WindowError) {
+        #[cfg(target_arch = "wasm32")]
+        super::page::fail(&error);
+        self.failure.get_or_insert(error);
+        event_loop.exit();
+    }
+
+    fn ask_to_close(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(studio) = &mut self.studio else { return };
+        studio.ask_to_close();
+        if studio.is_closing() {
+            event_loop.exit();
+        }
+    }
+
+    /// Opens a window; its painter follows, on a page later.
+    fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let attributes = Window::default_attributes().with_title("osp");
+        #[cfg(target_arch = "wasm32")]
+        // The page's style decides about the size.
+        let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
+        #[cfg(not(target_arch = "wasm32"))]
+        let attributes = {
+            use winit::dpi::LogicalSize;
+            let (width, height) = self.options.size.unwrap_or((1280, 800));
+            let size = LogicalSize::new(width, height);
+            attributes.with_inner_size(size).with_min_inner_size(LogicalSize::new(480, 320))
+        };
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+        let window = Arc::new(window);
+        let painter = Painter::new(Arc::clone(&window), Box::new(event_loop.owned_display_handle()));
+        let (opened, opening) = mpsc::channel();
+        let wake = self.wake.clone();
+        platform::when_done(painter, move |painter| {
+            // A window that is closing does not hear it any more.
+            let _ = opened.send((window, painter));
+            let _ = wake.map(|wake| wake.send_event(Wake));
+        });
+        self.opening = Some(opening);
+        self.take_painter(event_loop)
+    }
+
+    /// The window goes to work once its painter is there.
+    fn take_painter(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let Some(Ok((window, painter))) = self.opening.as_ref().map(mpsc::Receiver::try_recv) else {
+            return Ok(());
+        };
+        self.opening = None;
+        let mut painter = painter?;
+        if let Some(studio) = &mut self.studio {
+            match open_walls(event_loop, studio, &window, &mut painter) {
+                Ok(remark) => remark.into_iter().for_each(|remark| studio.say(remark)),
+                // The drawing goes on without a monitor that was taken away.
+                Err(error) if self.recoveries > 0 => studio.say(error.to_string()),
+                Err(error) => return Err(error),
+            }
+        }
+        let context = egui::Context::default();
+        let side = painter.max_texture_side();
+        let egui = egui_winit::State::new(
+            context,
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(side),
+        );
+        let mut interface = Interface::new(painter.adapter());
+        if let Some(path) = &self.options.settings {
+            interface.keep_settings(path.clone(), egui.egui_ctx());
+        }
+        window.request_redraw();
+        self.live = Some(Live {
+            interface,
+            window,
+            egui,
+            painter,
+            clock: StageClock::default(),
+            last_frame: Instant::now(),
+            repaint_at: None,
+            is_fullscreen: false,
+            tend_at: Instant::now(),
+            previews: None,
+            picture: None,
+            #[cfg(feature = "gamepad")]
+            gamepad: super::gamepad::Gamepad::open(),
+        });
+        Ok(())
+    }
+
+    /// One frame, from the input to the picture on the window.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
+        let (Some(live), Some(studio)) = (&mut self.live, &mut self.studio) else { return Ok(()) };
+        #[cfg(target_arch = "wasm32")]
+        super::page::before_frame(studio);
+        let window_size = live.window.inner_size();
+        let frame_secs = live.last_frame.elapsed().as_secs_f32();
+        live.last_frame = Instant::now();
+
+        // Everything that has come up to here becomes part of this frame.
+        let start = live.clock.start();
+        #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
+        let mut input = live.egui.take_egui_input(&live.window);
+        #[cfg(target_arch = "wasm32")]
+        super::page::take_typed(&mut input.events);
+        let context = live.egui.egui_ctx().clone();
+        let mut area = egui::Rect::NOTHING;
+        let output = context.run_ui(input, |ui| area = live.interface.show(ui, studio));
+        #[cfg(target_arch = "wasm32")]
+        super::page::note_text_field(output.platform_output.ime.is_some());
+        live.egui.handle_platform_output(&live.window, output.platform_output);
+        // To read a picture back takes a wait, and a page cannot.
+        let can_wait = !cfg!(target_arch = "wasm32");
+        if let (true, Some(wake)) = (can_wait && live.interface.wants_previews(), &self.wake) {
+            live.take_previews(&context, studio, wake);
+        }
+        let panels = Panels {
+            primitives: context.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        };
+        let panel_ns = live.clock.since(start).ns;
+
+        let model = model_area(area, panels.pixels_per_point);
+        #[cfg(feature = "gamepad")]
+        if let Some(gamepad) = &mut live.gamepad {
+            gamepad.steer(studio, Vec2::new(model.width, model.height), frame_secs);
+        }
+        let report = studio.frame(Vec2::new(model.width, model.height), frame_secs);
+        let painted = match live.painter.paint(studio, model, panels) {
+            Ok(painted) => painted,
+            Err(PaintError::SurfaceLost) => {
+                live.painter.replace_surface(&live.window)?;
+                live.window.request_redraw();
+                PaintTimes::default()
+            }
+            Err(PaintError::Render(error)) => {
+                self.recover(event_loop, error)?;
+                return Ok(());
+            }
+        };
+
+        if painted.is_shown {
+            studio.note_drawing(painted.draw_ns);
+            studio.note_shown();
+        }
+        if studio.writes_frames() && painted.is_shown {
+            match live.painter.picture().and_then(|coming| coming.wait(live.painter.gpu())) {
+                Ok(picture) => studio.take_frame(picture),
+                Err(error) => studio.say_once(&error.to_string()),
+            }
+        }
+        // One that was not shown may not have been drawn.
+        if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
+            match live.painter.picture() {
+                Ok(coming) => live.picture = Some((path, coming)),
+                Err(error) => tell_of_picture(studio, &path, Err(error)),
+            }
+        }
+        if let Some((path, coming)) = &live.picture {
+            if let Some(picture) = coming.take(live.painter.gpu()) {
+                tell_of_picture(studio, path, picture.and_then(|picture| picture.write_png(path)));
+                live.picture = None;
+            }
+            live.window.request_redraw();
+        }
+        // Only when the wish changes: the desktop has keys of its own for it.
+        let wants_screen = live.interface.is_fullscreen();
+        if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
+            live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
+        }
+
+        let mut times = FrameTimes::default();
+        // The pointer's strokes became polygons while the panels were laid out.
+        let drawn_ns = report.strokes_ns.min(panel_ns);
+        times.set(FrameStage::Strokes, report.strokes_ns);
+        times.set(FrameStage::Insert, report.record.insert.ns);
+        times.set(FrameStage::Cull, report.record.cull.ns);
+        times.set(FrameStage::Occlusion, report.record.occlusion.total_ns());
+        times.set(FrameStage::Send, painted.send_ns);
+        times.set(FrameStage::Panel, panel_ns - drawn_ns);
+        times.set(FrameStage::Draw, painted.draw_ns);
+        live.interface.note_frame(times);
+        live.interface.note_passes(studio.while_drawing().and_then(|(_, times)| times));
+        set_title(&live.window, studio);
+
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        if studio.is_moving() || live.interface.is_fresh() {
+            live.window.request_redraw();
+        } else {
+            let by_itself = live.painter.is_animated().then_some(ANIMATION_STEP);
+            let delay = delay.into_iter().chain(studio.next_frame_in()).chain(by_itself).min();
+            live.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
+        }
+        #[cfg(feature = "gamepad")]
+        if live.gamepad.is_some() {
+            let soon = Instant::now() + std::time::Duration::from_millis(16);
+            live.repaint_at = Some(live.repaint_at.map_or(soon, |at| at.min(soon)));
+        }
+        if studio.is_closing() {
+            event_loop.exit();
+        }
+        #[cfg(target_arch = "wasm32")]
+        super::page::after_frame(
+            studio,
+            live.painter.adapter(),
+            live.interface.clock_step_ns(),
+            painted.is_shown,
+        );
+        self.trace(&times, painted.is_shown, (window_size.width, window_size.height));
+        Ok(())
+    }
+
+    /// Opens the device anew after it was lost: the scene is whole, only the GPU has forgotten it.
+    fn recover(&mut self, event_loop: &ActiveEventLoop, error: RenderError) -> Result<(), WindowError> {
+        self.recoveries += 1;
+        if self.recoveries > MAX_RECOVERIES {
+            return Err(error.into());
+        }
+        self.live = None;
+        if let Some(studio) = &mut self.studio {
+            studio.say(format!("{error}; drawing goes on"));
+            studio.send_all_again();
+        }
+        self.open_window(event_loop)
+    }
+}
+
+fn tell_of_picture(studio: &mut Studio, path: &Path, outcome: Result<(), RenderError>) {
+    let said = outcome.map(|()| format!("the picture is in {}", path.display()));
+    studio.tell_of_file(said.map_err(|error| match error {
+        RenderError::Write { .. } => error.to_string(),
+        _ => format!("{}: {error}", path.display()),
+    }));
+}
+
+/// The model's part of the window in whole pixels.
+fn model_area(area: egui::Rect, pixels_per_point: f32) -> Area {
+    let (from, to) = (area.min * pixels_per_point, area.max * pixels_per_point);
+    let (x, y) = (from.x.round().max(0.0), from.y.round().max(0.0));
+    Area { x, y, width: (to.x.round() - x).max(1.0), height: (to.y.round() - y).max(1.0) }
+}
+
+fn set_title(window: &Window, studio: &Studio) {
+    let path = match studio.subject() {
+        Subject::Sketch(document) => document.journal().path(),
+        Subject::Replay(player) => player.path(),
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let title = match studio.subject() {
+        Subject::Replay(_) => format!("{name} (replay) - osp"),
+        Subject::Sketch(document) => {
+            let journal = document.journal();
+            match (journal.is_read_only(), journal.trouble().is_some(), journal.is_named()) {
+                (true, ..) => format!("{name} (read-only) - osp"),
+                (_, true, _) => format!("*{name} (NOT saved) - osp"),
+                (.., true) => format!("{name} - osp"),
+                _ if journal.is_changed() => "*no name yet - osp".to_owned(),
+                _ => "no name yet - osp".to_owned(),
+            }
+        }
+    };
+    if window.title() != title {
+        window.set_title(&title);
+    }
+}

@@ -1,0 +1,122 @@
+//! How a window is opened, and why there is none.
+
+use std::{io, path::PathBuf};
+
+use thiserror::Error;
+use winit::event_loop::EventLoop;
+
+use crate::{
+    document::OpenError,
+    journal::Unwritten,
+    tracker::{TrackerAddress, TrackerError, TrackerOptions},
+};
+use osp_render::RenderError;
+
+/// How the window is opened.
+#[derive(Clone, Debug, Default)]
+pub struct WindowOptions {
+    /// Width and height in points; 1280 by 800 if left out.
+    pub size: Option<(u32, u32)>,
+    /// A tracker to listen to.
+    pub tracker: Option<TrackerAddress>,
+    /// Which senders' messages are accepted.
+    pub tracker_options: TrackerOptions,
+    /// A file that gets one line of JSON for each frame.
+    pub trace: Option<PathBuf>,
+    /// Where the window keeps its settings; nowhere if left out.
+    pub settings: Option<PathBuf>,
+}
+
+/// A monitor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MonitorInfo {
+    /// Its number, from 1: from left to right, then from top to bottom.
+    pub number: usize,
+    /// Its name as the system says it; empty if it has none.
+    pub name: String,
+    /// Width and height, pixels.
+    pub size_px: (u32, u32),
+    /// Its left upper corner on the desktop, pixels.
+    pub at_px: (i32, i32),
+}
+
+impl std::fmt::Display for MonitorInfo {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ((width, height), (x, y)) = (self.size_px, self.at_px);
+        write!(f, "{} `{}` ({width}x{height} at {x},{y})", self.number, self.name)
+    }
+}
+
+/// An error of the window system without the place in its source, which says nothing to a user.
+fn without_place(error: &str) -> &str {
+    let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+    cause.map_or(error, |(_, cause)| cause)
+}
+
+/// Why there is no window, or no more.
+#[derive(Debug, Error)]
+pub enum WindowError {
+    /// The system has no display.
+    #[error("no window can be opened: {}", without_place(.0))]
+    NoDisplay(String),
+    /// Nothing can be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The tracker cannot be listened to.
+    #[error(transparent)]
+    Tracker(#[from] TrackerError),
+    /// A rig names a monitor that is not there.
+    #[error("no monitor `{wanted}`: expected {}", said(.there))]
+    NoMonitor {
+        /// What the rig says.
+        wanted: String,
+        /// Those that are there.
+        there: Vec<MonitorInfo>,
+    },
+    /// A rig calls one monitor by two names.
+    #[error("the rig has two names for monitor {0}: expected one for all its outputs")]
+    SameMonitor(MonitorInfo),
+    /// A part of a session could not be written.
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
+    /// The session of a replay could not be read.
+    #[error(transparent)]
+    Unread(#[from] OpenError),
+    /// The trace cannot be written.
+    #[error("{}: {cause}", path.display())]
+    Trace {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        cause: io::Error,
+    },
+}
+
+fn said(monitors: &[MonitorInfo]) -> String {
+    match monitors {
+        [] => "a display with monitors".to_owned(),
+        _ => format!("one of {}", monitors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")),
+    }
+}
+
+/// An event from another thread: messages of a tracker, or the end of a dialog.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wake;
+
+/// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
+pub(crate) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let opened = std::panic::catch_unwind(|| EventLoop::<Wake>::with_user_event().build());
+    std::panic::set_hook(hook);
+    match opened {
+        Ok(Ok(event_loop)) => Ok(event_loop),
+        Ok(Err(error)) => Err(WindowError::NoDisplay(error.to_string().replace('\n', " "))),
+        Err(panic) => {
+            let said = panic.downcast_ref::<String>().map(String::as_str);
+            let said =
+                said.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("the window system failed");
+            Err(WindowError::NoDisplay(said.replace('\n', " ")))
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The windows on a rig's monitors.
+
+use std::sync::Arc;
+
+use winit::{
+    dpi::{LogicalSize, PhysicalSize},
+    event_loop::ActiveEventLoop,
+    monitor::MonitorHandle,
+    window::{Fullscreen, Window},
+};
+
+use super::start::{MonitorInfo, WindowError};
+use crate::{
+    painter::Painter,
+    studio::Studio,
+    walls::{Wall, walls},
+};
+#[cfg(feature = "live")]
+use crate::{room::Room, walls::walls_of_one};
+
+/// Height of a wall that covers no monitor, points.
+const PLAIN_HEIGHT: f64 = 480.0;
+/// Height of a window's title, about.
+const FRAME_PX: u32 = 48;
+
+/// Walls, each with its window.
+pub(crate) type WallWindows = Vec<(Wall, Arc<Window>)>;
+
+/// The monitors by their numbers.
+fn numbered(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
+    let mut monitors: Vec<MonitorHandle> = event_loop.available_monitors().collect();
+    monitors.sort_by_key(|monitor| (monitor.position().x, monitor.position().y));
+    let info = |(i, monitor): (usize, MonitorHandle)| {
+        let info = MonitorInfo {
+            number: i + 1,
+            name: monitor.name().unwrap_or_default(),
+            size_px: monitor.size().into(),
+            at_px: monitor.position().into(),
+        };
+        (info, monitor)
+    };
+    monitors.into_iter().enumerate().map(info).collect()
+}
+
+fn find<'a>(
+    monitors: &'a [(MonitorInfo, MonitorHandle)],
+    wanted: &str,
+) -> Result<&'a (MonitorInfo, MonitorHandle), WindowError> {
+    let by_name = monitors.iter().find(|(info, _)| info.name == wanted);
+    let by_number = || monitors.iter().find(|(info, _)| info.number.to_string() == wanted);
+    by_name.or_else(by_number).ok_or_else(|| WindowError::NoMonitor {
+        wanted: wanted.to_owned(),
+        there: monitors.iter().map(|(info, _)| info.clone()).collect(),
+    })
+}
+
+/// Opens a window for each wall; the numbers of the monitors that they cover, too.
+fn windows_of(
+    event_loop: &ActiveEventLoop,
+    monitors: &[(MonitorInfo, MonitorHandle)],
+    walls: Vec<Wall>,
+) -> Result<(WallWindows, Vec<usize>), WindowError> {
+    let mut covered = Vec::new();
+    let mut attributes_of = Vec::new();
+    // All are looked up before one opens.
+    for wall in &walls {
+        let attributes = Window::default_attributes().with_title(&wall.title);
+        attributes_of.push(match &wall.monitor {
+            Some(name) => {
+                let (info, monitor) = find(monitors, name)?;
+                if covered.contains(&info.number) {
+                    return Err(WindowError::SameMonitor(info.clone()));
+                }
+                covered.push(info.number);
+                // Its size and place, too: a desktop without a window manager knows no full screen.
+                attributes
+                    .with_decorations(false)
+                    .with_position(monitor.position())
+                    .with_inner_size(monitor.size())
+                    .with_fullscreen(Some(Fullscreen::Borderless(Some(monitor.clone()))))
+            }
+            None => {
+                let size = LogicalSize::new(PLAIN_HEIGHT * f64::from(wall.aspect), PLAIN_HEIGHT);
+                attributes.with_inner_size(size)
+            }
+        });
+    }
+    let mut windows = Vec::new();
+    for (wall, attributes) in walls.into_iter().zip(attributes_of) {
+        let covers_monitor = wall.monitor.is_some();
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+        window.set_cursor_visible(!covers_monitor);
+        windows.push((wall, Arc::new(window)));
+    }
+    Ok((windows, covered))
+}
+
+/// Opens the windows of a node of a wall, which has one screen and no other windows.
+#[cfg(feature = "live")]
+pub(crate) fn open_node_windows(
+    event_loop: &ActiveEventLoop,
+    room: &Room,
+) -> Result<WallWindows, WindowError> {
+    Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
+}
+
+/// Opens the windows that a rig asks for. They have no panels; the first window, from which they are controlled, goes to a
+/// monitor that none of them covers; a remark if there is none.
+pub(super) fn open_walls(
+    event_loop: &ActiveEventLoop,
+    studio: &Studio,
+    control: &Window,
+    painter: &mut Painter,
+) -> Result<Option<String>, WindowError> {
+    let walls = walls(studio.room());
+    if walls.is_empty() {
+        return Ok(None);
+    }
+    let monitors = numbered(event_loop);
+    let (windows, covered) = windows_of(event_loop, &monitors, walls)?;
+    for (wall, window) in windows {
+        painter.add_wall(wall, window)?;
+    }
+    let free = monitors.iter().find(|(info, _)| !covered.contains(&info.number));
+    if let (Some((_, monitor)), false) = (free, covered.is_empty()) {
+        control.set_outer_position(monitor.position());
+        // With its frame it has to fit.
+        let (own, room) = (control.inner_size(), monitor.size());
+        let fitted = PhysicalSize::new(
+            own.width.min(room.width),
+            own.height.min(room.height.saturating_sub(FRAME_PX)),
+        );
+        if fitted != own {
+            let _ = control.request_inner_size(fitted);
+        }
+    }
+    control.focus_window();
+    let is_covered = free.is_none() && !covered.is_empty();
+    Ok(is_covered.then(|| "no monitor is left for this window: the rig covers them all".to_owned()))
+}
+
+/// The monitors of the desktop.
+///
+/// # Errors
+/// There is no display.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
+    use winit::{application::ApplicationHandler, event::WindowEvent, window::WindowId};
+
+    /// Looks once, and ends.
+    struct Look(Vec<MonitorInfo>);
+
+    impl ApplicationHandler<super::Wake> for Look {
+        fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+            self.0 = numbered(event_loop).into_iter().map(|(info, _)| info).collect();
+            event_loop.exit();
+        }
+
+        fn window_event(&mut self, _: &ActiveEventLoop, _: WindowId, _: WindowEvent) {}
+    }
+
+    let event_loop = super::start::open_event_loop()?;
+    let mut look = Look(Vec::new());
+    event_loop.run_app(&mut look).map_err(|error| WindowError::NoDisplay(error.to_string()))?;
+    Ok(look.0)
+}

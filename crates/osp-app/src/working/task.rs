@@ -1,0 +1,197 @@
+//! Work as steps: a thread takes one after the other, a page as many as it has time for before the next frame.
+
+use std::{io, path::PathBuf};
+
+use super::Progress;
+use crate::{
+    culling::{CullingPlan, Indexed, Indexing},
+    document::{Document, DocumentReader, OpenError, Opened, Opening, Started},
+    journal::Autosaves,
+    player::{Player, PlayerReader},
+};
+use osp_session::{
+    export::{ExportError, GltfCounts},
+    platform,
+    recording::RecordingError,
+};
+
+/// A session to draw on.
+#[derive(Debug)]
+pub(super) struct ReadSession {
+    pub(super) document: Document,
+    pub(super) opened: Opened,
+    pub(super) indexed: Option<Indexed>,
+}
+
+/// What came of some work.
+#[derive(Debug)]
+pub(super) enum Done {
+    /// `is_sole`: without it the window has nothing to show.
+    Played {
+        path: PathBuf,
+        is_sole: bool,
+        outcome: Result<Box<Player>, RecordingError>,
+    },
+    Opened {
+        path: PathBuf,
+        how: Opening,
+        is_new: bool,
+        outcome: Result<Box<ReadSession>, OpenError>,
+    },
+    Exported {
+        path: PathBuf,
+        outcome: Result<GltfCounts, ExportError>,
+    },
+}
+
+/// Work that can be done in steps.
+pub(super) trait Task: Send {
+    /// Takes a step; returns what came of the work after the last one, which the first step after it was cancelled is.
+    fn step(&mut self, progress: &Progress) -> Option<Done>;
+
+    /// Takes all steps, perhaps several at once on threads.
+    fn run(mut self: Box<Self>, progress: &Progress) -> Done {
+        loop {
+            if let Some(done) = self.step(progress) {
+                return done;
+            }
+        }
+    }
+}
+
+/// A session that is read to play it.
+pub(super) struct ToPlay {
+    pub(super) path: PathBuf,
+    pub(super) reader: PlayerReader,
+    pub(super) plays: bool,
+    pub(super) is_sole: bool,
+}
+
+impl Task for ToPlay {
+    fn step(&mut self, progress: &Progress) -> Option<Done> {
+        let player = match progress.note(self.reader.events()) {
+            true => self.reader.step(),
+            false => Err(RecordingError::io(&self.path, io::ErrorKind::Interrupted.into())),
+        };
+        let outcome = player.transpose()?.map(|mut player| {
+            player.play(self.plays);
+            Box::new(player)
+        });
+        Some(Done::Played { path: self.path.clone(), is_sole: self.is_sole, outcome })
+    }
+}
+
+/// A session that is read to draw on it, and inserted into an index.
+pub(super) struct ToDraw {
+    path: PathBuf,
+    how: Opening,
+    is_new: bool,
+    plan: CullingPlan,
+    autosaves: Autosaves,
+    stage: Stage,
+}
+
+enum Stage {
+    Closed,
+    Reading(Box<DocumentReader>),
+    Indexing(Box<(Document, Opened, Indexing)>),
+    Over,
+}
+
+impl ToDraw {
+    pub(super) fn new(path: PathBuf, autosaves: Autosaves, how: Opening, plan: CullingPlan) -> Self {
+        Self { path, how, is_new: false, plan, autosaves, stage: Stage::Closed }
+    }
+
+    fn done(&self, outcome: Result<ReadSession, OpenError>) -> Done {
+        let outcome = outcome.map(Box::new);
+        Done::Opened { path: self.path.clone(), how: self.how, is_new: self.is_new, outcome }
+    }
+
+    fn begin_index(&self, document: Document, opened: Opened) -> Stage {
+        let indexing = self.plan.clone().begin_index(document.scene(), &document.bounds());
+        Stage::Indexing(Box::new((document, opened, indexing)))
+    }
+
+    /// Takes a step; what came of it after the last one.
+    fn advance(&mut self, progress: &Progress) -> Result<Option<ReadSession>, OpenError> {
+        let cancelled = || OpenError::Cancelled(self.path.clone());
+        self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
+            Stage::Closed => {
+                self.is_new = !platform::fs::is_there(&self.path);
+                match Document::start(&self.path, &self.autosaves, self.how)? {
+                    Started::Empty(document) => self.begin_index(*document, Opened::default()),
+                    Started::Reads(reader) => Stage::Reading(reader),
+                }
+            }
+            Stage::Reading(mut reader) => {
+                if !progress.note(reader.events()) {
+                    reader.give_up();
+                    return Err(cancelled());
+                }
+                match reader.step() {
+                    Ok(true) => Stage::Reading(reader),
+                    Ok(false) => {
+                        let (document, opened) = reader.finish()?;
+                        self.begin_index(document, opened)
+                    }
+                    Err(error) => {
+                        reader.give_up();
+                        return Err(error.into());
+                    }
+                }
+            }
+            Stage::Indexing(mut indexing) => {
+                let (document, _, steps) = &mut *indexing;
+                let is_cancelled = !progress.note(document.event_count());
+                if !is_cancelled && steps.step(document.scene()) {
+                    Stage::Indexing(indexing)
+                } else {
+                    let (document, opened, steps) = *indexing;
+                    if is_cancelled {
+                        let closed = document.close();
+                        debug_assert!(closed.is_ok(), "nothing was drawn in it");
+                        return Err(cancelled());
+                    }
+                    return Ok(Some(ReadSession { document, opened, indexed: Some(steps.finish()) }));
+                }
+            }
+            Stage::Over => Stage::Over,
+        };
+        Ok(None)
+    }
+}
+
+impl Task for ToDraw {
+    fn step(&mut self, progress: &Progress) -> Option<Done> {
+        let outcome = self.advance(progress).transpose()?;
+        Some(self.done(outcome))
+    }
+
+    fn run(mut self: Box<Self>, progress: &Progress) -> Done {
+        self.is_new = !platform::fs::is_there(&self.path);
+        let go_on = |done| progress.note(done);
+        let opened = Document::open_watched(&self.path, &self.autosaves, self.how, &go_on);
+        let outcome = opened.map(|(document, opened)| {
+            let plan = self.plan.clone();
+            let indexed = progress.wants_index().then(|| plan.index(document.scene(), &document.bounds()));
+            ReadSession { document, opened, indexed }
+        });
+        self.done(outcome)
+    }
+}
+
+/// Work that is not cut into steps.
+pub(super) struct Whole<F>(Option<F>);
+
+impl<F> Whole<F> {
+    pub(super) fn new(work: F) -> Self {
+        Self(Some(work))
+    }
+}
+
+impl<F: FnOnce(&Progress) -> Done + Send> Task for Whole<F> {
+    fn step(&mut self, progress: &Progress) -> Option<Done> {
+        self.0.take().map(|work| work(progress))
+    }
+}

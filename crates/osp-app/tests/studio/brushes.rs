@@ -1,0 +1,241 @@
+//! Painting with brushes.
+
+use egui::{Key, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable};
+use osp::glam::{Quat, Vec3};
+use osp_app::{Autosaves, Button, Command, Document, Studio, Subject, ToolChoice, tracker};
+use osp_rivals::IndexKind;
+use osp_session::{
+    brush,
+    recording::{Event, NormalRule, OpenOptions, StrokeId, Tool},
+    scene::Scene,
+};
+
+use crate::{drawing::Table, panel};
+
+fn wave(y: f32) -> Vec<(f32, f32)> {
+    (0..30).map(|i| (150.0 + i as f32 * 15.0, y + (i as f32 * 0.3).sin() * 60.0)).collect()
+}
+
+fn paint(table: &mut Table, brush: &str, y: f32) {
+    table.studio.command(Command::Paint(brush::find(brush)));
+    table.drag(Button::Primary, &wave(y));
+}
+
+fn events(path: &std::path::Path) -> Vec<Event> {
+    let session = osp_session::recording::open(path, &OpenOptions::default()).expect("a session");
+    session.map(|event| event.expect("an event")).collect()
+}
+
+/// Visible polygons of a stroke of the session by itself, painted or not.
+fn polygons_of(events: &[Event], number: u32, is_painted: bool) -> u64 {
+    let mut scene = Scene::new();
+    for event in events {
+        let mut event = event.clone();
+        let stroke = match &mut event {
+            Event::Begin { stroke, paint, .. } => {
+                paint.take_if(|_| !is_painted);
+                *stroke
+            }
+            Event::Point { stroke, .. } | Event::End { stroke, .. } => *stroke,
+            _ => continue,
+        };
+        if stroke == StrokeId(number) {
+            scene.apply(&event, &mut Vec::new());
+        }
+    }
+    scene.counts().visible
+}
+
+#[test]
+fn strokes_are_painted_with_the_chosen_brush_undone_saved_and_read_again() {
+    let mut table = Table::new();
+    let brushes = ["Light", "MatteHull", "Ink", "WigglyGraphite", "Bubbles"];
+    for (i, brush) in brushes.iter().enumerate() {
+        paint(&mut table, brush, 100.0 + 90.0 * i as f32);
+    }
+    let drawn: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
+    assert_eq!(drawn, brushes.map(brush::find));
+    let before = table.visible();
+    table.studio.command(Command::Undo);
+    table.frame();
+    assert!(table.visible() < before);
+    table.studio.command(Command::Redo);
+    table.frame();
+    assert_eq!(table.visible(), before);
+
+    let saved = table.folder.path().join("painted.ron");
+    table.studio.command(Command::SaveAs(saved.clone()));
+    table.frame();
+    let events = events(&saved);
+    for (i, name) in brushes.iter().enumerate() {
+        let painted = polygons_of(&events, i as u32, true);
+        assert!(painted > 0, "{name}");
+    }
+    let hull = |is_painted| polygons_of(&events, 1, is_painted);
+    assert_ne!(hull(true), hull(false), "a hull is no ribbon");
+    let all: u64 = (0..brushes.len() as u32).map(|i| polygons_of(&events, i, true)).sum();
+    assert_eq!(all, before, "the window shows what the brushes make of the samples");
+    let paints: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Begin { paint, normal, .. } => Some((paint.as_ref()?.brush.clone(), *normal)),
+            _ => None,
+        })
+        .collect();
+    let expected: Vec<_> = brushes.iter().map(|name| ((*name).to_owned(), NormalRule::Travel)).collect();
+    assert_eq!(paints, expected);
+
+    // Opened again it is the same model, and the brush is still in the hand.
+    table.studio.command(Command::New);
+    table.frame();
+    assert_eq!(table.visible(), 0);
+    assert_eq!(table.studio.brush().paint(), brush::find("Bubbles"));
+    table.studio.command(Command::Open(saved));
+    table.frame();
+    assert_eq!(table.visible(), before);
+    let again: Vec<_> = table.studio.scene().strokes().iter().map(|stroke| stroke.brush()).collect();
+    assert_eq!(again, drawn);
+}
+
+#[test]
+fn the_brush_stays_with_the_ribbon_while_other_tools_are_used() {
+    let mut table = Table::new();
+    paint(&mut table, "Ink", 300.0);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Tube)));
+    assert_eq!(table.studio.brush().paint(), None);
+    table.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
+    assert_eq!(table.studio.brush().paint(), brush::find("Ink"));
+    table.studio.command(Command::Tool(ToolChoice::Erase));
+    table.studio.command(Command::Paint(brush::find("Light")));
+    assert_eq!(table.studio.tool(), ToolChoice::Draw(Tool::Ribbon), "who chooses a brush wants to paint");
+}
+
+#[test]
+fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
+    let mut harness = panel::sketch();
+    assert!(!harness.state().interface.wants_previews(), "nothing is drawn before somebody looks");
+    assert!(harness.query_by_label("MatteHull").is_none());
+    harness.key_press(Key::B);
+    harness.run_steps(3);
+    assert!(harness.state().interface.wants_previews());
+    // No pictures here: names alone.
+    harness.state_mut().interface.set_previews(None);
+    harness.run_steps(2);
+    assert!(!harness.state().interface.wants_previews());
+    for brush in brush::all().iter().filter(|brush| brush.is_offered) {
+        assert_eq!(
+            harness.query_all_by_role_and_label(Role::Button, &brush.name).count(),
+            1,
+            "{}",
+            brush.name
+        );
+    }
+    harness.get_by_label("CelVinyl").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.brush().paint(), brush::find("CelVinyl"));
+    assert!(harness.query_by_label("MatteHull").is_none(), "a choice closes the list");
+    harness.get_by_role_and_label(Role::ComboBox, "brush (B)").click();
+    harness.run_steps(3);
+    harness.get_by_label("plain").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.brush().paint(), None);
+    for (key, is_open) in [(Key::B, true), (Key::Escape, false)] {
+        harness.key_press(key);
+        harness.run_steps(3);
+        assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open, "{key:?}");
+    }
+    // And the help.
+    for (key, is_open) in [(Key::F1, true), (Key::Escape, false)] {
+        harness.key_press(key);
+        harness.run_steps(3);
+        assert_eq!(harness.query_by_label("choose a brush").is_some(), is_open, "{key:?}");
+    }
+}
+
+#[test]
+fn brushes_are_found_by_typing_and_chosen_by_keys() {
+    let mut harness = panel::sketch();
+    harness.key_press(Key::B);
+    harness.run_steps(4);
+    let press = |harness: &mut Harness<'_, panel::Window>, keys: &[Key]| {
+        for key in keys {
+            harness.key_press(*key);
+            harness.run_steps(2);
+        }
+    };
+    // The row of the brush in the hand, "plain", is the first.
+    press(&mut harness, &[Key::ArrowDown, Key::ArrowDown, Key::ArrowUp, Key::Enter]);
+    let offered = |brush: &&'static brush::Brush| brush.is_offered;
+    let first = harness.state().studio.brush().paint().expect("a brush");
+    assert!(offered(&first) && harness.query_by_label("MatteHull").is_none(), "{}", first.name);
+
+    harness.key_press(Key::B);
+    harness.run_steps(4);
+    harness.event(egui::Event::Text("hull".to_owned()));
+    harness.run_steps(3);
+    let hulls: Vec<_> = brush::all().iter().filter(offered).filter(|b| b.name.contains("Hull")).collect();
+    assert!(hulls.len() > 1, "{hulls:?}");
+    assert!(harness.query_by_label("CelVinyl").is_none(), "the list holds what was typed alone");
+    for hull in &hulls {
+        assert!(harness.query_by_label(&hull.name).is_some(), "{}", hull.name);
+    }
+    press(&mut harness, &[Key::ArrowUp, Key::ArrowDown, Key::Enter]);
+    let chosen = harness.state().studio.brush().paint().expect("a brush");
+    assert!(hulls.iter().any(|hull| std::ptr::eq(*hull, chosen)), "{}", chosen.name);
+
+    harness.key_press(Key::B);
+    harness.run_steps(4);
+    harness.event(egui::Event::Text("no such".to_owned()));
+    harness.run_steps(3);
+    assert!(harness.query_by_label("no brush of this name").is_some());
+    press(&mut harness, &[Key::Enter, Key::Escape]);
+    let still = harness.state().studio.brush().paint().expect("a brush");
+    assert!(std::ptr::eq(still, chosen) && harness.query_by_label("no brush of this name").is_none());
+}
+
+#[test]
+fn a_tracker_paints_with_a_brush_by_its_name() {
+    use tracker::{BrushChoice, Hands, Message, osc_packet, parse_line, parse_osc, write_line};
+    let choice = |line: &str| match parse_line(line) {
+        Ok(Some(Message::Brush { brush, .. })) => brush,
+        other => panic!("{line}: {other:?}"),
+    };
+    let light = choice("brush Light 0.05 1 0.5 0 1");
+    assert_eq!(
+        (light.tool, light.paint, light.normal),
+        (Tool::Ribbon, brush::find("Light"), NormalRule::Travel)
+    );
+    assert_eq!(choice("brush Light 0.05 1 0.5 0 1 2 local-x").normal, NormalRule::LocalX);
+    assert_eq!(choice("brush ribbon 0.05 1 0.5 0 1").normal, NormalRule::LocalX);
+    assert!(parse_line("brush").expect_err("no brush").contains("the name of a brush"));
+    // Every brush comes back from both forms, those of several words, too.
+    for brush in brush::all() {
+        let message = Message::Brush { hand: 1, brush: BrushChoice { paint: Some(brush), ..light } };
+        let (mut line, mut read) = (String::new(), Vec::new());
+        write_line(&message, &mut line);
+        assert_eq!(parse_line(line.trim_end()), Ok(Some(message)), "{line}");
+        assert_eq!((parse_osc(&osc_packet(&message), &mut read), read), (0, vec![message]));
+    }
+    // The hand's stroke is painted.
+    let (mut hands, mut events) = (Hands::default(), Vec::new());
+    let p = Vec3::ZERO;
+    let brush = Message::Brush { hand: 0, brush: light };
+    for message in [brush, Message::Hand { hand: 0, p, q: Quat::IDENTITY, pressure: 0.5 }] {
+        hands.take(0.0, &message, || StrokeId(5), &mut events);
+    }
+    let Event::Begin { paint: Some(paint), .. } = &events[0] else { panic!("{events:?}") };
+    assert_eq!((paint.brush.as_str(), paint.seed), ("Light", 5));
+    // And one that is told is the same again.
+    let (mut teller, mut told) = (tracker::Teller::new(), Vec::new());
+    events.iter().for_each(|event| teller.tell(event, &mut told));
+    assert_eq!(told[0], brush);
+}
+
+#[test]
+fn a_new_window_begins_plain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+    assert_eq!(Studio::new(subject, autosaves, IndexKind::Osp).brush().paint(), None);
+}

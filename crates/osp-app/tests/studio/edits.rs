@@ -1,0 +1,229 @@
+//! Edits of a sketch that another program made go to an autosave file, and everything leads back to them.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use osp::glam::Vec2;
+use osp_app::{Access, Answer, Autosaves, Button, Command, Document, Held, Input, Opening, Studio, Subject};
+use osp_rivals::IndexKind;
+use osp_session::recording::{self, OpenOptions};
+
+use crate::{
+    drawing::across,
+    panel::{sketch, window},
+};
+
+const OFFER: &str = "Go on with the edits?";
+
+fn autosaves(folder: &Path) -> Autosaves {
+    Autosaves::new(Some(folder.join("autosaves")))
+}
+
+fn opened_as(path: &Path, folder: &Path, access: Access) -> Studio {
+    let autosaves = autosaves(folder);
+    let opened = Document::open_as(path, &autosaves, Opening::with(access));
+    Studio::new(Subject::Sketch(Box::new(opened.expect("a session").0)), autosaves, IndexKind::Osp)
+}
+
+fn opened(path: &Path, folder: &Path) -> Studio {
+    opened_as(path, folder, Access::Write)
+}
+
+fn draw(studio: &mut Studio, height: f32) {
+    let size_px = Vec2::new(800.0, 600.0);
+    studio.frame(size_px, 0.016);
+    for (number, place) in across(height).into_iter().enumerate() {
+        studio.input(Input::Move(Vec2::from(place)), Held::default(), size_px);
+        if number == 0 {
+            studio.input(Input::Press(Button::Primary), Held::default(), size_px);
+        }
+    }
+    studio.input(Input::Release(Button::Primary), Held::default(), size_px);
+    studio.frame(size_px, 0.016);
+}
+
+fn path_of(studio: &Studio) -> PathBuf {
+    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
+    document.journal().path().to_owned()
+}
+
+/// A model of one triangle.
+fn model(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    path
+}
+
+fn sessions_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder.join("autosaves")).expect("a folder");
+    entries.map(|entry| entry.expect("an entry").path()).collect()
+}
+
+fn title(studio: &Studio) -> Option<&'static str> {
+    studio.question().map(|question| question.title())
+}
+
+#[test]
+fn a_sketch_that_is_opened_again_offers_its_edits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (here, path) = (folder.path(), model(folder.path(), "their model.obj"));
+    let mut studio = opened(&path, here);
+    assert_eq!(title(&studio), None, "there are no edits yet");
+    draw(&mut studio, 0.1);
+    let edits = path_of(&studio);
+    let visible = studio.scene().counts().visible;
+    studio.close().expect("written");
+    let before = fs::read(&edits).expect("the edits");
+
+    // At the start of the program: the original is shown until somebody answers.
+    let mut studio = opened(&path, here);
+    assert_eq!((title(&studio), studio.scene().counts().visible), (Some(OFFER), 1));
+    let text = studio.question().expect("one").text();
+    assert!(text.contains("their model.obj") && text.contains(edits.to_str().expect("text")), "{text}");
+    assert!(text.contains(" UTC"), "when they were made: {text}");
+    studio.command(Command::Answer(Answer::GoOn));
+    assert_eq!((path_of(&studio), studio.scene().counts().visible), (edits.clone(), visible));
+    assert_eq!(title(&studio), None);
+    studio.close().expect("nothing was drawn");
+    assert_eq!(fs::read(&edits).expect("the edits"), before);
+    assert_eq!(sessions_in(here), std::slice::from_ref(&edits), "nothing else was left");
+
+    // In a window that is open.
+    let mut studio = opened(&here.join("other.ron"), here);
+    studio.command(Command::Open(path.clone()));
+    assert_eq!(title(&studio), Some(OFFER));
+    studio.command(Command::Answer(Answer::GoOn));
+    draw(&mut studio, 0.3);
+    assert_eq!(path_of(&studio), edits);
+    studio.command(Command::Open(path.clone()));
+    assert_eq!(title(&studio), Some(OFFER));
+    // The original: its edits are others, in a file of their own.
+    studio.command(Command::Answer(Answer::Cancel));
+    assert_eq!((title(&studio), studio.scene().counts().visible), (None, 1));
+    draw(&mut studio, 0.4);
+    let others = path_of(&studio);
+    assert_ne!(others, edits);
+    studio.close().expect("written");
+    assert!(fs::read(&edits).expect("the edits").starts_with(&before), "they are as they were left");
+    assert_eq!(sessions_in(here).len(), 2);
+}
+
+#[test]
+fn edits_are_offered_with_their_own_sketch_alone_and_not_where_the_answer_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (here, path) = (folder.path(), model(folder.path(), "a.obj"));
+    fs::create_dir(here.join("elsewhere")).expect("a folder");
+    let (same_name, longer) = (model(&here.join("elsewhere"), "a.obj"), model(here, "a.obj: b.obj"));
+    let mut studio = opened(&path, here);
+    draw(&mut studio, 0.1);
+    let edits = path_of(&studio);
+    studio.close().expect("written");
+    for other in [same_name, longer] {
+        assert_eq!(title(&opened(&other, here)), None, "{}", other.display());
+    }
+    assert_eq!(title(&opened_as(&path, here, Access::Copy)), None);
+    assert_eq!(title(&opened_as(&path, here, Access::ReadOnly)), None);
+    // By another way to the same file.
+    let roundabout = here.join("elsewhere/../a.obj");
+    assert_eq!(title(&opened(&roundabout, here)), Some(OFFER));
+    // What is damaged or no session is not offered, and it is left as it is.
+    let text = fs::read_to_string(&edits).expect("text");
+    for broken in ["", "nonsense", "Header(format:99,name:\"\",source:\"\")\n", "Header(format:1,nam"] {
+        fs::write(&edits, broken).expect("written");
+        assert_eq!(title(&opened(&path, here)), None, "{broken}");
+        assert_eq!(fs::read_to_string(&edits).expect("text"), broken);
+    }
+    fs::write(&edits, text).expect("written");
+    assert_eq!(title(&opened(&path, here)), Some(OFFER));
+}
+
+#[test]
+fn a_damaged_sketch_offers_its_edits_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (here, path) = (folder.path(), folder.path().join("damaged.ron"));
+    fs::write(
+        &path,
+        "Header(format:1,name:\"d\",source:\"osp sketch 0.1.0\")\nUndo(t:0.0)\nUnd(\nUndo(t:1.0)\n",
+    )
+    .expect("written");
+    let mut studio = opened(&here.join("other.ron"), here);
+    studio.command(Command::Open(path.clone()));
+    studio.command(Command::Answer(Answer::Lenient));
+    draw(&mut studio, 0.1);
+    let edits = path_of(&studio);
+    studio.command(Command::Open(path));
+    studio.command(Command::Answer(Answer::Lenient));
+    assert_eq!(title(&studio), Some(OFFER), "{:?}", studio.messages());
+    studio.command(Command::Answer(Answer::GoOn));
+    assert_eq!(path_of(&studio), edits);
+    studio.close().expect("written");
+}
+
+#[test]
+fn whoever_leaves_a_copy_is_told_where_its_edits_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (here, path) = (folder.path(), model(folder.path(), "a.obj"));
+    let mut studio = opened(&path, here);
+    draw(&mut studio, 0.1);
+    let edits = path_of(&studio);
+    studio.command(Command::New);
+    let said = studio.messages().join("\n");
+    assert!(said.contains(&format!("the edits of a.obj are in {}", edits.display())), "{said}");
+    studio.close().expect("written");
+}
+
+const HEADER: &str = "Header(format:1,name:\"their sketch\",source:\"osp sketch 0.1.0";
+
+#[test]
+fn recent_sessions_include_autosaves_the_last_one_first() {
+    let stroke = "Begin(t:0,stroke:0,tool:Ribbon,width:0.01,color:(1,0,0,1))\n\
+                  Point(t:0,stroke:0,p:(0,0,0))\nPoint(t:0,stroke:0,p:(1,0,0))\nEnd(t:0,stroke:0)\n";
+    let mut harness = window(|autosaves| {
+        let write = |name: &str, source: &str, text: &str, secs: u64| {
+            let path = autosaves.folder().join(name);
+            fs::write(&path, format!("{HEADER}{source}\")\n{text}")).expect("written");
+            let at = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(secs);
+            fs::File::options().write(true).open(path).expect("a file").set_modified(at).expect("a time");
+        };
+        write("sketch-20261124-172500.ron", "", stroke, 1_767_225_599);
+        write("F-20261124-172500-2.ron", ", from /their/F.tilt: Tilt Brush", stroke, 1_767_225_600);
+        write("mine.ron", "", stroke, 0);
+        write("empty-20261124-172500.ron.open", "", "", 0);
+        Subject::Sketch(Box::new(Document::new(autosaves)))
+    });
+    harness.get_by_role_and_label(Role::Button, "File").click();
+    harness.run_steps(3);
+    harness.get_by_label_contains("Open recent").click();
+    harness.run_steps(3);
+    let names = ["F.tilt, 2026-01-01 00:00:00 UTC", "sketch, 2025-12-31 23:59:59 UTC"];
+    let tops = names.map(|name| harness.get_by_role_and_label(Role::Button, name).rect().top());
+    assert!(tops[0] < tops[1], "{tops:?}");
+    assert!(harness.query_by_label_contains("mine").is_none(), "that has a name of its own");
+    harness.get_by_role_and_label(Role::Button, names[0]).click();
+    harness.run_steps(3);
+    let folder = harness.state().folder.path().to_owned();
+    assert_eq!(path_of(&harness.state().studio), folder.join("F-20261124-172500-2.ron"));
+    // It is among the autosaves already, and not a second time among those with a name.
+    assert!(harness.state().interface.settings().recent.is_empty());
+    let events = recording::open(&folder.join("F-20261124-172500-2.ron"), &OpenOptions::default());
+    assert_eq!(events.expect("a session").count(), 4, "nothing was written");
+    // The one that is open is not offered.
+    harness.get_by_role_and_label(Role::Button, "File").click();
+    harness.run_steps(3);
+    harness.get_by_label_contains("Open recent").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Button, names[0]).is_none());
+    assert!(harness.query_by_role_and_label(Role::Button, names[1]).is_some());
+}
+
+#[test]
+fn a_window_without_any_session_before_has_no_recent_ones() {
+    let mut harness = sketch();
+    harness.get_by_role_and_label(Role::Button, "File").click();
+    harness.run_steps(3);
+    assert!(harness.get_by_label_contains("Open recent").accesskit_node().is_disabled());
+}

@@ -1,0 +1,159 @@
+use std::net::UdpSocket;
+
+use super::tracker::wait_until;
+use osp_app::tracker::{
+    Hands, Message, Teller, Tracker, TrackerAddress, TrackerOptions, osc_packet, parse_line, parse_osc,
+    write_line,
+};
+use osp_session::{
+    recording::{self, Event, OpenOptions, StrokeId},
+    scene::Scene,
+};
+
+fn shipped(name: &str) -> Vec<Event> {
+    let path =
+        std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings").join(name);
+    recording::open(&path, &OpenOptions::default())
+        .expect("a recording")
+        .map(|e| e.expect("an event"))
+        .collect()
+}
+
+fn told(events: &[Event]) -> Vec<Message> {
+    let mut teller = Teller::new();
+    let mut messages = Vec::new();
+    events.iter().for_each(|event| teller.tell(event, &mut messages));
+    messages
+}
+
+#[test]
+fn messages_survive_lines_and_osc() {
+    let messages = told(&shipped("scribble.ron"));
+    assert!(messages.len() > 1000);
+    for message in &messages {
+        let mut line = String::new();
+        write_line(message, &mut line);
+        let read = parse_line(&line).expect("a line of our own").expect("a message");
+        let mut from_osc = Vec::new();
+        let malformed = parse_osc(&osc_packet(message), &mut from_osc);
+        assert_eq!((malformed, from_osc.len()), (0, 1), "{line}");
+        assert_eq!(read, from_osc[0], "{line}");
+    }
+}
+
+#[test]
+fn a_session_told_and_heard_gives_the_same_strokes() {
+    let events = shipped("scribble.ron");
+    let mut original = Scene::new();
+    events.iter().for_each(|event| original.apply(event, &mut Vec::new()));
+    let (mut hands, mut heard, mut out) = (Hands::default(), Scene::new(), Vec::new());
+    let mut next = 0;
+    for message in told(&events) {
+        let stroke = || {
+            next += 1;
+            StrokeId(next)
+        };
+        let message = parse_line(&{
+            let mut line = String::new();
+            write_line(&message, &mut line);
+            line
+        });
+        hands.take(0.0, &message.expect("a line").expect("a message"), stroke, &mut out);
+        out.drain(..).for_each(|event| heard.apply(&event, &mut Vec::new()));
+    }
+    let (a, b) = (original.counts(), heard.counts());
+    assert_eq!((a.strokes, a.points), (b.strokes, b.points));
+    // Pressures are folded into the least width by one multiplication: polygons are the same but for rounding.
+    assert!(a.polygons.abs_diff(b.polygons) * 100 <= a.polygons, "{} and {}", a.polygons, b.polygons);
+}
+
+#[test]
+fn silence_ends_a_stroke() {
+    let mut hands = Hands::default();
+    let mut out = Vec::new();
+    let message = parse_line("hand 0 1 0 0 0 0 1 0.5").expect("a line").expect("a message");
+    hands.take(10.0, &message, || StrokeId(7), &mut out);
+    hands.rest(10.5, &mut out);
+    assert!(hands.is_drawing());
+    hands.rest(10.1 + Hands::SILENCE_SECS, &mut out);
+    assert!(!hands.is_drawing());
+    assert!(matches!(out.last(), Some(Event::End { stroke: StrokeId(7), .. })));
+}
+
+#[test]
+fn malformed_lines_are_refused_with_what_was_expected() {
+    for line in [
+        "hand",
+        "hand 0 0 0 0 0 0 1",
+        "hand 0 0 0 0 0 0 1 x",
+        "hand 0 0 0 0 0 0 0 1",
+        "hand nan 0 0 0 0 0 1 1",
+        "hand 1e30 0 0 0 0 0 1 1",
+        "hand 0 0 0 0 0 0 1 1 256",
+        "hand 0 0 0 0 0 0 1 1 0 0",
+        "head 0 0 0 0 0 0 9",
+        "brush pencil 1 0 0 0",
+        "brush tube -1 0 0 0 1",
+        "brush tube 1 0 0 0 1 0 sideways",
+        "erase 1 2",
+        "undo now",
+        "jump",
+    ] {
+        assert!(parse_line(line).is_err(), "{line}");
+    }
+    for line in ["", "   ", "# hand"] {
+        assert_eq!(parse_line(line), Ok(None));
+    }
+    assert!(
+        parse_line("hand 0 0 0  0 0 0 1.02  3").is_ok(),
+        "rounded quaternions and heavy hands are common"
+    );
+}
+
+#[test]
+fn a_socket_counts_what_it_cannot_read_and_lives_on() {
+    let address = TrackerAddress::Udp("127.0.0.1:0".parse().expect("an address"));
+    let tracker = Tracker::open(&address, &TrackerOptions::default(), || {}).expect("a tracker");
+    let to = tracker.local_address().expect("a port");
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    let mut nested = osc_packet(&Message::Undo);
+    // Bundles in bundles, far deeper than anybody needs.
+    for _ in 0..1500 {
+        let mut bundle = b"#bundle\0\0\0\0\0\0\0\0\x01".to_vec();
+        bundle.extend((nested.len() as u32).to_be_bytes());
+        bundle.extend(&nested);
+        nested = bundle;
+    }
+    let packets: [&[u8]; 6] = [
+        b"\xff\xfe\xfd",
+        b"hand 1",
+        b"/nowhere\0\0\0\0,\0\0\0",
+        b"#bundle\0",
+        &nested[..30_000.min(nested.len())],
+        &nested,
+    ];
+    for (number, packet) in packets.iter().enumerate() {
+        socket.send_to(packet, to).expect("sent");
+        wait_until("a packet", || tracker.counts().malformed > number as u64);
+    }
+    socket.send_to(b"undo\nnonsense\nredo\n", to).expect("sent");
+    wait_until("a packet", || tracker.counts().messages == 2);
+    assert_eq!(
+        (tracker.take(), tracker.take(), tracker.take()),
+        (Some(Message::Undo), Some(Message::Redo), None)
+    );
+    let counts = tracker.counts();
+    assert_eq!((counts.messages, counts.malformed, counts.dropped), (2, 7, 0));
+}
+
+#[test]
+fn addresses_default_to_this_machine() {
+    let parse = |text: &str| text.parse::<TrackerAddress>();
+    let local = |port| Ok(TrackerAddress::Udp(([127, 0, 0, 1], port).into()));
+    assert_eq!(parse("udp://"), local(9327));
+    assert_eq!(parse("udp://:8000"), local(8000));
+    assert_eq!(parse("udp://0.0.0.0:9"), Ok(TrackerAddress::Udp(([0, 0, 0, 0], 9).into())));
+    assert_eq!(parse("-"), Ok(TrackerAddress::StandardInput));
+    assert_eq!(parse("poses.txt"), Ok(TrackerAddress::File("poses.txt".into())));
+    assert!(parse("udp://nowhere").is_err() && parse("").is_err());
+}

@@ -1,0 +1,535 @@
+//! What the window asks before something is replaced, lost or thrown away.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::drawing::{Table, across};
+use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable};
+use osp::glam;
+use osp_app::{
+    Access, Answer, Autosaves, Button, Command, Document, Input, OpenError, Opening, Question, Studio,
+    Subject, Then, ToolChoice, ui::Interface,
+};
+use osp_rivals::IndexKind;
+use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
+
+fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
+    let autosaves = Autosaves::new(Some(folder.join("autosaves")));
+    let (document, opened) = Document::open_as(path, &autosaves, how).expect("a session");
+    let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+    opened.remarks.into_iter().for_each(|remark| studio.say(remark));
+    studio
+}
+
+fn document(studio: &Studio) -> &Document {
+    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
+    document
+}
+
+/// A line across the window.
+fn draw(studio: &mut Studio, height: f32) {
+    let size_px = glam::Vec2::new(800.0, 600.0);
+    studio.frame(size_px, 0.016);
+    for (number, place) in across(height).into_iter().enumerate() {
+        studio.input(Input::Move(glam::Vec2::from(place)), osp_app::Held::default(), size_px);
+        if number == 0 {
+            studio.input(Input::Press(Button::Primary), osp_app::Held::default(), size_px);
+        }
+    }
+    studio.input(Input::Release(Button::Primary), osp_app::Held::default(), size_px);
+    studio.frame(size_px, 0.016);
+}
+
+fn events_in(path: &Path) -> usize {
+    let events = recording::open(path, &OpenOptions::default()).expect("a recording");
+    events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count()
+}
+
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    entries.map(|entry| entry.expect("an entry").path()).collect()
+}
+
+fn said(studio: &Studio) -> String {
+    studio.messages().join("\n")
+}
+
+/// A session that was drawn here, closed.
+fn drawn(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    let mut studio = opened(&path, folder, Opening::default());
+    draw(&mut studio, 0.0);
+    studio.close().expect("written");
+    path
+}
+
+#[test]
+fn a_session_that_another_window_has_is_looked_at_or_copied() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = drawn(folder.path(), "a.ron");
+    let mut first = opened(&path, folder.path(), Opening::default());
+    let mut second = opened(&folder.path().join("b.ron"), folder.path(), Opening::default());
+    let before = fs::read(&path).expect("a file");
+
+    second.command(Command::Open(path.clone()));
+    let Some(Question::Held { is_shown: false, .. }) = second.question() else {
+        panic!("{:?}", second.question())
+    };
+    assert!(second.question().expect("one").text().contains(&format!("process {}", std::process::id())));
+    assert_eq!(document(&second).journal().path(), folder.path().join("b.ron"), "nothing happens yet");
+    second.command(Command::Answer(Answer::Cancel));
+    assert_eq!(document(&second).journal().path(), folder.path().join("b.ron"));
+
+    second.command(Command::Open(path.clone()));
+    second.command(Command::Answer(Answer::Look));
+    assert!(document(&second).is_read_only() && !second.can_draw());
+    let polygons = second.scene().counts().visible;
+    draw(&mut second, 0.3);
+    second.command(Command::Undo);
+    assert_eq!(second.scene().counts().visible, polygons, "nothing is drawn");
+    assert!(said(&second).contains("read-only"), "and that is said: {}", said(&second));
+
+    second.command(Command::OpenAs(path.clone(), Opening::default()));
+    second.command(Command::Answer(Answer::Copy));
+    assert!(second.can_draw() && second.question().is_none());
+    assert_eq!(files_in(&folder.path().join("autosaves")).len(), 1, "a mark, and no copy yet");
+    draw(&mut second, 0.3);
+    let copy = document(&second).journal().path().to_owned();
+    assert!(events_in(&copy) > events_in(&path));
+    assert_eq!(fs::read(&path).expect("a file"), before, "the first one's file is its own");
+
+    // Still held; then not any more.
+    second.command(Command::Open(path.clone()));
+    second.command(Command::Answer(Answer::TryAgain));
+    assert!(matches!(second.question(), Some(Question::Held { .. })));
+    draw(&mut first, -0.3);
+    let drawn = first.scene().counts().visible;
+    first.close().expect("written");
+    second.command(Command::Answer(Answer::TryAgain));
+    assert!(second.question().is_none() && second.can_draw());
+    assert_eq!((document(&second).journal().path(), second.scene().counts().visible), (&*path, drawn));
+    second.close().expect("written");
+}
+
+#[test]
+fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = drawn(folder.path(), "a.ron");
+    let before = fs::read(&path).expect("a file");
+    let mut studio = opened(&path, folder.path(), Opening::with(Access::ReadOnly));
+    // What is only looked at may be drawn on by others.
+    opened(&path, folder.path(), Opening::default()).close().expect("unchanged");
+    let mine = folder.path().join("mine.ron");
+    studio.command(Command::SaveAs(mine.clone()));
+    draw(&mut studio, 0.4);
+    assert!(events_in(&mine) > events_in(&path));
+    studio.close().expect("written");
+    assert_eq!(fs::read(&path).expect("a file"), before);
+    let missing = folder.path().join("missing.ron");
+    let autosaves = Autosaves::new(Some(folder.path().join("autosaves")));
+    let refused = Document::open_as(&missing, &autosaves, Opening::with(Access::ReadOnly));
+    assert!(matches!(refused, Err(OpenError::Recording(_))), "there is nothing to look at");
+}
+
+#[test]
+fn what_was_not_drawn_here_is_copied() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = |name: &str| folder.path().join(name);
+    let shipped = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/scribble.ron");
+    fs::copy(&shipped, place("imported.ron")).expect("a copy");
+    let protected = drawn(folder.path(), "protected.ron");
+    let mut permissions = fs::metadata(&protected).expect("a file").permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&protected, permissions).expect("set");
+    let compressed = place("compressed.ron.zst");
+    let mut writer = recording::RonWriter::create(
+        &compressed,
+        &recording::Header::new("a", "osp sketch 0.1.0"),
+        recording::Flush::AtEnd,
+    )
+    .expect("a file");
+    writer.write(&Event::Undo { author: Author::SOLE, t: 0.0 }).expect("an event");
+    writer.finish().expect("written");
+    fs::write(place("model.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+
+    for (name, why) in [
+        ("imported.ron", "was not drawn with `osp sketch`"),
+        ("protected.ron", "may not be written to"),
+        ("compressed.ron.zst", "of another format"),
+        ("model.obj", "of another format"),
+    ] {
+        let before = fs::read(place(name)).expect("a file");
+        let autosaves = place("autosaves");
+        let mut studio = opened(&place(name), folder.path(), Opening::default());
+        assert!(said(&studio).contains(why), "{name}: {}", said(&studio));
+        assert!(document(&studio).journal().path().starts_with(&autosaves), "{name}");
+        assert!(!document(&studio).journal().path().exists());
+        let events = document(&studio).event_count();
+        studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
+        studio.close().expect("nothing to write");
+        assert!(files_in(&autosaves).is_empty(), "{name}: no copy of what was only opened");
+
+        let mut studio = opened(&place(name), folder.path(), Opening::default());
+        draw(&mut studio, 0.1);
+        let copy = document(&studio).journal().path().to_owned();
+        assert!(events_in(&copy) as u64 > events, "{name}: the copy is whole");
+        // Saved under a name it is one that was drawn here.
+        studio.command(Command::SaveAs(place("saved.ron")));
+        studio.close().expect("written");
+        assert_eq!(fs::read(place(name)).expect("a file"), before, "{name}");
+        let again = opened(&place("saved.ron"), folder.path(), Opening::default());
+        assert_eq!(document(&again).journal().path(), place("saved.ron"));
+        again.close().expect("unchanged");
+        fs::remove_file(place("saved.ron")).expect("removed");
+        assert!(files_in(&autosaves).is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn no_file_is_replaced_without_a_word() {
+    let mut table = Table::new();
+    table.drag(Button::Primary, &across(0.0));
+    for (name, work, command) in [
+        ("taken.ron", "somebody's work", Command::SaveAs as fn(PathBuf) -> Command),
+        ("taken.glb", "glTF: somebody's work", Command::ExportGltf as fn(PathBuf) -> Command),
+    ] {
+        let path = table.folder.path().join(name);
+        fs::write(&path, work).expect("written");
+        for answer in [None, Some(Answer::Cancel)] {
+            table.studio.command(command(path.clone()));
+            let question = table.studio.question().expect("a question");
+            assert!(question.text().contains(name), "{}", question.text());
+            assert_eq!(question.safe_answer(), Answer::Cancel);
+            if let Some(answer) = answer {
+                table.studio.command(Command::Answer(answer));
+            }
+            assert_eq!(fs::read(&path).expect("a file"), work.as_bytes());
+        }
+        assert!(table.studio.question().is_none());
+        table.studio.command(command(path.clone()));
+        table.studio.command(Command::Answer(Answer::Replace));
+        assert!(fs::read(&path).expect("a file").len() > 1000);
+        // A folder is nothing that can be replaced.
+        let folder = table.folder.path().join("folder").with_extension(path.extension().expect("one"));
+        fs::create_dir(&folder).expect("a folder");
+        table.studio.command(command(folder.clone()));
+        assert!(table.studio.question().is_none() && folder.is_dir());
+        assert!(said(&table.studio).contains(&folder.display().to_string()), "{}", said(&table.studio));
+    }
+    // To save a session where it is takes no question.
+    table.studio.command(Command::SaveAs(table.folder.path().join("taken.ron")));
+    assert!(table.studio.question().is_none());
+    // A model is no session.
+    table.studio.command(Command::ExportGltf(table.folder.path().join("model.obj")));
+    assert!(!table.folder.path().join("model.obj").exists());
+    assert!(said(&table.studio).contains(".glb"), "{}", said(&table.studio));
+    assert!(files_in(table.folder.path()).iter().all(|path| !path.to_string_lossy().contains("unfinished")));
+}
+
+#[test]
+fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
+    type Way = (&'static str, fn(&mut Studio));
+    let leave: [Way; 3] = [
+        ("close", Studio::ask_to_close),
+        ("new", |studio| studio.command(Command::New)),
+        ("open", |studio| {
+            let other = document(studio).journal().path().with_file_name("other.ron");
+            studio.command(Command::Open(other));
+        }),
+    ];
+    for (what, leave) in leave {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = drawn(folder.path(), "a.ron");
+        let mut studio = opened(&path, folder.path(), Opening::default());
+        draw(&mut studio, 0.2);
+        fs::remove_file(&path).expect("removed");
+        let events = document(&studio).event_count();
+        leave(&mut studio);
+        let Some(Question::Unwritten { is_kept: true, reason, .. }) = studio.question() else {
+            panic!("{what}: {:?}", studio.question())
+        };
+        assert!(reason.contains("a.ron") && reason.contains("removed"), "{reason}");
+        assert!(!studio.is_closing() && document(&studio).event_count() == events);
+        studio.command(Command::Answer(Answer::Cancel));
+        assert!(!studio.is_closing() && document(&studio).journal().path() == path);
+        leave(&mut studio);
+        studio.command(Command::Answer(Answer::GoOn));
+        assert_eq!(studio.is_closing(), what == "close");
+        if what != "close" {
+            assert_ne!(document(&studio).journal().path(), path);
+        }
+        // Whoever runs the program hears of it, too.
+        let unwritten = studio.close().expect_err("not in its file");
+        assert_eq!(events_in(unwritten.kept_in.as_ref().expect("a shelter")) as u64, events, "{what}");
+    }
+}
+
+#[test]
+fn a_lost_session_that_is_saved_again_is_left_without_a_question() {
+    for again in ["a.ron", "b.ron"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = drawn(folder.path(), "a.ron");
+        let mut studio = opened(&path, folder.path(), Opening::default());
+        fs::write(folder.path().join("other"), "another's").expect("written");
+        fs::rename(folder.path().join("other"), &path).expect("renamed");
+        draw(&mut studio, 0.2);
+        let events = document(&studio).event_count();
+        assert!(said(&studio).contains("another file was put in its place"), "{}", said(&studio));
+        studio.command(Command::SaveAs(folder.path().join(again)));
+        // Its own place is another's now.
+        assert_eq!(studio.question().is_some(), again == "a.ron");
+        studio.command(Command::Answer(Answer::Replace));
+        assert_eq!(events_in(&folder.path().join(again)) as u64, events);
+        assert_eq!(fs::read(&path).expect("a file") == b"another's", again == "b.ron");
+        studio.ask_to_close();
+        assert!(studio.is_closing());
+        studio.close().expect("written");
+        assert!(files_in(&folder.path().join("autosaves")).is_empty());
+    }
+}
+
+#[test]
+fn what_was_drawn_is_discarded_only_when_asked_twice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = drawn(folder.path(), "a.ron");
+    let before = fs::read(&path).expect("a file");
+    let mut studio = opened(&path, folder.path(), Opening::default());
+    let polygons = studio.scene().counts().visible;
+    studio.command(Command::Discard);
+    assert!(studio.question().is_none(), "there is nothing to discard");
+    draw(&mut studio, 0.2);
+    draw(&mut studio, 0.4);
+    studio.command(Command::Discard);
+    studio.command(Command::Answer(Answer::Cancel));
+    assert!(studio.scene().counts().visible > polygons);
+    studio.command(Command::Discard);
+    studio.command(Command::Answer(Answer::Discard));
+    let report = studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
+    assert_eq!((studio.scene().counts().visible, report.record.polygons), (polygons, polygons));
+    assert_eq!(fs::read(&path).expect("a file"), before);
+    // It goes on as if nothing had been.
+    draw(&mut studio, 0.3);
+    assert_eq!(studio.scene().counts().ignored_events, 0);
+    studio.close().expect("written");
+    assert!(events_in(&path) > 2);
+}
+
+#[test]
+fn a_session_that_uses_the_last_number_is_drawn_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.ron");
+    let stroke = |number: u32| {
+        format!(
+            "Begin(t:0.0,stroke:{number},tool:Tube,width:0.1,color:(1.0,1.0,1.0,1.0))\n\
+             Point(t:0.0,stroke:{number},p:(0.0,0.0,0.0))\nPoint(t:1.0,stroke:{number},p:(1.0,0.0,0.0))\n\
+             End(t:1.0,stroke:{number})\n"
+        )
+    };
+    let header = "Header(format:1,name:\"a\",source:\"osp sketch 0.1.0\")\n";
+    fs::write(&path, format!("{header}{}{}{}", stroke(u32::MAX), stroke(0), stroke(1))).expect("written");
+    let mut studio = opened(&path, folder.path(), Opening::default());
+    for height in [0.2, 0.4, 0.6] {
+        draw(&mut studio, height);
+    }
+    let counts = studio.scene().counts();
+    assert_eq!((counts.strokes, counts.ignored_events), (6, 0));
+    for number in [2, 3, 4] {
+        assert!(studio.scene().stroke(StrokeId(number)).is_some_and(|stroke| stroke.is_visible()));
+    }
+    studio.close().expect("written");
+    let mut scene = osp_session::scene::Scene::new();
+    for event in recording::open(&path, &OpenOptions::default()).expect("a recording") {
+        scene.apply(&event.expect("an event"), &mut Vec::new());
+    }
+    assert_eq!(scene.counts(), counts, "the file says the same");
+}
+
+#[test]
+fn of_a_damaged_session_the_rest_is_offered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = drawn(folder.path(), "a.ron");
+    let text = fs::read_to_string(&path).expect("text").replacen("Point(", "Pont(", 2);
+    fs::write(&path, &text).expect("written");
+    let mut studio = opened(&folder.path().join("b.ron"), folder.path(), Opening::default());
+    studio.command(Command::Open(path.clone()));
+    let Some(Question::Damaged { damage, .. }) = studio.question() else { panic!("{:?}", studio.question()) };
+    assert!(damage.contains("line 3"), "{damage}");
+    studio.command(Command::Answer(Answer::Lenient));
+    assert!(said(&studio).contains("2 damaged pieces were left out"), "{}", said(&studio));
+    draw(&mut studio, 0.2);
+    let copy = document(&studio).journal().path().to_owned();
+    assert!(events_in(&copy) > 5);
+    studio.close().expect("written");
+    assert_eq!(fs::read_to_string(&path).expect("text"), text);
+}
+
+/// The window's panels, without a window.
+struct Panels {
+    studio: Studio,
+    interface: Interface,
+    model: Rect,
+}
+
+fn panels(studio: Studio, size: Vec2) -> Harness<'static, Panels> {
+    let interface = Interface::new("a test".to_owned());
+    let state = Panels { studio, interface, model: Rect::NOTHING };
+    let mut harness = Harness::builder().with_size(size).build_ui_state(
+        |ui, panels: &mut Panels| {
+            panels.model = panels.interface.show(ui, &mut panels.studio);
+            panels.studio.frame(glam::Vec2::new(panels.model.width(), panels.model.height()), 0.016);
+        },
+        state,
+    );
+    harness.run_steps(3);
+    harness
+}
+
+fn draw_with_pointer(harness: &mut Harness<'_, Panels>, from: egui::Pos2) {
+    for (pressed, pos) in [(true, from), (false, from - Vec2::new(90.0, 0.0))] {
+        harness.event(egui::Event::PointerMoved(pos));
+        harness.run_steps(1);
+        let (button, modifiers) = (egui::PointerButton::Primary, Modifiers::NONE);
+        harness.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+        harness.run_steps(1);
+    }
+}
+
+const SIZES: [Vec2; 2] = [Vec2::new(1280.0, 800.0), Vec2::new(640.0, 420.0)];
+
+fn every_question(folder: &Path) -> Vec<Question> {
+    let path = drawn(folder, "held.ron");
+    let autosaves = Autosaves::new(Some(folder.join("autosaves")));
+    let (holder, _) = Document::open(&path, &autosaves).expect("free");
+    let Err(OpenError::Held(held)) = Document::open(&path, &autosaves) else { panic!("held") };
+    holder.close().expect("unchanged");
+    let edits = "A sketch with a name of some length-20261124-172500.ron";
+    let header = "Header(format:1,name:\"a\",source:\"osp sketch 0.1.0\")\n";
+    fs::create_dir_all(autosaves.folder()).expect("a folder");
+    fs::write(autosaves.folder().join(edits), header).expect("written");
+    let edits = autosaves.last(1).remove(0);
+    assert_eq!(edits.of(), "A sketch with a name of some length");
+    let long = PathBuf::from("/a/very/long/way/to/a/folder/of/many/sessions/with/a/long/name.ron");
+    vec![
+        Question::Held { held: held.clone(), is_shown: true },
+        Question::Held { held, is_shown: false },
+        Question::Edits(edits),
+        Question::Damaged {
+            path: long.clone(),
+            damage: format!("{}, line 3: expected a whole value", long.display()),
+        },
+        Question::SaveOver(long.clone()),
+        Question::ExportOver(long.clone()),
+        Question::Unwritten {
+            reason: format!("{}: it was removed, or its folder was", long.display()),
+            is_kept: true,
+            then: Then::Close,
+        },
+        Question::Unwritten { reason: "a disk is full".to_owned(), is_kept: false, then: Then::New },
+        Question::Discard { events: 1234, is_all: true },
+        Question::Discard { events: 1234, is_all: false },
+    ]
+}
+
+#[test]
+fn every_question_is_asked_with_its_answers_in_reach() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for size in SIZES {
+        for question in every_question(folder.path()) {
+            let studio = opened(&folder.path().join("new.ron"), folder.path(), Opening::default());
+            let mut harness = panels(studio, size);
+            harness.state_mut().studio.ask(question.clone());
+            harness.run_steps(3);
+            let screen = Rect::from_min_size(egui::Pos2::ZERO, size);
+            assert!(screen.contains_rect(harness.get_by_label(question.title()).rect()));
+            assert!(screen.contains_rect(harness.get_by_label(&question.text()).rect()), "{question:?}");
+            for (_, words) in question.answers() {
+                let button = harness.get_by_role_and_label(Role::Button, words).rect();
+                assert!(screen.contains_rect(button), "{words} at {button} of {size}");
+            }
+            // No key or pointer gets past it.
+            harness.key_press(Key::X);
+            let middle = harness.state().model.center() + Vec2::new(60.0, 130.0);
+            draw_with_pointer(&mut harness, middle);
+            assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
+            assert_eq!(harness.state().studio.scene().strokes().len(), 0, "{question:?}");
+            assert_eq!(harness.state().studio.question(), Some(&question), "it waits");
+            // The way out changes nothing.
+            harness.key_press(Key::Escape);
+            harness.run_steps(2);
+            assert!(harness.state().studio.question().is_none() && !harness.state().studio.is_closing());
+            assert!(harness.query_by_label(question.title()).is_none());
+            let new = folder.path().join("new.ron");
+            assert!(!new.exists());
+            // What did nothing then draws now.
+            if size == SIZES[0] {
+                draw_with_pointer(&mut harness, middle);
+                assert_eq!(harness.state().studio.scene().strokes().len(), 1);
+                fs::remove_file(new).expect("a session");
+            }
+        }
+    }
+}
+
+#[test]
+fn answers_are_given_by_their_buttons_and_by_keys() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let taken = folder.path().join("taken.ron");
+    fs::write(&taken, "somebody's work").expect("written");
+    let mut studio = opened(&folder.path().join("a.ron"), folder.path(), Opening::default());
+    draw(&mut studio, 0.0);
+    let mut harness = panels(studio, SIZES[0]);
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    harness.run_steps(3);
+    harness.get_by_role(Role::TextInput).type_text(taken.to_str().expect("a path"));
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
+    // The safe answer has the keyboard: who only goes on hitting Enter replaces nothing.
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+    assert!(harness.state().studio.question().is_none());
+    assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
+    harness.state_mut().studio.command(Command::SaveAs(taken.clone()));
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "Replace").click();
+    harness.run_steps(3);
+    assert!(events_in(&taken) > 2);
+
+    // Discard, by the menu.
+    let events = events_in(&taken);
+    draw(&mut harness.state_mut().studio, 0.3);
+    harness.run_steps(2);
+    harness.get_by_role_and_label(Role::Button, "File").click();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "Discard…").click();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::Button, "Discard").click();
+    harness.run_steps(3);
+    assert_eq!(events_in(&taken), events);
+
+    // What has happened to the file is said at once, with ways out.
+    fs::remove_file(&taken).expect("removed");
+    harness.run_steps(4);
+    let shown = harness.get_all_by_label_contains("taken.ron is not saved: it was removed").count();
+    assert_eq!(shown, 1);
+    harness.get_by_role_and_label(Role::Button, "Write it here again").click();
+    harness.run_steps(3);
+    assert_eq!(events_in(&taken), events);
+    assert!(harness.query_by_label_contains("is not saved").is_none());
+    fs::rename(&taken, folder.path().join("away.ron")).expect("renamed");
+    harness.run_steps(4);
+    harness.get_by_role_and_label(Role::Button, "Save elsewhere…").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role(Role::TextInput).is_some());
+    harness.get_by_role_and_label(Role::Button, "Cancel").click();
+    harness.run_steps(3);
+    fs::rename(folder.path().join("away.ron"), &taken).expect("renamed");
+    harness.get_by_role_and_label(Role::Button, "Try again").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("is not saved").is_none());
+    assert!(harness.state().studio.messages().join("\n").contains("everything is in it again"));
+}

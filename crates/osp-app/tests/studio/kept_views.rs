@@ -1,0 +1,125 @@
+//! Views that a session keeps, and frames for a video.
+
+use std::fs;
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use osp::glam::{Quat, Vec2, Vec3};
+use osp_app::{Button, Command, Held, Input, Subject};
+use osp_render::Image;
+use osp_session::recording::{self, Event, OpenOptions};
+
+use crate::{
+    drawing::{Table, across},
+    panel::{across as line, drag, sketch},
+};
+
+const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
+
+fn eye(table: &Table) -> (Vec3, Quat) {
+    let view = table.studio.views()[0].view;
+    (view.eye_in_world, view.world_from_view)
+}
+
+#[test]
+fn a_kept_view_is_gone_to_also_when_the_session_is_opened_again() {
+    let mut table = Table::new();
+    table.drag(Button::Primary, &across(0.0));
+    assert!(!table.studio.can(&Command::GoToView(1)));
+    table.studio.input(Input::Wheel(5.0), Held::default(), SIZE_PX);
+    table.frame();
+    let kept = eye(&table);
+    table.studio.command(Command::KeepView(1));
+    table.studio.look(Vec2::new(0.4, 0.2));
+    table.studio.input(Input::Wheel(-9.0), Held::default(), SIZE_PX);
+    table.frame();
+    assert!(eye(&table).0.distance(kept.0) > 0.1);
+    // It is no edit.
+    table.studio.command(Command::Undo);
+    assert_eq!(table.visible(), 0);
+    table.studio.command(Command::Redo);
+    let path = table.folder.path().join("mine.ron");
+    table.studio.command(Command::SaveAs(path.clone()));
+    table.studio.command(Command::New);
+    table.studio.command(Command::Open(path));
+    table.studio.command(Command::GoToView(1));
+    table.frame();
+    let (p, q) = eye(&table);
+    assert!(p.distance(kept.0) < 1.0e-4 && q.dot(kept.1).abs() > 0.99999, "{p} {q}");
+}
+
+#[test]
+fn keys_keep_views_and_go_to_them() {
+    let mut harness = sketch();
+    let eye = |harness: &egui_kittest::Harness<'_, crate::panel::Window>| {
+        harness.state().studio.views()[0].view.eye_in_world
+    };
+    let first = eye(&harness);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::F7);
+    harness.run_steps(3);
+    harness.state_mut().studio.look(Vec2::new(0.5, 0.0));
+    harness.state_mut().studio.input(Input::Wheel(4.0), Held::default(), SIZE_PX);
+    harness.run_steps(3);
+    assert!(eye(&harness).distance(first) > 0.1);
+    harness.key_press(Key::F6);
+    harness.run_steps(3);
+    assert!(eye(&harness).distance(first) > 0.1, "view 2 is not kept");
+    harness.key_press(Key::F7);
+    harness.run_steps(3);
+    assert!(eye(&harness).distance(first) < 1.0e-4);
+}
+
+#[test]
+fn frames_go_to_a_new_folder_in_their_order_and_the_command_for_a_video_is_said() {
+    let mut table = Table::new();
+    table.drag(Button::Primary, &across(0.0));
+    let path = table.folder.path().join("mine.ron");
+    table.studio.command(Command::SaveAs(path));
+    fs::create_dir(table.folder.path().join("mine-frames-1")).expect("a folder that is there already");
+    table.studio.command(Command::Frames);
+    assert!(table.studio.writes_frames());
+    for shade in 0..20u8 {
+        let image = Image::from_rgba(2, 2, vec![shade; 16]);
+        table.studio.take_frame(image.expect("a picture"));
+    }
+    table.studio.command(Command::Frames);
+    assert!(!table.studio.writes_frames());
+    let folder = table.folder.path().join("mine-frames-2");
+    let mut names: Vec<String> = fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|file| file.expect("a file").file_name().into_string().expect("a name"))
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), 20);
+    assert_eq!((names[0].as_str(), names[19].as_str()), ("000000.png", "000019.png"));
+    let said = table.studio.messages().last().expect("a message");
+    assert!(said.contains("20 frames") && said.contains("ffmpeg -framerate 30"), "{said}");
+    assert!(said.contains("mine-frames-2/*.png"), "{said}");
+    assert!(table.folder.path().join("mine-frames-1").read_dir().expect("a folder").next().is_none());
+}
+
+#[test]
+fn a_replay_reads_a_kept_view_as_no_edit() {
+    let mut table = Table::new();
+    table.drag(Button::Primary, &across(0.0));
+    table.studio.command(Command::KeepView(0));
+    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    let events = recording::open(document.journal().path(), &OpenOptions::default()).expect("a recording");
+    let views = events.filter(|event| matches!(event, Ok(Event::View { slot: 0, .. }))).count();
+    assert_eq!(views, 1);
+    assert_eq!(document.scene().counts().ignored_events, 0);
+}
+
+#[test]
+fn the_first_window_teaches_until_somebody_draws_and_the_help_always() {
+    let mut harness = sketch();
+    assert!(!harness.state().interface.settings().has_drawn);
+    harness.key_press(Key::F1);
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("Drag with the left button to draw").is_some());
+    harness.key_press(Key::F1);
+    harness.run_steps(3);
+    drag(&mut harness, &line());
+    harness.run_steps(3);
+    assert!(harness.state().interface.settings().has_drawn, "it is not taught again");
+}

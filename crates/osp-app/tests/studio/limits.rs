@@ -1,0 +1,100 @@
+//! Sessions that are larger than they may be, in the window: what comes before the limit is played, and drawn on as a copy.
+
+use std::path::PathBuf;
+
+use crate::drawing::{Table, across};
+use osp_app::{Answer, Button, Command, Document, OpenError, Opening, Player, Subject};
+use osp_session::{
+    recording::{Limits, OpenOptions, Pace},
+    replay::CameraChoice,
+};
+
+const HEADER: &str = "Header(format:1,name:\"x\",source:\"osp sketch 0.1.0\")\n";
+const FACE: &str = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";
+const FEW: Limits = Limits { polygons: 12, ..Limits::DEFAULT };
+
+fn twenty_faces(table: &Table) -> PathBuf {
+    let path = table.folder.path().join("large.ron");
+    std::fs::write(&path, format!("{HEADER}{}", FACE.repeat(20))).expect("written");
+    path
+}
+
+#[test]
+fn a_replay_in_a_window_plays_what_comes_before_the_limit() {
+    let table = Table::new();
+    let path = twenty_faces(&table);
+    let options = OpenOptions { limits: FEW, ..OpenOptions::default() };
+    let player = Player::open_with(&path, Pace::Samples(1), CameraChoice::Auto, &options).expect("readable");
+    assert_eq!((player.frame_count(), player.finished_model().counts().polygons), (12, 12));
+    let remarks = player.remarks().join(" ");
+    assert!(remarks.contains("line 14: expected at most 12 polygons (--max-polygons N"), "{remarks}");
+    let player = Player::open(&path, Pace::Samples(1), CameraChoice::Auto).expect("readable");
+    assert_eq!((player.frame_count(), player.remarks()), (20, &[][..]));
+}
+
+#[test]
+fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
+    let mut table = Table::new();
+    let path = twenty_faces(&table);
+    let before = std::fs::read(&path).expect("there");
+    let autosaves = osp_app::Autosaves::new(Some(table.folder.path().join("auto")));
+    let refused = Document::open_as(&path, &autosaves, Opening { limits: FEW, ..Opening::default() });
+    let Err(error @ OpenError::Recording(_)) = refused else { panic!("{refused:?}") };
+    assert!(error.to_string().contains("--max-polygons N allows more") && error.is_damage(), "{error}");
+
+    // In the window it is a question, as for damage.
+    table.studio.set_limits(FEW);
+    table.studio.command(Command::Open(path.clone()));
+    assert_eq!(table.visible(), 0);
+    table.studio.command(Command::Answer(Answer::Lenient));
+    table.frame();
+    assert_eq!(table.visible(), 12, "{:?}", table.studio.messages());
+    assert_eq!(std::fs::read(&path).expect("there"), before, "the session itself is not touched");
+
+    table.studio.set_limits(Limits::DEFAULT);
+    table.studio.command(Command::Open(path));
+    table.frame();
+    assert_eq!(table.visible(), 20, "{:?}", table.studio.messages());
+}
+
+/// Whether a session is opened again that was drawn here within limits.
+fn is_opened_again(table: &Table, limits: Limits) -> bool {
+    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    let options = OpenOptions { limits, ..OpenOptions::default() };
+    let session = osp_session::recording::open(document.journal().path(), &options).expect("a session");
+    session.into_iter().all(|event| event.is_ok())
+}
+
+#[test]
+fn copies_that_no_reader_would_take_are_not_made() {
+    let mut table = Table::new();
+    // A quarter of the polygons is the most strokes.
+    let limits = Limits { polygons: 400, ..Limits::DEFAULT };
+    table.studio.set_limits(limits);
+    for i in 0..30 {
+        table.drag(Button::Primary, &[(-0.5, i as f32 * 0.02), (-0.4, i as f32 * 0.02)]);
+    }
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::Copy);
+    for _ in 0..8 {
+        table.studio.command(Command::Paste);
+    }
+    let strokes = table.studio.scene().strokes().len();
+    assert!((90..=100).contains(&strokes), "{strokes} strokes");
+    assert!(is_opened_again(&table, limits));
+    let said = table.studio.messages().last().expect("a message").clone();
+    assert!(said.contains("100 strokes in all"), "{said}");
+    // What is drawn by hand is kept all the same, and it is said how it is opened.
+    for i in 0..30 {
+        table.drag(Button::Primary, &across(-0.5 - i as f32 * 0.01));
+    }
+    assert!(table.studio.scene().strokes().len() >= 120);
+    assert!(!is_opened_again(&table, limits));
+    let told = table.studio.messages().iter().filter(|said| said.contains("--max-polygons 800 or more"));
+    assert_eq!(told.count(), 1, "{:?}", table.studio.messages());
+    // Erasing is always possible.
+    table.studio.command(Command::SelectAll);
+    table.studio.command(Command::EraseSelected);
+    table.frame();
+    assert_eq!(table.visible(), 0);
+}

@@ -1,0 +1,255 @@
+//! Menus, keys and dialogs: what can be done is offered, what cannot is not, by button and by key alike.
+
+use std::{fs, path::Path};
+
+use crate::panel::{Window, across, drag, replay, sketch};
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use osp_app::{
+    Command, Settings, Subject, Theme, ToolChoice,
+    ui::{Action, SHORTCUTS},
+};
+
+fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
+    harness.get_by_role_and_label(Role::Button, name).click();
+    harness.run_steps(3);
+}
+
+/// An entry of a menu; its label ends with its key.
+fn is_offered(harness: &Harness<'_, Window>, name: &str) -> bool {
+    let entry =
+        harness.query_all_by_label_contains(name).find(|node| node.accesskit_node().role() == Role::Button);
+    !entry.unwrap_or_else(|| panic!("no entry {name}")).accesskit_node().is_disabled()
+}
+
+fn pick(harness: &mut Harness<'_, Window>, menu: &str, name: &str) {
+    open_menu(harness, menu);
+    let entry =
+        harness.query_all_by_label_contains(name).find(|node| node.accesskit_node().role() == Role::Button);
+    entry.unwrap_or_else(|| panic!("no entry {name}")).click();
+    harness.run_steps(3);
+}
+
+fn path_of(harness: &Harness<'_, Window>) -> std::path::PathBuf {
+    let Subject::Sketch(document) = harness.state().studio.subject() else { panic!("a sketch") };
+    document.journal().path().to_owned()
+}
+
+fn type_path(harness: &mut Harness<'_, Window>, path: &Path) {
+    harness.run_steps(2);
+    harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("text"));
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+}
+
+#[test]
+fn the_first_save_asks_for_a_name_and_the_next_ones_do_not() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let path = harness.state().folder.path().join("mine.ron");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(2);
+    type_path(&mut harness, &path);
+    assert!(harness.query_by_role(Role::TextInput).is_none(), "the dialog is closed");
+    assert_eq!(path_of(&harness), path);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(3);
+    assert!(harness.query_by_role(Role::TextInput).is_none());
+    let said = harness.state().studio.messages().last().cloned().expect("a message");
+    assert!(said.contains("all of it is in") && said.contains("mine.ron"), "{said}");
+    // Under another name: the own one is suggested.
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    harness.run_steps(3);
+    let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
+    assert_eq!(Path::new(&suggested), path);
+    let other = harness.state().folder.path().join("other.ron");
+    type_path(&mut harness, &other);
+    assert_eq!(path_of(&harness), other);
+}
+
+#[test]
+fn a_dialog_that_fails_stays_open_and_says_why() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let folder = harness.state().folder.path().to_owned();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    type_path(&mut harness, &folder.join("no/such/folder/a.ron"));
+    assert!(harness.query_by_role(Role::TextInput).is_some(), "still open");
+    assert!(harness.query_all_by_label_contains("no/such/folder").next().is_some(), "with the reason");
+    // The path is selected: the next one replaces it.
+    type_path(&mut harness, &folder.join("a.ron"));
+    assert!(harness.query_by_role(Role::TextInput).is_none());
+    assert!(folder.join("a.ron").exists());
+
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    type_path(&mut harness, &folder.join("missing.tilt"));
+    assert!(harness.query_all_by_label_contains("missing.tilt").next().is_some());
+    // A question about it comes first, and then the dialog is still there.
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    assert!(harness.query_by_role(Role::TextInput).is_none());
+    fs::write(folder.join("there.ron"), "somebody's work").expect("written");
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    type_path(&mut harness, &folder.join("there.ron"));
+    assert!(harness.state().studio.question().is_some());
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    assert!(harness.state().studio.question().is_none());
+    assert!(harness.query_by_role(Role::TextInput).is_some());
+    assert_eq!(fs::read(folder.join("there.ron")).expect("a file"), b"somebody's work");
+}
+
+#[test]
+fn home_may_be_written_as_a_tilde() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    harness.run_steps(3);
+    let home = std::env::home_dir().expect("a home");
+    let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
+    assert_eq!(Path::new(&suggested), home.join("sketch.glb"));
+    type_path(&mut harness, Path::new("~/no such folder of osp's tests/a.glb"));
+    let reason = home.join("no such folder of osp's tests/a.glb").display().to_string();
+    assert!(harness.query_all_by_label_contains(&reason).next().is_some());
+}
+
+#[test]
+fn what_cannot_be_done_is_offered_neither_by_menu_nor_by_key() {
+    let mut harness = replay();
+    open_menu(&mut harness, "Edit");
+    for name in ["Undo", "Redo", "Erase selection", "Group selection", "Select all", "Select nothing"] {
+        assert!(!is_offered(&harness, name), "{name}");
+    }
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    open_menu(&mut harness, "File");
+    assert!(!is_offered(&harness, "Save as…") && !is_offered(&harness, "Discard…"));
+    assert!(is_offered(&harness, "Open…") && is_offered(&harness, "Quit"));
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    let tool = harness.state().studio.tool();
+    for key in [Key::Num2, Key::X, Key::V, Key::R, Key::B, Key::Delete] {
+        harness.key_press(key);
+        harness.run_steps(2);
+        assert_eq!(harness.state().studio.tool(), tool, "{key:?}");
+    }
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(2);
+    assert!(harness.query_by_role(Role::TextInput).is_none(), "a replay is not saved");
+    let impossible =
+        SHORTCUTS.iter().filter(|shortcut| !shortcut.action.is_possible(&harness.state().studio));
+    assert!(impossible.count() > 15);
+    // What only looks works.
+    harness.key_press(Key::M);
+    harness.run_steps(2);
+    assert_ne!(harness.state().studio.tool(), tool);
+}
+
+#[test]
+fn menus_do_what_their_keys_do() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    pick(&mut harness, "Edit", "Select all");
+    assert!(!harness.state().studio.selection().is_empty());
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.state().studio.selection().is_empty());
+    pick(&mut harness, "Edit", "Undo");
+    assert_eq!(harness.state().studio.scene().counts().visible, 0);
+    pick(&mut harness, "View", "Full screen");
+    assert!(harness.state().interface.is_fullscreen());
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(!harness.state().interface.is_fullscreen());
+    harness.key_press(Key::F11);
+    harness.run_steps(2);
+    assert!(harness.state().interface.is_fullscreen());
+    pick(&mut harness, "View", "Show culling panel");
+    assert!(harness.query_by_label("frame times").is_some());
+    pick(&mut harness, "File", "Quit");
+    assert!(harness.state().studio.is_closing());
+    assert!(SHORTCUTS.iter().any(|shortcut| shortcut.action == Action::Do(Command::Tool(ToolChoice::Erase))));
+}
+
+#[test]
+fn settings_and_recent_sessions_are_there_the_next_time() {
+    let path = {
+        let mut harness = sketch();
+        let folder = harness.state().folder.path().to_owned();
+        // Not where the harness lives: settings are on the disk at the latest when the window is closed.
+        let other = tempfile::tempdir().expect("a folder");
+        let kept = other.path().join("settings/window.settings");
+        let ctx = harness.ctx.clone();
+        harness.state_mut().interface.keep_settings(kept.clone(), &ctx);
+        drag(&mut harness, &across());
+        harness.state_mut().studio.command(Command::SaveAs(folder.join("mine.ron")));
+        harness.run_steps(2);
+        open_menu(&mut harness, "View");
+        harness.get_by_label_contains("Colours").click();
+        harness.run_steps(3);
+        harness.get_by_label("Light").click();
+        harness.run_steps(3);
+        drop(harness);
+        let settings = Settings::read(&kept);
+        assert_eq!((settings.theme, &settings.recent[..]), (Theme::Light, &[folder.join("mine.ron")][..]));
+        (other, kept)
+    };
+    let mut next = sketch();
+    let ctx = next.ctx.clone();
+    next.state_mut().interface.keep_settings(path.1.clone(), &ctx);
+    next.run_steps(3);
+    open_menu(&mut next, "File");
+    next.get_by_label_contains("Open recent").click();
+    next.run_steps(3);
+    let gone = next.get_by_label("mine.ron");
+    assert!(gone.accesskit_node().is_disabled(), "an empty session in its place would look like a lost one");
+}
+
+#[test]
+fn what_cannot_be_redone_undoes_nothing() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let drawn = harness.state().studio.scene().counts().visible;
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    harness.run_steps(2);
+    assert_eq!(harness.state().studio.scene().counts().visible, drawn);
+}
+
+#[test]
+fn save_says_where_the_session_is_only_if_it_is_there() {
+    let mut harness = sketch();
+    let folder = harness.state().folder.path().to_owned();
+    harness.state_mut().studio.command(Command::SaveAs(folder.join("empty.ron")));
+    harness.state_mut().studio.command(Command::Save);
+    let last =
+        |harness: &Harness<'_, Window>| harness.state().studio.messages().last().cloned().expect("a message");
+    assert!(last(&harness).contains("nothing is drawn yet"), "{}", last(&harness));
+    harness.run_steps(2);
+    drag(&mut harness, &across());
+    harness.state_mut().studio.command(Command::Save);
+    assert!(last(&harness).contains("all of it is in") && folder.join("empty.ron").exists());
+    // A name without a file is told of, and the drawing without a name as well.
+    harness.state_mut().studio.command(Command::New);
+    harness.run_steps(2);
+    drag(&mut harness, &across());
+    harness.state_mut().studio.command(Command::Open(folder.join("mistyped.ron")));
+    let said = harness.state().studio.messages().join("\n");
+    assert!(said.contains("the drawing without a name is in"), "{said}");
+    assert!(said.contains("mistyped.ron: there was no such file"), "{said}");
+}
+
+#[test]
+fn a_picture_replaces_no_session() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let path = harness.state().folder.path().join("mine.ron");
+    harness.state_mut().studio.command(Command::SaveAs(path.clone()));
+    harness.state_mut().studio.command(Command::PictureOver(path.clone()));
+    let outcome = harness.state_mut().studio.take_file_outcome();
+    assert!(outcome.is_some_and(|outcome| outcome.is_err()));
+    assert!(fs::read_to_string(path).expect("a session").starts_with("Header"));
+}

@@ -1,0 +1,394 @@
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect, Vec2, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
+use osp::{glam, occlusion::Occlusion};
+use osp_app::{
+    Autosaves, Command, Document, FrameReport, FrameStage, FrameTimes, Player, Room, Span, Studio, Subject,
+    ToolChoice,
+    ui::{Interface, SHORTCUTS},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Pace, Tool},
+    replay::CameraChoice,
+    rig::Rig,
+};
+
+/// A window without a display: the panels, and the frame that follows them as it does in the real one.
+pub(crate) struct Window {
+    pub(crate) studio: Studio,
+    pub(crate) interface: Interface,
+    model: Rect,
+    report: FrameReport,
+    pub(crate) folder: tempfile::TempDir,
+}
+
+pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let autosaves = Autosaves::new(Some(folder.path().to_owned()));
+    let studio = Studio::new(subject(&autosaves), autosaves, IndexKind::Osp);
+    let interface = Interface::new("a test".to_owned());
+    let state = Window { studio, interface, model: Rect::NOTHING, report: FrameReport::default(), folder };
+    let mut harness = Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(
+        |ui, window: &mut Window| {
+            window.model = window.interface.show(ui, &mut window.studio);
+            let size_px = glam::Vec2::new(window.model.width(), window.model.height());
+            window.report = window.studio.frame(size_px, 0.016);
+        },
+        state,
+    );
+    harness.run_steps(3);
+    harness
+}
+
+pub(crate) fn sketch() -> Harness<'static, Window> {
+    window(|autosaves| Subject::Sketch(Box::new(Document::new(autosaves))))
+}
+
+/// The same with the culling panel.
+fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window> {
+    harness.key_press(Key::F2);
+    harness.run_steps(3);
+    harness
+}
+
+pub(crate) fn replay() -> Harness<'static, Window> {
+    let path =
+        std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/scribble.ron");
+    let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
+    window(|_| Subject::Replay(Box::new(player)))
+}
+
+fn button(at: Pos2, pressed: bool) -> Event {
+    Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
+}
+
+/// Drags through these places of the model's part of the window (0 to 1), a frame for each; what each frame was.
+pub(crate) fn drag(harness: &mut Harness<'_, Window>, places: &[(f32, f32)]) -> Vec<FrameReport> {
+    let model = harness.state().model;
+    let place = |(x, y): (f32, f32)| model.min + model.size() * Vec2::new(x, y);
+    let mut reports = Vec::new();
+    harness.event(Event::PointerMoved(place(places[0])));
+    harness.step();
+    harness.event(button(place(places[0]), true));
+    harness.step();
+    for &at in &places[1..] {
+        harness.event(Event::PointerMoved(place(at)));
+        harness.step();
+        reports.push(harness.state().report);
+    }
+    harness.event(button(place(places[places.len() - 1]), false));
+    harness.step();
+    reports
+}
+
+pub(crate) fn across() -> Vec<(f32, f32)> {
+    (0..16).map(|i| (0.2 + i as f32 * 0.04, 0.5)).collect()
+}
+
+#[test]
+fn an_event_of_the_pointer_is_a_polygon_in_the_frame_it_came_before() {
+    let mut harness = sketch();
+    for (number, report) in drag(&mut harness, &across()).iter().enumerate() {
+        assert!(report.samples > 0 && report.record.inserted > 0, "event {number}: {report:?}");
+        assert_eq!(report.drawn, report.record.polygons, "what is new is among what the frame draws");
+    }
+    assert!(harness.state().report.record.polygons > 10);
+}
+
+#[test]
+fn every_tool_has_a_button_and_a_key() {
+    let mut harness = sketch();
+    for (name, key, tool) in [
+        ("Wall (2)", Key::Num2, ToolChoice::Draw(Tool::Wall)),
+        ("Tube (3)", Key::Num3, ToolChoice::Draw(Tool::Tube)),
+        ("Erase (4, X)", Key::X, ToolChoice::Erase),
+        ("Select (5, V)", Key::V, ToolChoice::Select),
+        ("Select in a box (R)", Key::R, ToolChoice::Span(Span::Box)),
+        ("Select in a sphere (G)", Key::G, ToolChoice::Span(Span::Sphere)),
+        ("Measure (M)", Key::M, ToolChoice::Span(Span::Distance)),
+        ("Ribbon (1)", Key::Num1, ToolChoice::Draw(Tool::Ribbon)),
+    ] {
+        let before = harness.state().studio.tool();
+        assert_ne!(before, tool);
+        harness.get_by_label(name).click();
+        harness.run_steps(2);
+        assert_eq!(harness.state().studio.tool(), tool, "the button {name}");
+        harness.state_mut().studio.command(Command::Tool(before));
+        harness.key_press(key);
+        harness.run_steps(2);
+        assert_eq!(harness.state().studio.tool(), tool, "the key {key:?}");
+    }
+    harness.get_by_label("colour 64 168 214").click();
+    harness.run_steps(2);
+    let [r, g, b, a] = harness.state().studio.brush().color.map(|c| (c * 255.0).round() as u8);
+    assert_eq!([r, g, b, a], [64, 168, 214, 255]);
+}
+
+#[test]
+fn undo_and_redo_are_offered_when_there_is_something() {
+    let mut harness = sketch();
+    let is_enabled = |harness: &Harness<'_, Window>, name: &str| {
+        !harness.get_by_role_and_label(Role::Button, name).accesskit_node().is_disabled()
+    };
+    assert!(!is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.record.polygons;
+    harness.run_steps(2);
+    assert!(is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
+    harness.get_by_label("Undo").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.polygons, 0);
+    assert!(is_enabled(&harness, "Redo"));
+    harness.get_by_label("Redo").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.polygons, drawn);
+}
+
+#[test]
+fn the_index_is_changed_while_something_is_drawn() {
+    let mut harness = with_panel(sketch());
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.drawn;
+    for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
+        harness.get_by_role_and_label(Role::ComboBox, "index (I)").click();
+        harness.run_steps(3);
+        harness.get_by_role_and_label(Role::Button, kind.name()).click();
+        harness.run_steps(3);
+        assert_eq!(harness.state().studio.culling().kind(), kind);
+        assert_eq!(harness.state().report.drawn, drawn, "{}", kind.name());
+    }
+}
+
+#[test]
+fn only_sound_ways_to_find_what_is_hidden_are_offered() {
+    let mut harness = with_panel(sketch());
+    drag(&mut harness, &across());
+    let drawn = harness.state().report.drawn;
+    harness.get_by_role_and_label(Role::ComboBox, "occlusion (O)").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
+    harness.get_by_role_and_label(Role::Button, "msvbsp").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().studio.culling().occlusion().name(), "msvbsp");
+    assert_eq!(harness.state().report.drawn, drawn, "nothing hides anything here");
+    assert!(harness.state().report.record.occlusion.used);
+}
+
+#[test]
+fn the_panel_says_what_each_stage_took() {
+    let mut harness = with_panel(sketch());
+    let mut times = FrameTimes::default();
+    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
+        times.set(stage, (i as u64 + 1) * 1_250_000);
+    }
+    harness.state_mut().interface.note_frame(times);
+    harness.run_steps(2);
+    for (i, stage) in FrameStage::ALL.into_iter().enumerate() {
+        // Some words are counted, too.
+        assert!(harness.query_all_by_label(stage.name()).next().is_some(), "{}", stage.name());
+        harness.get_by_label(&format!("{:.2} ms", (i + 1) as f64 * 1.25));
+        harness.get_by_label(&format!("{:.1} %", (i + 1) as f64 * 100.0 / 28.0));
+    }
+    harness.get_by_label("35.00 ms");
+    harness.get_by_label("frame times");
+    harness.get_by_label_contains("times: means of 1 frames; the clock's steps: ");
+    // By a coarse clock a frame takes no time, or a whole step: means are shown.
+    harness.state_mut().interface.note_frame(FrameTimes::default());
+    harness.run_steps(2);
+    harness.get_by_label("17.50 ms");
+    harness.get_by_label_contains("times: means of 2 frames; the clock's steps: ");
+    assert!(harness.state().interface.clock_step_ns() > 0);
+    // Away with it, and back.
+    harness.key_press(Key::F2);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("frame times").is_none());
+    let wide = harness.state().model.width();
+    harness.key_press(Key::F2);
+    harness.run_steps(2);
+    assert!(harness.state().model.width() < wide - 200.0);
+}
+
+#[test]
+fn the_culling_camera_is_frozen_by_its_box() {
+    let mut harness = with_panel(sketch());
+    drag(&mut harness, &across());
+    harness.get_by_label("freeze the culling camera (C)").click();
+    harness.run_steps(2);
+    assert!(harness.state().studio.is_frozen());
+    harness.key_press(Key::C);
+    harness.run_steps(2);
+    assert!(!harness.state().studio.is_frozen());
+    harness.get_by_label("frustum culling").click();
+    harness.run_steps(2);
+    assert!(!harness.state().studio.culling().stages().frustum);
+}
+
+#[test]
+fn a_session_is_saved_by_the_dialog() {
+    let mut harness = sketch();
+    drag(&mut harness, &across());
+    let path = harness.state().folder.path().join("mine.ron");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.run_steps(3);
+    // What is typed is text: no tool changes, nothing flies.
+    harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("a path"));
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(2);
+    assert!(path.exists(), "{:?}", harness.state().studio.messages());
+    assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
+    // And one that is called off.
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    harness.run_steps(3);
+    harness.get_by_label("Cancel").click();
+    harness.run_steps(3);
+    assert!(harness.query_by_role(Role::TextInput).is_none());
+}
+
+#[test]
+fn the_list_of_keys_is_the_keys() {
+    let mut harness = sketch();
+    harness.key_press(Key::F1);
+    harness.run_steps(4);
+    for shortcut in SHORTCUTS {
+        assert!(harness.query_all_by_label(shortcut.what).next().is_some(), "{}", shortcut.what);
+    }
+    let mut seen = Vec::new();
+    for shortcut in SHORTCUTS {
+        assert!(!seen.contains(&shortcut.keys), "{:?} twice", shortcut.keys);
+        seen.push(shortcut.keys);
+    }
+}
+
+#[test]
+fn a_replay_is_played_and_stepped_by_its_bar() {
+    let mut harness = replay();
+    let position = |harness: &Harness<'_, Window>| {
+        let Subject::Replay(player) = harness.state().studio.subject() else { panic!("a replay") };
+        player.position()
+    };
+    harness.get_by_label("Play").click();
+    harness.run_steps(30);
+    harness.get_by_label("Pause").click();
+    harness.run_steps(2);
+    let stood = position(&harness);
+    assert!(stood > 20, "{stood}");
+    harness.run_steps(5);
+    assert_eq!(position(&harness), stood);
+    harness.get_by_label("<").click();
+    harness.run_steps(2);
+    assert_eq!(position(&harness), stood - 1);
+    harness.get_by_label(">").click();
+    harness.run_steps(2);
+    assert_eq!(position(&harness), stood);
+    // Nothing is drawn into it.
+    let strokes = harness.state().studio.scene().strokes().len();
+    let reports = drag(&mut harness, &across());
+    assert!(reports.iter().all(|report| report.record.inserted == 0));
+    assert_eq!(harness.state().studio.scene().strokes().len(), strokes);
+    assert!(harness.get_by_label("Undo").accesskit_node().is_disabled());
+}
+
+/// Two screens, two eyes: what a wall hides is left out of every view.
+#[test]
+fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("wall.ron");
+    std::fs::write(&path, walls_and_squares()).expect("written");
+    let open = |autosaves: &Autosaves| Document::open(&path, autosaves).expect("a session").0;
+    let mut harness = with_panel(window(|autosaves| Subject::Sketch(Box::new(open(autosaves)))));
+    harness.state_mut().studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
+    harness.run_steps(2);
+    let in_view = harness.state().report.record.visible;
+    let drawn = |harness: &Harness<'_, Window>, i: usize| harness.state().studio.culling().drawn(i).len();
+    let each: Vec<usize> = (0..4).map(|i| drawn(&harness, i)).collect();
+    assert_eq!(each.iter().sum::<usize>() as u64, in_view);
+    assert!(each.iter().all(|&count| count > 100), "{each:?}");
+    let msvbsp = Occlusion::from_name("msvbsp").expect("a method");
+    harness.state_mut().studio.command(Command::Occlusion(msvbsp));
+    harness.run_steps(2);
+    for (i, all) in each.iter().enumerate() {
+        assert!(drawn(&harness, i) < all - 50, "screen {i}: {} of {all}", drawn(&harness, i));
+    }
+    let record = harness.state().report.record;
+    assert_eq!(record.drawn(), harness.state().report.drawn);
+    assert!(record.occlusion.occluders >= 4 && record.occlusion.nodes >= 12, "{record:?}");
+    harness.get_by_label("split planes");
+
+    let faces = harness.state().studio.lines().triangle_count();
+    harness.get_by_label("occluders and shadow volumes").click_accesskit();
+    harness.run_steps(2);
+    // A wall's shadow has four sides.
+    assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
+
+    // With the least budget there is one occluder in each view.
+    harness.state_mut().studio.command(Command::Occluders(Some(1)));
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.occlusion.occluders, 4);
+    assert!(harness.query_all_by_label("max. occluders").next().is_some());
+    harness.state_mut().studio.command(Command::Index(IndexKind::OctreeRebuild));
+    harness.run_steps(2);
+    assert_eq!(harness.state().report.record.occlusion.occluders, 4, "another index keeps the limit");
+}
+
+/// A wall before each screen of the rig `dual-wall`, and small squares behind it.
+fn walls_and_squares() -> String {
+    let mut text =
+        "Header(format:1,name:\"walls\",camera:(p:(0.0,1.6,0.0),q:(0.0,0.0,0.0,1.0),fov_degrees:60.0))\n"
+            .to_owned();
+    let mut square = |away_m: f32, middle: (f32, f32), half_m: f32, screen: f32| {
+        let corner = |(right, up): (f32, f32)| {
+            let (x, y) = (middle.0 + right * half_m, middle.1 + up * half_m);
+            // Turned by 45 degrees to the left (-1) or right (1).
+            let (x, z) = ((x + screen * away_m) / 2.0f32.sqrt(), (screen * x - away_m) / 2.0f32.sqrt());
+            format!("({x:?},{:?},{z:?})", 1.6 + y)
+        };
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).join(",");
+        text += &format!("Polygon(t:0.0,vertices:[{corners}],color:(0.8,0.7,0.6,1.0))\n");
+    };
+    for screen in [-1.0, 1.0] {
+        square(2.0, (0.0, 0.0), 1.2, screen);
+        for i in 0..400 {
+            let middle = ((i % 20) as f32 * 0.05 - 0.5, (i / 20) as f32 * 0.05 - 0.5);
+            square(3.0, middle, 0.02, screen);
+        }
+    }
+    text
+}
+
+/// By the boxes against the culling frustum.
+#[test]
+fn what_the_sides_of_the_view_cut_is_counted() {
+    let mut harness = with_panel(replay());
+    harness.state_mut().studio.command(Command::Seek(301));
+    harness.run_steps(2);
+    assert_eq!(harness.state().studio.inside_and_cut(), None);
+    harness.get_by_label("polygons that the view's sides cut").click_accesskit();
+    harness.run_steps(3);
+    let studio = &harness.state().studio;
+    let (inside, cut) = studio.inside_and_cut().expect("it is shown");
+    assert_eq!(inside + cut, harness.state().report.record.visible);
+    assert!(inside > 0 && cut > 0, "{inside} {cut}");
+    assert!(harness.query_by_label_contains(" inside, ").is_some());
+}
+
+#[test]
+fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
+    let mut harness = with_panel(replay());
+    assert!(!harness.state().studio.layers().pyramid);
+    harness.key_press(Key::F3);
+    harness.run_steps(3);
+    assert!(harness.state().studio.layers().pyramid);
+    let needs = "there is one with hzb alone: choose it under occlusion";
+    assert!(harness.query_by_label(needs).is_some());
+    let hzb = Occlusion::from_name("hzb").expect("a method");
+    harness.state_mut().studio.command(Command::Occlusion(hzb));
+    harness.run_steps(3);
+    assert!(harness.query_by_label(needs).is_none());
+    harness.key_press(Key::F3);
+    harness.run_steps(3);
+    assert!(!harness.state().studio.layers().pyramid);
+}

@@ -1,0 +1,312 @@
+//! What is read and written beside the window: the picture goes on meanwhile, and it can be ended.
+
+use std::{fmt::Write, fs, path::PathBuf, time::Duration};
+
+use glam::Vec2;
+use osp::occlusion::Occlusion;
+use osp_app::{
+    Answer, Autosaves, Button, Command, CullingPlan, Document, Opening, Player, Reading, Studio, Subject,
+    Waited, tracker::TrackerOptions,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{OpenOptions, Pace},
+    replay::CameraChoice,
+};
+
+use crate::{
+    drawing::{Table, across},
+    tracker::{listen, sender, wait_until},
+};
+
+/// A session of so many strokes of ten samples.
+fn long_session(table: &Table, strokes: u32) -> PathBuf {
+    let mut text = String::from("Header(format:1,name:\"long\",source:\"osp sketch 0.1.0\")\n");
+    for stroke in 0..strokes {
+        let y = stroke % 100;
+        let _ = writeln!(text, "Begin(t:0,stroke:{stroke},tool:Ribbon,width:0.01,color:(1,0,0,1))");
+        for x in 0..10 {
+            let _ = writeln!(text, "Point(t:0,stroke:{stroke},p:({x},{y},{}))", stroke / 100);
+        }
+        let _ = writeln!(text, "End(t:0,stroke:{stroke})");
+    }
+    let path = table.folder.path().join("long.ron");
+    fs::write(&path, text).expect("written");
+    path
+}
+
+fn shown(table: &Table) -> PathBuf {
+    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    document.journal().path().to_owned()
+}
+
+fn wait(table: &mut Table) {
+    wait_until("the end of the work", || {
+        table.frame();
+        !table.studio.is_working()
+    });
+}
+
+#[test]
+fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
+    let mut table = Table::new();
+    let path = long_session(&table, 20_000);
+    table.drag(Button::Primary, &across(0.0));
+    // A tracker's hand is in the middle of a stroke.
+    table.studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = table.studio.tracker().expect("a tracker");
+    let socket = sender(tracker);
+    socket.send(b"hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\n").expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == 2);
+    table.frame();
+    let (drawn, visible) = (shown(&table), table.visible());
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path.clone()));
+    assert!(table.studio.is_reading() && table.studio.next_frame_in().is_some());
+    let events = fs::read_to_string(&drawn).expect("the drawing");
+    assert!(events.trim_end().ends_with(')') && events.lines().last().is_some_and(|l| l.starts_with("End(")));
+    // What is left takes nothing any more, and is not saved elsewhere either.
+    table.drag(Button::Primary, &across(0.3));
+    socket.send(b"hand 0.2 0 0 0 0 0 1 1\n").expect("sent");
+    table.studio.command(Command::SaveAs(table.folder.path().join("other.ron")));
+    table.studio.command(Command::New);
+    if table.studio.is_reading() {
+        assert_eq!((shown(&table), table.visible()), (drawn.clone(), visible));
+        assert_eq!(fs::read_to_string(&drawn).expect("the drawing"), events);
+    }
+    // How far it has come is shown, once it has taken a while.
+    std::thread::sleep(Duration::from_millis(250));
+    if let Some(work) = table.studio.work_shown() {
+        assert!(work.text.starts_with("reading ") && work.text.ends_with(" events"), "{work:?}");
+    }
+    wait(&mut table);
+    assert_eq!(shown(&table), path);
+    assert!(table.visible() >= 20_000 * 9);
+    assert_eq!(fs::read_to_string(drawn).expect("the drawing"), events);
+    // The hand's next sample is a stroke of its own, in the session that is there now.
+    table.frame();
+    let strokes = table.studio.scene().strokes().len();
+    assert_eq!(strokes, 20_001);
+}
+
+#[test]
+fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
+    let mut table = Table::new();
+    let path = long_session(&table, 20_000);
+    table.drag(Button::Primary, &across(0.0));
+    let (drawn, visible) = (shown(&table), table.visible());
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path.clone()));
+    table.studio.command(Command::CancelWork);
+    wait(&mut table);
+    assert_eq!((shown(&table), table.visible()), (drawn, visible));
+    let said = table.studio.messages().last().expect("a message");
+    assert!(said.contains("long.ron: opening it was cancelled"), "{said}");
+    // It can be opened at once: the lock was given back.
+    table.studio.command(Command::Open(path.clone()));
+    wait(&mut table);
+    assert_eq!(shown(&table), path, "{:?}", table.studio.messages());
+    assert!(table.studio.question().is_none());
+}
+
+fn plan() -> CullingPlan {
+    CullingPlan::new(IndexKind::Osp, Occlusion::Auto)
+}
+
+#[test]
+fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
+    // By another one it is inserted anew.
+    for (of_window, is_its_own) in [(Occlusion::Auto, true), (Occlusion::None, false)] {
+        let mut table = Table::new();
+        let path = long_session(&table, 20_000);
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        table.studio.command(Command::Occlusion(of_window));
+        let reading = Reading::to_draw(&path, &autosaves, Opening::default(), plan()).expect("a thread");
+        table.studio.take_over(reading);
+        wait_until("the session", || {
+            table.studio.tend();
+            !table.studio.is_working()
+        });
+        let culling = table.studio.culling();
+        let inserted = culling.reindexed().expect("inserted");
+        assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window));
+        assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
+        assert_eq!(inserted.beside, is_its_own, "by the window's thread, or before it");
+        assert!(table.visible() > 0);
+    }
+}
+
+#[test]
+fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let autosaves = || Autosaves::new(Some(table.folder.path().join("autosaves")));
+    let empty = || {
+        let subject = Subject::Sketch(Box::new(Document::new(&autosaves())));
+        Studio::new(subject, autosaves(), IndexKind::Osp)
+    };
+    let shown = |mut studio: Studio| {
+        wait_until("the session", || {
+            studio.frame(Vec2::new(640.0, 480.0), 0.0);
+            studio.tend();
+            !studio.is_working()
+        });
+        studio
+    };
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
+    let Waited::GoesOn(reading) = reading.wait(Some(Duration::ZERO)) else { panic!("it was read at once") };
+    let mut studio = empty();
+    studio.take_over(reading);
+    assert!(studio.is_reading() || studio.scene().counts().visible > 0);
+    let studio = shown(studio);
+    assert_eq!(studio.scene().strokes().len(), 20_000);
+    assert!(matches!(studio.subject(), Subject::Sketch(document) if document.journal().path() == path));
+    studio.close().expect("closed");
+
+    let play =
+        |plays| Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), plays);
+    let Waited::GoesOn(reading) = play(true).expect("a thread").wait(Some(Duration::ZERO)) else {
+        panic!("it was read at once")
+    };
+    let mut studio = empty();
+    studio.take_over(reading);
+    let studio = shown(studio);
+    assert!(matches!(studio.subject(), Subject::Replay(player) if player.is_playing()));
+    // Whoever has time waits for it; one that stands shows nothing yet.
+    let Waited::Read(Ok((Subject::Replay(player), _))) = play(false).expect("a thread").wait(None) else {
+        panic!("a replay")
+    };
+    assert!(!player.is_playing() && player.position() == 0);
+    // A session that cannot be read is no end of the program.
+    fs::write(&path, "nonsense").expect("written");
+    let reading = Reading::to_draw(&path, &autosaves(), Opening::default(), plan()).expect("a thread");
+    assert!(matches!(reading.wait(None), Waited::Read(Err(_))));
+}
+
+#[test]
+fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
+    let table = Table::new();
+    let path = long_session(&table, 500);
+    let replay = || {
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        studio.command(Command::Seek(200));
+        studio.frame(Vec2::new(640.0, 480.0), 0.0);
+        studio
+    };
+    let [here, beside] = ["here", "beside"].map(|folder| {
+        fs::create_dir(table.folder.path().join(folder)).expect("a folder");
+        table.folder.path().join(folder).join("model.glb")
+    });
+    replay().command(Command::ExportGltf(here.clone()));
+    let mut studio = replay();
+    studio.work_beside();
+    studio.command(Command::ExportGltf(beside.clone()));
+    wait_until("the model", || {
+        studio.tend();
+        !studio.is_working()
+    });
+    let bytes = fs::read(&here).expect("a model");
+    assert!(String::from_utf8_lossy(&bytes).contains("_TIMESTAMP"));
+    assert!(bytes == fs::read(&beside).expect("a model"), "the same times in both");
+}
+
+#[test]
+fn a_replay_whose_session_cannot_be_read_or_is_not_waited_for_has_no_window() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let end = |cancels: bool| {
+        let reading =
+            Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), true);
+        let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
+        let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+        let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
+        studio.take_over(reading.expect("a thread"));
+        if cancels {
+            studio.command(Command::CancelWork);
+        }
+        wait_until("the end", || {
+            studio.tend();
+            !studio.is_working()
+        });
+        let unread = studio.take_unread().map(|error| error.to_string());
+        let is_closing = studio.is_closing();
+        studio.close().expect("nothing was drawn");
+        (is_closing, unread)
+    };
+    let (is_closing, unread) = end(true);
+    assert!(is_closing && unread.is_some_and(|said| said.contains("was cancelled")));
+    fs::write(&path, "nonsense").expect("written");
+    let (is_closing, unread) = end(false);
+    assert!(is_closing && unread.is_some_and(|said| said.contains("long.ron")));
+}
+
+#[test]
+fn a_model_is_written_beside_the_window_whole_or_not_at_all() {
+    let mut table = Table::new();
+    let path = long_session(&table, 5_000);
+    table.studio.command(Command::Open(path));
+    let (whole, here, cancelled) =
+        ["one.glb", "two.glb", "cancelled.glb"].map(|name| table.folder.path().join(name)).into();
+    table.studio.command(Command::ExportGltf(here.clone()));
+    table.studio.work_beside();
+    table.studio.command(Command::ExportGltf(whole.clone()));
+    // A second one has to wait, and what is drawn from now on is not in it.
+    table.studio.command(Command::ExportGltf(cancelled.clone()));
+    let is_refused = |said: &String| said.contains("wait until this is done");
+    assert!(!table.studio.is_working() || table.studio.messages().iter().any(is_refused));
+    table.drag(Button::Primary, &across(0.0));
+    wait(&mut table);
+    assert!(table.studio.messages().iter().any(|said| said.starts_with("45000 polygons exported to")));
+    // The name of the model is the only difference.
+    let bytes = |path: &PathBuf| fs::metadata(path).expect("a model").len();
+    assert_eq!(bytes(&whole).abs_diff(bytes(&here)), 0);
+    table.studio.command(Command::ExportGltf(cancelled.clone()));
+    table.studio.command(Command::CancelWork);
+    wait(&mut table);
+    assert!(
+        !cancelled.exists() || table.studio.messages().iter().filter(|s| s.contains("exported")).count() >= 3
+    );
+    let left = fs::read_dir(table.folder.path()).expect("a folder");
+    let unfinished = left.filter(|entry| {
+        entry.as_ref().is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(".unfinished"))
+    });
+    assert_eq!(unfinished.count(), 0);
+}
+
+#[test]
+fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
+    let table = Table::new();
+    let path = long_session(&table, 20_000);
+    let mut studio = table.studio;
+    studio.work_beside();
+    studio.command(Command::Open(path.clone()));
+    studio.close().expect("nothing was unwritten");
+    let folder = table.folder;
+    let autosaves = Autosaves::new(Some(folder.path().join("auto")));
+    let (document, _) = Document::open(&path, &autosaves).expect("nobody holds it");
+    let subject = Subject::Sketch(Box::new(document));
+    let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
+    studio.work_beside();
+    let model = folder.path().join("a.glb");
+    studio.command(Command::ExportGltf(model.clone()));
+    studio.close().expect("nothing was unwritten");
+    assert!(fs::metadata(&model).expect("a model").len() > 1_000_000);
+}
+
+#[test]
+fn a_damaged_session_is_asked_about_once_it_was_read() {
+    let mut table = Table::new();
+    let path = table.folder.path().join("damaged.ron");
+    let face = "Polygon(vertices:[(0,0,0),(1,0,0),(0,1,0)],color:(1,1,1,1))\n";
+    fs::write(&path, format!("Header(format:1,name:\"x\",source:\"osp sketch 0\")\n{face}Poly(\n{face}"))
+        .expect("written");
+    table.studio.work_beside();
+    table.studio.command(Command::Open(path));
+    wait(&mut table);
+    assert!(table.studio.question().is_some());
+    table.studio.command(Command::Answer(Answer::Lenient));
+    wait(&mut table);
+    assert_eq!(table.visible(), 2, "{:?}", table.studio.messages());
+}

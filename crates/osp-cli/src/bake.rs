@@ -1,0 +1,170 @@
+//! `osp bake`: potentially visible sets of a finished model.
+
+use std::{
+    num::NonZero,
+    path::PathBuf,
+    sync::atomic::{AtomicUsize, Ordering},
+    thread,
+    time::Instant,
+};
+
+use anyhow::bail;
+use clap::Args;
+use glam::Vec3;
+use indicatif::HumanBytes;
+
+use super::{
+    Outcome,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    progress,
+    reading::ReadArgs,
+    session::OpenSession,
+};
+use osp::{index::IndexConfig, math::Aabb, polygon::PolygonId};
+use osp_lab::{
+    pvs::{BakeConfig, Baker, Pvs, ViewCells},
+    report::thousands,
+};
+use osp_rivals::IndexKind;
+use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
+
+/// Compute potentially visible sets (PVS) of a finished model, for `osp replay --pvs` and `osp verify --pvs`.
+///
+/// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
+/// and half as much around it. From some points of each cell it draws six pictures, which say what polygons can be seen
+/// from there. The sets are sampled, not exact: they miss polygons that can be seen only from between the points
+/// (`osp verify FILE --whole --pvs OUT` says how many).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp bake recordings/room.ron room.pvs
+  osp bake castle.obj castle.pvs --cells 16 --samples 20
+  osp verify recordings/room.ron --whole --pvs room.pvs
+  osp replay recordings/room.ron --occlusion none --pvs room.pvs --verify-frames 10")]
+pub(super) struct BakeArgs {
+    /// The session, of any format that replay reads.
+    file: PathBuf,
+    /// File to write, `.pvs`.
+    out: PathBuf,
+    /// Cells along the longest side of the space.
+    #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    cells: u32,
+    /// Sample points of each cell; nine are its middle and its corners.
+    #[arg(long, default_value_t = BakeConfig::default().samples, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    samples: u32,
+    /// Pixels of each picture, across and down.
+    #[arg(long, default_value_t = BakeConfig::default().pixels, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192))]
+    pixels: u32,
+    /// Threads [default: one for each processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+pub(super) fn run(args: &BakeArgs) -> anyhow::Result<Outcome> {
+    let output = Outputs::new(args.force).reads([&args.file]).add("OUT", &args.out, OutputKind::Pvs)?;
+    let start = Instant::now();
+    let (scene, heads) = model(args)?;
+    let ids: Vec<PolygonId> = scene.visible_ids().collect();
+    let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
+    if bounds.is_empty() {
+        bail!("{}: nothing is left in the model at its end", args.file.display());
+    }
+    let space = match heads.is_empty() {
+        true => around(bounds.center(), bounds.extent() * 0.75),
+        // The eye stays inside where rounding puts it on the border.
+        false => around(heads.center(), heads.extent() * 0.505 + 0.01),
+    };
+    let cells = ViewCells::filling(&space, args.cells);
+    let config = BakeConfig { samples: args.samples, pixels: args.pixels };
+    let baker = Baker::new(&scene, &bounds, cells, config);
+    let mut pvs = Pvs::new(&scene, cells, args.samples)?;
+    for (cell, groups) in bake(&baker, &scene, &ids, &cells, args) {
+        pvs.set_cell(cell, &groups);
+    }
+    output.check()?;
+    pvs.write(output.path())?;
+    say(&format!(
+        "{}: {} cells of {:.2} m, {} samples each, {} polygons; a set holds {:.1} % of the groups on average; {} in memory; {:.1} s",
+        one_line(&args.out.to_string_lossy()),
+        thousands(cells.len() as u64),
+        cells.side_m,
+        args.samples,
+        thousands(ids.len() as u64),
+        pvs.mean_share() * 100.0,
+        HumanBytes(pvs.bytes() as u64),
+        start.elapsed().as_secs_f64(),
+    ))?;
+    Ok(Outcome::Done)
+}
+
+fn around(center: Vec3, half: Vec3) -> Aabb {
+    Aabb { min: center - half, max: center + half }
+}
+
+/// The model at the end of the session, and a box around where the head was.
+fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
+    let (mut scene, mut changes, mut heads) = (Scene::new(), Vec::new(), Aabb::EMPTY);
+    for event in &mut session {
+        let event = event?;
+        if let Event::Head { p, .. } = &event {
+            heads = heads.union(&Aabb { min: *p, max: *p });
+        }
+        scene.apply(&event, &mut changes);
+        changes.clear();
+        scene.let_go();
+    }
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    Ok((scene, heads))
+}
+
+/// The sets of all cells, found by several threads.
+fn bake(
+    baker: &Baker<'_>,
+    scene: &Scene,
+    ids: &[PolygonId],
+    cells: &ViewCells,
+    args: &BakeArgs,
+) -> Vec<(usize, Vec<u64>)> {
+    let threads = args.threads.map_or_else(
+        || thread::available_parallelism().map_or(1, NonZero::get),
+        |threads| usize::from(threads).max(1),
+    );
+    let progress = progress::bar(cells.len() as u64, "cells", &args.file.to_string_lossy());
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let config = IndexConfig { capacity: ids.len(), ..IndexConfig::default() };
+        let mut index = IndexKind::BvhSah.create(&config);
+        for &id in ids {
+            // A polygon that is not finite cannot be drawn.
+            let _ = index.insert(id, &scene.bounds(id));
+        }
+        index.commit();
+        let mut found = Vec::new();
+        loop {
+            let cell = next.fetch_add(1, Ordering::Relaxed);
+            if cell >= cells.len() {
+                return found;
+            }
+            found.push((cell, baker.cell(cell, &*index)));
+            progress.inc(1);
+        }
+    };
+    let found = thread::scope(|scope| {
+        // If the system gives no more threads, the existing ones do the work, this one included.
+        let spawn = |_| thread::Builder::new().spawn_scoped(scope, work).ok();
+        let workers: Vec<_> = (1..threads.min(cells.len())).map_while(spawn).collect();
+        let mut found = work();
+        found.extend(workers.into_iter().flat_map(|worker| worker.join().expect("a cell never panics")));
+        found
+    });
+    progress.finish_and_clear();
+    found
+}

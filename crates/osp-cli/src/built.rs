@@ -1,0 +1,136 @@
+//! Commands and options that need a missing feature. Every build parses them, and refuses them with an error that
+//! names the feature.
+
+use std::fmt;
+
+use anyhow::bail;
+use clap::{ArgMatches, parser::ValueSource};
+
+/// A feature of the crate that commands or options need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Feature {
+    Live,
+    Parquet,
+    Peers,
+    Render,
+    Serve,
+    Window,
+    Worlds,
+}
+
+impl Feature {
+    const ALL: [Self; 7] =
+        [Self::Live, Self::Parquet, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
+
+    /// Its name in Cargo.toml.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Live => "live",
+            Self::Parquet => "parquet",
+            Self::Peers => "peers",
+            Self::Render => "render",
+            Self::Serve => "serve",
+            Self::Window => "window",
+            Self::Worlds => "worlds",
+        }
+    }
+
+    /// Whether this build has it.
+    pub(super) const fn is_built(self) -> bool {
+        match self {
+            Self::Live => cfg!(feature = "live"),
+            Self::Parquet => cfg!(feature = "parquet"),
+            Self::Peers => cfg!(feature = "peers"),
+            Self::Render => cfg!(feature = "render"),
+            Self::Serve => cfg!(feature = "serve"),
+            Self::Window => cfg!(feature = "window"),
+            Self::Worlds => cfg!(feature = "worlds"),
+        }
+    }
+}
+
+/// Refuses what needs these features.
+pub(super) fn refuse<T>(what: impl fmt::Display, needed: &[Feature]) -> anyhow::Result<T> {
+    bail!("{what} {}", Lacking(needed))
+}
+
+/// Features that a build lacks, and the command that builds one with them and all that this build has.
+#[derive(Debug)]
+pub(super) struct Lacking<'a>(pub(super) &'a [Feature]);
+
+impl fmt::Display for Lacking<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_wanted = |feature: &Feature| self.0.contains(feature) || feature.is_built();
+        let has_window = is_wanted(&Feature::Window);
+        let is_within = |feature: &Feature| *feature == Feature::Render && has_window;
+        let all = Feature::ALL.iter().filter(|feature| is_wanted(feature) && !is_within(feature));
+        let all: Vec<_> = all.map(|feature| feature.name()).collect();
+        let names: Vec<_> = self.0.iter().map(|feature| format!("`{}`", feature.name())).collect();
+        write!(
+            f,
+            "needs a build with {} {}, which this one lacks: cargo install --path crates/osp-cli --features {}",
+            if names.len() == 1 { "the feature" } else { "the features" },
+            names.join(" and "),
+            all.join(",")
+        )
+    }
+}
+
+/// Commands and options that need a feature: names of the command, names of the options (none: the command and those below it).
+const NEEDS: &[(&[&str], &[&str], Feature)] = &[
+    (&["replay"], &["window", "paused", "trace"], Feature::Window),
+    (&["replay"], &["draw"], Feature::Render),
+    (&["replay"], OF_WORLDS, Feature::Worlds),
+    (&["pack"], &[], Feature::Worlds),
+    (&["render"], &[], Feature::Render),
+    (&["rig", "monitors"], &[], Feature::Window),
+    (&["serve"], &[], Feature::Serve),
+    (&["sketch"], &[], Feature::Window),
+    (&["sketch"], &["join", "watch", "name", "credentials", "tls-ca", "unencrypted"], Feature::Live),
+    (&["send"], &[], Feature::Window),
+    (&["join"], &[], Feature::Live),
+    (&["wall"], &[], Feature::Live),
+    (&["wall"], &["tracker"], Feature::Window),
+];
+
+const OF_WORLDS: &[&str] =
+    &["world", "memory", "wait", "path", "frames", "seed", "speed", "far", "prefetch", "rate", "loaders"];
+
+/// What of a command this build lacks: the entries of [`NEEDS`] for it and the commands above it.
+fn lacking<'a>(
+    names: &'a [&str],
+) -> impl Iterator<Item = &'static (&'static [&'static str], &'static [&'static str], Feature)> + 'a {
+    NEEDS.iter().filter(move |(of, options, feature)| {
+        let is_of = if options.is_empty() { names.starts_with(of) } else { *of == names };
+        is_of && !feature.is_built()
+    })
+}
+
+/// Whether this build lacks an option of a command that it has: a user's default for it waits for another build.
+pub(super) fn lacks_option(names: &[&str], option: &str) -> bool {
+    lacking(names).any(|(_, options, _)| options.contains(&option))
+}
+
+/// Refuses a command line that needs a feature which this build lacks.
+pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
+    let (mut names, mut below) = (Vec::new(), matches);
+    while let Some((name, matches)) = below.subcommand() {
+        names.push(name);
+        below = matches;
+    }
+    let command = names.join(" ");
+    let is_given =
+        |name: &&&str| below.value_source(&name.replace('-', "_")) == Some(ValueSource::CommandLine);
+    let mut needed = Vec::new();
+    let mut what = None;
+    for (_, options, feature) in lacking(&names) {
+        let given = options.iter().find(is_given);
+        if options.is_empty() || given.is_some() {
+            what.get_or_insert_with(|| {
+                given.map_or_else(|| format!("osp {command}"), |name| format!("osp {command} --{name}"))
+            });
+            needed.push(*feature);
+        }
+    }
+    what.map_or(Ok(()), |what| refuse(what, &needed))
+}

@@ -1,0 +1,101 @@
+//! `osp export`: the model of a session in a format of other programs.
+
+use std::{io::Write, path::PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    Outcome,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    played::{FrameArgs, Played},
+};
+use osp_lab::report::thousands;
+use osp_rivals::IndexKind;
+use osp_session::{
+    export::{ExportOptions, Objects, PolygonTimes, write_glb},
+    output_file::OutputKind,
+    recording::Event,
+    scene::Scene,
+};
+
+/// Write the model of a session as binary glTF, for Blender, engines and viewers.
+///
+/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices, and a
+/// material for each brush: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength. Two
+/// things look different there: glTF does not know how to add light, so brushes of light are blended; and textures of
+/// brushes are not exported, so cut-out brushes are whole ribbons. Particles, which face the eye here, face the session's
+/// camera for good.
+///
+/// Each vertex carries two numbers of osp: _TIMESTAMP, the seconds from the session's beginning until its polygon was drawn
+/// (in Blender an attribute of that name, to let the drawing grow), and _STROKE, the number of its stroke (-1: none). A frame
+/// of the session is applied at once, and its polygons share its samples' times in proportion: --pace samples:1 is exact.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp export sketch.tilt sketch.glb
+  osp export recordings/portrait.ron portrait.glb --objects strokes
+  osp export sketch.tilt half.glb --frame 200")]
+pub(super) struct ExportArgs {
+    #[command(flatten)]
+    session: FrameArgs,
+    /// The model to write, .glb.
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// What an object of the file is.
+    #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
+    objects: ObjectsArg,
+    /// Let the model replace a file of another kind, but never the session.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ObjectsArg {
+    /// A layer of the session.
+    Layers,
+    /// A stroke.
+    Strokes,
+}
+
+pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
+    let output =
+        Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
+    let mut times = PolygonTimes::default();
+    let note = |events: &[Event], scene: &Scene| times.note(events, scene);
+    let Played { header, scene, .. } = Played::up_to_with(&args.session, IndexKind::BruteForce, note)?;
+    let options = ExportOptions {
+        objects: match args.objects {
+            ObjectsArg::Layers => Objects::Layers,
+            ObjectsArg::Strokes => Objects::Strokes,
+        },
+        layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
+        times: Some(times),
+        eye_in_world: header.camera.map(|camera| camera.p),
+    };
+    let name = args.session.file.file_stem().unwrap_or_default().to_string_lossy();
+    let mut file = output.create()?;
+    let counts = write_glb(&scene, &name, &options, &mut file)?;
+    file.flush()?;
+    let bytes = output.commit(file)?;
+    if counts.not_finite > 0 {
+        complain(&format!(
+            "warning: {} polygons are so far away that no number tells where; they were left out",
+            thousands(counts.not_finite)
+        ));
+    }
+    if counts.turned > 0 && options.eye_in_world.is_none() {
+        complain(&format!(
+            "warning: {} particles face one way: the session has no camera to turn them to",
+            thousands(counts.turned)
+        ));
+    }
+    say(&format!(
+        "{}: {} objects, {} polygons, {} triangles{}",
+        one_line(&args.out.to_string_lossy()),
+        thousands(counts.objects),
+        thousands(counts.polygons),
+        thousands(counts.triangles),
+        bytes.map_or(String::new(), |bytes| format!(", {} bytes", thousands(bytes))),
+    ))?;
+    Ok(Outcome::Done)
+}

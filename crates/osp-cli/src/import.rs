@@ -1,0 +1,131 @@
+//! `osp import`: a session of any format, written as a recording.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::Args;
+
+use super::{
+    Outcome,
+    new_recording::NewRecording,
+    output::{complain, one_line, say},
+    outputs::{Output, Outputs},
+    reading::ReadArgs,
+    session::OpenSession,
+};
+use osp_lab::report::thousands;
+use osp_session::{
+    output_file::OutputKind,
+    recording::{Event, RecordingError},
+};
+
+/// Convert a session to osp's own format: text with one event a line, plain or compressed.
+///
+/// The output is in metres, right-handed, with y up; the events keep the order of the input. The output file appears only
+/// when it is complete.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp import sketch.tilt sketch.ron.zst
+  osp import painting.apa painting.ron
+  osp import sketch_history/chair.json chair.ron   (reads raw_data/chair.json, too, if it exists)
+  osp import cut-off.tilt rescued.ron --lenient")]
+pub(super) struct ImportArgs {
+    /// The session: .tilt (file or folder), .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb, .gltf, .ron or .ron.zst.
+    input: PathBuf,
+    /// The recording to write: .ron, or .ron.zst to compress it.
+    output: PathBuf,
+    /// Replace the output if it exists.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// Counts of what was written.
+#[derive(Default)]
+struct Counts {
+    events: u64,
+    strokes: u64,
+    points: u64,
+    polygons: u64,
+    heads: u64,
+    edits: u64,
+}
+
+impl Counts {
+    fn add(&mut self, event: &Event) {
+        self.events += 1;
+        match event {
+            Event::Begin { .. } => self.strokes += 1,
+            Event::Point { .. } => self.points += 1,
+            Event::Polygon { .. } => self.polygons += 1,
+            Event::Head { .. } => self.heads += 1,
+            Event::Join { .. } | Event::Leave { .. } => {}
+            Event::End { .. } | Event::Step { .. } | Event::Layer { .. } | Event::View { .. } => {}
+            Event::Erase { .. }
+            | Event::Undo { .. }
+            | Event::Redo { .. }
+            | Event::Move { .. }
+            | Event::Group { .. }
+            | Event::Assign { .. }
+            | Event::Place { .. } => self.edits += 1,
+        }
+    }
+
+    /// The counts by kind, without zeros; strokes and points always.
+    fn text(&self) -> String {
+        let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
+        [(self.strokes, "strokes"), (self.points, "points")]
+            .into_iter()
+            .chain(rest.into_iter().filter(|&(count, _)| count > 0))
+            .map(|(count, of)| format!("{} {of}", thousands(count)))
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+}
+
+pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
+    let mut outputs = Outputs::new(args.force).reads([&args.input]);
+    let output = outputs.add("OUTPUT", &args.output, OutputKind::Recording)?;
+
+    let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
+    let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;
+
+    let notes = session.notes();
+    for warning in &notes.warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    if notes.skipped > 0 {
+        complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+    }
+    say(&format!(
+        "{} ({}) -> {}: {}{}",
+        one_line(&args.input.to_string_lossy()),
+        session.format,
+        one_line(&args.output.to_string_lossy()),
+        counts.text(),
+        bytes.map_or_else(String::new, |bytes| format!("; {} bytes", thousands(bytes))),
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the whole session; what it holds and how many bytes it takes.
+fn convert(
+    session: &mut OpenSession,
+    output: Output,
+    lenient: bool,
+) -> anyhow::Result<(Counts, Option<u64>)> {
+    let mut recording = NewRecording::create(output, &session.header)?;
+    let mut counts = Counts::default();
+    for event in session.by_ref() {
+        let event = event.map_err(|error| explain(&error, lenient))?;
+        recording.write(&event)?;
+        counts.add(&event);
+    }
+    Ok((counts, recording.finish()?))
+}
+
+fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
+    let hint = if lenient { "" } else { " (--lenient keeps what can be read)" };
+    anyhow!("{error}; nothing was written{hint}")
+}

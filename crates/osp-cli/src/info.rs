@@ -1,0 +1,360 @@
+//! `osp info`: what a session holds.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    author_rows::{self, AuthorRow, AuthorRows},
+    brush_rows::{self, BrushRow, Plain},
+    output::{complain, one_line, say},
+    polygon_tally::PolygonTally,
+    reading::ReadArgs,
+    session::OpenSession,
+};
+use osp::math::Aabb;
+use osp_lab::report::thousands;
+use osp_session::{
+    recording::{Environment, Header, Layer, Pace},
+    replay::{Summary, summarize},
+    scene::GroupNode,
+};
+
+/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
+/// dropped and why, its authors and groups, its brushes and how they are drawn, its light and layers, and what of the file is not
+/// shown.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp info recordings/room.ron
+  osp info sketch.tilt --json")]
+pub(super) struct InfoArgs {
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+    file: PathBuf,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// Most layers, and most things not shown, that the text lists.
+const MOST_LISTED: usize = 20;
+
+/// Most groups that the text lists.
+const MOST_GROUPS: usize = 100;
+
+#[derive(Serialize)]
+struct JsonInfo<'a> {
+    recording: String,
+    format: &'a str,
+    name: &'a str,
+    source: &'a str,
+    strokes: u64,
+    points: u64,
+    polygons: u64,
+    polygons_visible_at_end: u64,
+    polygons_hidden_at_end: u64,
+    polygons_without_area: u64,
+    erased: u64,
+    erase_events: u64,
+    undo_redo_events: u64,
+    move_events: u64,
+    head_poses: u64,
+    duration_secs: f64,
+    backward_time_steps: u64,
+    bounds_m: Option<[[f32; 3]; 2]>,
+    dropped: JsonDropped,
+    brushes: &'a [BrushRow],
+    environment: Option<&'a Environment>,
+    layers: &'a [Layer],
+    left_out: &'a [String],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<JsonGroup>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    authors: &'a [AuthorRow],
+    skipped: u64,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+struct JsonDropped {
+    zero_length: u64,
+    degenerate: u64,
+    out_of_range: u64,
+    excess_corners: u64,
+    ignored_events: u64,
+}
+
+#[derive(Serialize)]
+struct JsonGroup {
+    group: u32,
+    name: Option<String>,
+    parent: Option<u32>,
+    strokes: u64,
+    polygons: u64,
+    bounds_m: Option<[[f32; 3]; 2]>,
+}
+
+impl JsonGroup {
+    fn of(node: &GroupNode) -> Self {
+        Self {
+            group: node.id.0,
+            name: node.name.clone(),
+            parent: node.parent.map(|parent| parent.0),
+            strokes: node.strokes,
+            polygons: node.polygons,
+            bounds_m: corners(&node.bounds),
+        }
+    }
+}
+
+fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
+    (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
+}
+
+pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
+    let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
+    let events = session.by_ref().inspect(|event| {
+        if let Ok(event) = event {
+            plain.note(event);
+            authors.note(event);
+        }
+    });
+    let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
+    let (brushes, tally, groups) = (plain.rows(&scene), PolygonTally::of(&scene), scene.group_tree());
+    let authors = authors.finish();
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    if args.json {
+        say(&json(args, &session, &summary, tally, &brushes, &groups, &authors)?)?;
+    } else {
+        say(&text(args, &session, &summary, tally, &brushes, &groups, &authors))?;
+    }
+    // The part that was read is shown all the same.
+    outcome?;
+    Ok(Outcome::Done)
+}
+
+fn duration_secs(summary: &Summary) -> f64 {
+    summary.time_span_secs.map_or(0.0, |(first, last)| last - first)
+}
+
+fn json(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    tally: PolygonTally,
+    brushes: &[BrushRow],
+    groups: &[GroupNode],
+    authors: &[AuthorRow],
+) -> anyhow::Result<String> {
+    let (counts, header) = (s.counts, &session.header);
+    let info = JsonInfo {
+        recording: args.file.display().to_string(),
+        format: session.format,
+        name: &session.header.name,
+        source: &session.header.source,
+        strokes: counts.strokes,
+        points: counts.points,
+        polygons: counts.polygons,
+        polygons_visible_at_end: tally.drawn,
+        polygons_hidden_at_end: tally.hidden,
+        polygons_without_area: tally.without_area,
+        erased: counts.erased_strokes,
+        erase_events: s.erases,
+        undo_redo_events: s.undos,
+        move_events: s.moves,
+        head_poses: s.heads,
+        duration_secs: duration_secs(s),
+        backward_time_steps: s.backward_steps,
+        bounds_m: corners(&s.bounds),
+        dropped: JsonDropped {
+            zero_length: counts.drops.zero_length,
+            degenerate: counts.drops.degenerate,
+            out_of_range: counts.drops.out_of_range,
+            excess_corners: counts.drops.excess_corners,
+            ignored_events: counts.ignored_events,
+        },
+        brushes,
+        environment: header.environment.as_deref(),
+        layers: &header.layers,
+        left_out: &header.left_out,
+        groups: groups.iter().map(JsonGroup::of).collect(),
+        authors,
+        skipped: session.notes().skipped,
+        warnings: &session.notes().warnings,
+    };
+    Ok(serde_json::to_string(&info)?)
+}
+
+fn text(
+    args: &InfoArgs,
+    session: &OpenSession,
+    s: &Summary,
+    tally: PolygonTally,
+    brushes: &[BrushRow],
+    groups: &[GroupNode],
+    authors: &[AuthorRow],
+) -> String {
+    let counts = s.counts;
+    let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
+    let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
+    line("format", session.format.to_owned());
+    if !session.header.name.is_empty() {
+        line("name", one_line(&session.header.name).into_owned());
+    }
+    if !session.header.source.is_empty() {
+        line("source", one_line(&session.header.source).into_owned());
+    }
+    line(
+        "strokes",
+        format!("{} ({} erased at the end)", thousands(counts.strokes), thousands(counts.erased_strokes)),
+    );
+    line("points", thousands(counts.points));
+    line("polygons", polygons(counts.polygons, tally));
+    line(
+        "edits",
+        format!(
+            "{} erase, {} undo or redo, {} move or group",
+            thousands(s.erases),
+            thousands(s.undos),
+            thousands(s.moves)
+        ),
+    );
+    line("head poses", thousands(s.heads));
+    let backward = match s.backward_steps {
+        0 => String::new(),
+        n => format!(" (time runs backwards {} times)", thousands(n)),
+    };
+    line("duration", format!("{:.1} s{backward}", duration_secs(s)));
+    if s.bounds.is_empty() {
+        line("bounds", "none: there is no polygon".to_owned());
+    } else {
+        let (min, size) = (s.bounds.min, s.bounds.extent());
+        line(
+            "bounds",
+            format!(
+                "{:.4} x {:.4} x {:.4} m, from ({:.4}, {:.4}, {:.4})",
+                size.x, size.y, size.z, min.x, min.y, min.z
+            ),
+        );
+    }
+    let drops = counts.drops;
+    line(
+        "dropped",
+        format!(
+            "{} segments of length zero, {} polygons without area, {} out of range, {} surplus corners; {} events ignored",
+            thousands(drops.zero_length),
+            thousands(drops.degenerate),
+            thousands(drops.out_of_range),
+            thousands(drops.excess_corners),
+            thousands(counts.ignored_events)
+        ),
+    );
+    if session.notes().skipped > 0 {
+        line("skipped", format!("{} damaged pieces", thousands(session.notes().skipped)));
+    }
+    look(&session.header).into_iter().for_each(|(name, value)| line(name, value));
+    lines.extend(author_rows::lines(authors));
+    lines.extend(group_lines(groups));
+    if !brushes.is_empty() {
+        lines.push(brush_rows::table(brushes));
+    }
+    lines.join("\n")
+}
+
+fn polygons(made: u64, tally: PolygonTally) -> String {
+    let mut parts = vec![format!("{} in the model at the end", thousands(tally.drawn))];
+    if tally.hidden > 0 {
+        parts.push(format!("{} hidden", thousands(tally.hidden)));
+    }
+    if tally.without_area > 0 {
+        parts.push(format!("{} without area are not drawn", thousands(tally.without_area)));
+    }
+    format!("{} ({})", thousands(made), parts.join(", "))
+}
+
+/// The groups, those below others indented.
+fn group_lines(groups: &[GroupNode]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (node, number) in groups.iter().take(MOST_GROUPS).zip(0..) {
+        let title = if number == 0 { "groups" } else { "" };
+        let name = match &node.name {
+            Some(name) => one_line(name).into_owned(),
+            None => format!("group {}", node.id.0),
+        };
+        let size = match node.bounds.is_empty() {
+            true => String::new(),
+            false => {
+                let (min, size) = (node.bounds.min, node.bounds.extent());
+                format!(
+                    ", {:.3} x {:.3} x {:.3} m from ({:.3}, {:.3}, {:.3})",
+                    size.x, size.y, size.z, min.x, min.y, min.z
+                )
+            }
+        };
+        lines.push(format!(
+            "  {title:<11} {:indent$}{name}: {} strokes, {} polygons{size}",
+            "",
+            thousands(node.strokes),
+            thousands(node.polygons),
+            indent = 2 * node.depth.min(20),
+        ));
+    }
+    if groups.len() > MOST_GROUPS {
+        lines.push(format!("  {:<11} … ({} in all)", "", thousands(groups.len() as u64)));
+    }
+    lines
+}
+
+/// Light, layers, and what is not shown.
+fn look(header: &Header) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if let Some(environment) = &header.environment {
+        lines.push(("light", light(environment)));
+    }
+    if !header.layers.is_empty() {
+        let name = |layer: &Layer| {
+            let name = if layer.name.is_empty() { "(no name)" } else { &layer.name };
+            format!("{}{}", one_line(name), if layer.hidden { " (hidden)" } else { "" })
+        };
+        let mut names: Vec<String> = header.layers.iter().take(MOST_LISTED).map(name).collect();
+        if header.layers.len() > MOST_LISTED {
+            names.push(format!("… ({} in all)", thousands(header.layers.len() as u64)));
+        }
+        lines.push(("layers", names.join(", ")));
+    }
+    let missing = header.left_out.iter().take(MOST_LISTED);
+    lines.extend(missing.map(|what| ("not shown", one_line(what).into_owned())));
+    if header.left_out.len() > MOST_LISTED {
+        let more = header.left_out.len() - MOST_LISTED;
+        lines.push(("not shown", format!("{} more", thousands(more as u64))));
+    }
+    lines
+}
+
+/// An environment in words; colours as a screen shows them, 0 to 255.
+fn light(environment: &Environment) -> String {
+    let color = |color: glam::Vec3| {
+        let [r, g, b] = (color * 255.0).to_array().map(|part| part.round() as u32);
+        format!("({r}, {g}, {b})")
+    };
+    let [down, up] = environment.sky;
+    let mut parts = match environment.preset.as_str() {
+        "" => Vec::new(),
+        preset => vec![one_line(preset).into_owned()],
+    };
+    parts.push(format!("sky {} below to {} above", color(down), color(up)));
+    parts.extend(environment.floor.map(|floor| format!("floor {}", color(floor))));
+    if environment.fog.1 > 0.0 {
+        parts.push(format!("fog {} of density {} per metre", color(environment.fog.0), environment.fog.1));
+    }
+    parts.push(format!("ambient {}", color(environment.ambient)));
+    let lit = environment.lights.iter().filter(|(_, color)| *color != glam::Vec3::ZERO);
+    parts.extend(lit.map(|&(_, light)| format!("light {}", color(light))));
+    parts.join(", ")
+}

@@ -1,0 +1,338 @@
+//! `osp join`: a member of a shared session without a window.
+
+use std::{
+    fmt::Write as _,
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{bail, ensure};
+
+use super::{
+    Outcome,
+    author_rows::AuthorRows,
+    join_args::JoinArgs,
+    join_player::{self, Playing},
+    join_recording::SharedRecording,
+    join_report::Report,
+    output::{complain, keep_standard_output_for_a_file, one_line, say},
+    shared,
+};
+use osp_lab::report::thousands;
+use osp_net::live::{Address, Connection, Link, News, Status, header};
+use osp_session::{output_file::is_same_file, recording::Event};
+
+/// How long a member that ends waits until all it has drawn is in the session.
+const FAREWELL: Duration = Duration::from_secs(3);
+/// How long a member that a signal ends may take to say what there was.
+const REPORT: Duration = Duration::from_secs(20);
+/// Time between two times that the recording goes to its file and the connection is looked at.
+const BETWEEN: Duration = Duration::from_millis(200);
+
+impl JoinArgs {
+    fn recording(&self, address: &Address) -> anyhow::Result<SharedRecording> {
+        let session = address.session();
+        let path = self.file.clone().unwrap_or_else(|| PathBuf::from(format!("{session}.ron")));
+        if let Some(played) = &self.play {
+            ensure!(
+                !is_same_file(&path, played),
+                "{}: is the session to play, too; name another file",
+                path.display()
+            );
+        }
+        SharedRecording::open(&path, &header(session), self.force)
+    }
+}
+
+pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
+    let address = args.server.address(&args.address)?;
+    if args.until_empty && !args.watch && args.play.is_none() {
+        bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
+    }
+    let playing = match &args.play {
+        Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
+        None => None,
+    };
+    let recording = args.recording(&address)?;
+    if args.json {
+        // What is said on the way is no JSON.
+        keep_standard_output_for_a_file();
+    }
+    let link = Link::open(&address, &args.server.options(args.watch, &args.name), || {})?;
+    let ending = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    shared::end_on_signals(&ending, FAREWELL + REPORT);
+    let is_done = AtomicBool::new(false);
+    let mut member = Member {
+        args,
+        address: &address,
+        link: &link,
+        recording,
+        rows: AuthorRows::default(),
+        there: 0,
+        was_there: false,
+        has_left: args.watch,
+        refused: 0,
+        shown: Shown::default(),
+        started: Instant::now(),
+    };
+    let ended = thread::scope(|scope| {
+        let hand = link.hand();
+        let (ending, is_done) = (&ending, &is_done);
+        let player = playing.map(|playing| {
+            scope.spawn(move || {
+                let played = join_player::play(playing, &hand, || ending.load(Ordering::Relaxed));
+                hand.leave();
+                if played.is_err() {
+                    // Damage ends it all, with or without a server.
+                    ending.store(true, Ordering::Relaxed);
+                }
+                is_done.store(true, Ordering::Relaxed);
+                played
+            })
+        });
+        let ended = member.take_part(ending, is_done);
+        ending.store(true, Ordering::Relaxed);
+        match player.map(|player| player.join()) {
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            Some(Ok(played)) => ended.and_then(|()| played.map(Some)),
+            None => ended.map(|()| None),
+        }
+    });
+    let played = match ended {
+        Ok(played) => played,
+        Err(error) => {
+            let undelivered = link.status().pending as u64 + member.refused;
+            if let Some(problem) = unheard(undelivered) {
+                complain(&format!("error: {problem}"));
+            }
+            return Err(error);
+        }
+    };
+    member.report(played)
+}
+
+/// What was said of the connection last.
+#[derive(Debug, Default)]
+struct Shown {
+    connection: Connection,
+    trouble: Option<String>,
+    faulty: u64,
+}
+
+struct Member<'a> {
+    args: &'a JoinArgs,
+    address: &'a Address,
+    link: &'a Link,
+    recording: SharedRecording,
+    rows: AuthorRows,
+    /// Authors that have joined and not left.
+    there: u64,
+    was_there: bool,
+    has_left: bool,
+    /// Own events that the session has refused.
+    refused: u64,
+    shown: Shown,
+    started: Instant,
+}
+
+impl Member<'_> {
+    /// Writes the session until it is time to end.
+    fn take_part(&mut self, ending: &AtomicBool, is_played: &AtomicBool) -> anyhow::Result<()> {
+        let time = self.args.for_secs.map(Duration::from_secs_f64);
+        let mut leaving = None;
+        let mut shown = Instant::now();
+        loop {
+            let news = self.link.news_within(Duration::from_millis(20))?;
+            let is_quiet = news.is_none();
+            if let Some(news) = news {
+                self.take(news)?;
+            }
+            if is_quiet || shown.elapsed() > BETWEEN {
+                shown = Instant::now();
+                self.recording.flush()?;
+                self.show();
+            }
+            let has_left = self.has_left;
+            let is_over = ending.load(Ordering::Relaxed)
+                || self.shown.connection == Connection::Full
+                || time.is_some_and(|time| self.started.elapsed() >= time);
+            if is_over && leaving.is_none() {
+                leaving = Some(Instant::now());
+                ending.store(true, Ordering::Relaxed);
+                // Who plays leaves by itself, after what it has sent.
+                if self.args.play.is_none() {
+                    self.link.hand().leave();
+                }
+            }
+            let is_late = leaving.is_some_and(|since: Instant| since.elapsed() >= FAREWELL);
+            // What has not been written yet may be that somebody came.
+            let is_empty = is_quiet && self.was_there && self.there == 0 && self.link.status().has_caught_up;
+            let is_enough = match self.args.until_empty {
+                true => has_left && is_empty,
+                // Whoever plays ends with what is played; whoever watches is told when.
+                false => has_left && is_played.load(Ordering::Relaxed),
+            };
+            if is_late || is_enough || (is_over && has_left) {
+                // What has come until now.
+                while let Some(news) = self.link.news()? {
+                    self.take(news)?;
+                }
+                return self.recording.flush();
+            }
+        }
+    }
+
+    fn take(&mut self, news: News) -> anyhow::Result<()> {
+        match news {
+            News::Events { events, .. } => self.write(&events)?,
+            News::Refused { why, own } => {
+                self.refused += own as u64;
+                complain(&format!("warning: {} own events were refused: {why}", thousands(own as u64)));
+            }
+            News::Joined(author) => complain(&format!("this is author {author}")),
+            News::Left => self.has_left = true,
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, events: &[Event]) -> anyhow::Result<()> {
+        for event in events {
+            self.recording.write(event)?;
+            self.rows.note(event);
+            match event {
+                Event::Join { author, name, .. } => {
+                    (self.there, self.was_there) = (self.there + 1, true);
+                    complain(&format!("author {author} has come{}", called(name)));
+                }
+                Event::Leave { author, .. } => {
+                    self.there = self.there.saturating_sub(1);
+                    complain(&format!("author {author} has left"));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what has changed about the connection.
+    fn show(&mut self) {
+        let status = self.link.status();
+        let is_new =
+            std::mem::discriminant(&status.connection) != std::mem::discriminant(&self.shown.connection);
+        let is_short = matches!(status.connection, Connection::Reading { read, of } if of - read < 1000);
+        if (is_new && !is_short) || status.trouble != self.shown.trouble {
+            complain(&described(self.address, &status));
+        }
+        let faulty = status.counts.faulty();
+        if faulty > self.shown.faulty {
+            let why = status.last_passed.as_deref().unwrap_or_default();
+            complain(&format!(
+                "warning: {} messages count for nothing; the last one is {}",
+                thousands(faulty),
+                one_line(why)
+            ));
+        }
+        self.shown = Shown { connection: status.connection, trouble: status.trouble, faulty };
+    }
+
+    fn report(self, played: Option<u64>) -> anyhow::Result<Outcome> {
+        let status = self.link.status();
+        let undelivered = status.pending as u64 + self.refused;
+        let shut_out = if self.args.watch { None } else { shut_out(self.address, &status) };
+        let report = Report {
+            address: self.address.to_string(),
+            latency: self.link.latency(),
+            secs: self.started.elapsed().as_secs_f64(),
+            authors: self.rows.finish(),
+            recording: self.recording.finish()?,
+            played,
+            undelivered,
+            status,
+        };
+        match self.args.json {
+            true => report.print_json()?,
+            false => say(&report.text())?,
+        }
+        let problems = [unheard(undelivered), shut_out];
+        problems.iter().flatten().for_each(|problem| complain(&format!("error: {problem}")));
+        Ok(if problems.iter().any(Option::is_some) { Outcome::CheckFailed } else { Outcome::Done })
+    }
+}
+
+/// What is wrong if own events are not in the session.
+fn unheard(events: u64) -> Option<String> {
+    (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
+}
+
+/// Why an author is not in the session, and what it can do.
+fn shut_out(address: &Address, status: &Status) -> Option<String> {
+    match (&status.connection, status.author) {
+        (Connection::Crowded, _) => Some(format!(
+            "this member has not joined {address}: too many have joined before it; try again later"
+        )),
+        (Connection::Full, None) => Some(format!(
+            "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
+        )),
+        (Connection::Full, Some(_)) => {
+            Some(format!("{address} is full, nothing more is taken: go on in a session of another name"))
+        }
+        _ => None,
+    }
+}
+
+fn called(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(": {}", one_line(name)) }
+}
+
+/// The connection in words.
+pub(super) fn described(address: &Address, status: &Status) -> String {
+    let mut text = match &status.connection {
+        Connection::Connecting => format!("connecting to {address}"),
+        Connection::Reading { read, of } => {
+            format!("reading the session: {} of {} messages", thousands(*read), thousands(*of))
+        }
+        Connection::Live => format!("connected to {address}"),
+        Connection::Silent => format!("{address} does not answer; it goes on here and is sent later"),
+        Connection::Crowded => {
+            format!("{address}: too many have joined before this member, which joins once there is room")
+        }
+        Connection::Full => format!("{address} holds as much as a session may: nothing more is taken"),
+    };
+    if let Some(trouble) = &status.trouble {
+        // Writing to a string does not fail.
+        let _ = write!(text, " ({})", one_line(trouble));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp_session::recording::Author;
+
+    #[test]
+    fn who_is_shut_out_is_told_what_to_do() {
+        let address: Address = "nats://127.0.0.1/house".parse().expect("an address");
+        let told = |connection: Connection, author: Option<u32>| {
+            let status = Status { connection, author: author.map(Author), ..Status::default() };
+            shut_out(&address, &status).unwrap_or_default()
+        };
+        let newcomer = told(Connection::Full, None);
+        assert!(
+            newcomer.contains("house is full, nobody can join it") && newcomer.contains("--watch"),
+            "{newcomer}"
+        );
+        let author = told(Connection::Full, Some(7));
+        assert!(author.contains("house is full") && author.contains("another name"), "{author}");
+        assert!(told(Connection::Crowded, None).contains("has not joined"));
+        for connection in [Connection::Live, Connection::Silent, Connection::Connecting] {
+            assert_eq!((told(connection.clone(), None), told(connection, Some(7))), Default::default());
+        }
+    }
+}

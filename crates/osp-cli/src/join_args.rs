@@ -1,0 +1,79 @@
+//! The arguments of `osp join`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    numbers,
+    reading::ReadArgs,
+    shared_args::{self, ServerArgs},
+};
+use osp_session::recording::Pace;
+
+/// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
+///
+/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which keeps it. Every member
+/// writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte for
+/// byte. Without a server a member goes on and catches up when it is there.
+///
+/// Without --watch or --play it is an author that draws nothing: it writes the recording, and says when others have gone.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  nats-server -js -a 127.0.0.1 -sd sessions
+  osp join nats://127.0.0.1/house
+  osp join nats://127.0.0.1/house watched.ron --watch
+  osp join nats://127.0.0.1/house --play recordings/portrait.ron --name Ann
+  osp join tls://ann:word@nats.example.org/house --tls-ca ca.pem
+
+FILE may be the beginning of the session: it is continued. It is never replaced by another session without
+--force.
+The connection is not encrypted on this machine (nats://127.0.0.1, nats://localhost). To another machine it
+has to be (tls://), unless --unencrypted is given.
+Credentials: nats://TOKEN@HOST/NAME, nats://USER:PASSWORD@HOST/NAME, or --credentials with a file of one
+line, TOKEN or USER:PASSWORD, which no list of processes shows.
+Ctrl-C leaves the session.
+Exit code 1: own events are not in the session, or the session was full or too crowded to join.")]
+pub(super) struct JoinArgs {
+    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
+    // Parsed later: what is wrong with it is said without the password in it.
+    #[arg(value_name = "ADDRESS")]
+    pub(super) address: String,
+    /// The recording to write (.ron) [default: NAME.ron].
+    pub(super) file: Option<PathBuf>,
+    /// Only watch: publish nothing.
+    #[arg(long)]
+    pub(super) watch: bool,
+    /// The name by which the others know this member.
+    #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
+    pub(super) name: String,
+    /// Play this session's events as one's own, then leave.
+    #[arg(long, value_name = "SESSION", conflicts_with = "watch")]
+    pub(super) play: Option<PathBuf>,
+    /// Play only what this author of --play has drawn; by default all events are played, unless several authors have undone
+    /// something in it.
+    #[arg(long, value_name = "NUMBER", requires = "play")]
+    pub(super) play_author: Option<u32>,
+    /// How much each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N samples of the hand).
+    #[arg(long, default_value = "recorded", requires = "play")]
+    pub(super) pace: Pace,
+    /// How many times as fast as recorded to play.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
+    pub(super) speed: f64,
+    /// Leave after so many seconds.
+    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
+    pub(super) for_secs: Option<f64>,
+    /// With --watch: end once everybody has left (and somebody was there). With --play: stay until then, too.
+    #[arg(long)]
+    pub(super) until_empty: bool,
+    #[command(flatten)]
+    pub(super) server: ServerArgs,
+    /// Replace FILE, whatever it is.
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Print the summary as one JSON object.
+    #[arg(long)]
+    pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}

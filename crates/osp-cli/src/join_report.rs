@@ -1,0 +1,177 @@
+//! What `osp join` says in the end.
+
+use std::io::{self, Write as _};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use super::{
+    author_rows::{self, AuthorRow},
+    join_recording::Written,
+    output::one_line,
+};
+use osp_lab::report::thousands;
+use osp_net::live::{Connection, Counts, Latency, Status};
+use osp_session::{
+    recording::{self, OpenOptions},
+    replay::fingerprint_of_frame,
+    scene::Scene,
+};
+
+/// What was there when the member ended.
+pub(super) struct Report {
+    pub(super) address: String,
+    pub(super) status: Status,
+    pub(super) latency: Latency,
+    pub(super) secs: f64,
+    pub(super) authors: Vec<AuthorRow>,
+    pub(super) recording: Written,
+    pub(super) played: Option<u64>,
+    pub(super) undelivered: u64,
+}
+
+/// The session as its recording has it.
+#[derive(Default, Serialize)]
+struct Shape {
+    strokes: u64,
+    polygons: u64,
+    /// Of the polygons that are shown.
+    fingerprint: String,
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    address: &'a str,
+    connection: &'static str,
+    trouble: Option<&'a str>,
+    author: Option<u32>,
+    secs: f64,
+    file: String,
+    bytes: u64,
+    bytes_beyond: u64,
+    xxh3: String,
+    session: Option<Shape>,
+    played: Option<u64>,
+    undelivered: u64,
+    counts: Counts,
+    latency: Latency,
+    authors: &'a [AuthorRow],
+}
+
+impl Report {
+    /// Reads the recording again, as anybody would; none if there is none.
+    fn shape(&self) -> anyhow::Result<Option<Shape>> {
+        if self.recording.is_nothing {
+            return Ok(None);
+        }
+        let (mut scene, mut changes) = (Scene::new(), Vec::new());
+        let mut session = recording::open(&self.recording.path, &OpenOptions::default())?;
+        while let Some(event) = session.events.next_event()? {
+            changes.clear();
+            scene.apply(&event, &mut changes);
+        }
+        Ok(Some(Shape {
+            strokes: scene.strokes().len() as u64,
+            polygons: scene.polygon_count() as u64,
+            fingerprint: format!("{:016x}", fingerprint_of_frame(scene.visible_ids())),
+        }))
+    }
+
+    fn connection(&self) -> &'static str {
+        match self.status.connection {
+            Connection::Connecting => "connecting",
+            Connection::Reading { .. } => "reading",
+            Connection::Live => "live",
+            Connection::Silent => "silent",
+            Connection::Crowded => "crowded",
+            Connection::Full => "full",
+        }
+    }
+
+    pub(super) fn print_json(&self) -> anyhow::Result<()> {
+        let json = Json {
+            address: &self.address,
+            connection: self.connection(),
+            trouble: self.status.trouble.as_deref(),
+            author: self.status.author.map(|author| author.0),
+            secs: self.secs,
+            file: self.recording.path.to_string_lossy().into_owned(),
+            bytes: self.recording.bytes,
+            bytes_beyond: self.recording.beyond,
+            xxh3: format!("{:032x}", self.recording.hash),
+            session: self.shape()?,
+            played: self.played,
+            undelivered: self.undelivered,
+            counts: self.status.counts,
+            latency: self.latency,
+            authors: &self.authors,
+        };
+        let line = serde_json::to_string(&json)?;
+        writeln!(io::stdout().lock(), "{line}").context("standard output")
+    }
+
+    pub(super) fn text(&self) -> String {
+        let (counts, latency) = (&self.status.counts, &self.latency);
+        let mut lines = vec![format!(
+            "{}: {} bytes of the session {}, XXH3 {:032x}",
+            one_line(&self.recording.path.to_string_lossy()),
+            thousands(self.recording.bytes),
+            self.address,
+            self.recording.hash
+        )];
+        match self.shape() {
+            Ok(None) => lines = vec![format!("nothing of the session {} has come: no file", self.address)],
+            Ok(Some(shape)) => lines.push(format!(
+                "  {:<11} {} strokes, {} polygons, fingerprint {}",
+                "holds",
+                thousands(shape.strokes),
+                thousands(shape.polygons),
+                shape.fingerprint
+            )),
+            Err(error) => lines.push(format!("  it cannot be read again: {error:#}")),
+        }
+        lines.extend(author_rows::lines(&self.authors));
+        lines.push(format!(
+            "  {:<11} {} ({} own), {} events; sent again {}, log asked for anew {}, connections {}",
+            "messages",
+            thousands(counts.messages),
+            thousands(counts.own_messages),
+            thousands(counts.events),
+            thousands(counts.resent),
+            thousands(counts.reopened),
+            thousands(counts.connections),
+        ));
+        if counts.passed_over() > 0 {
+            lines.push(format!(
+                "  {:<11} {} duplicates, {} gaps, {} strangers', {} garbage, {} refused, {} beyond limits",
+                "passed over",
+                thousands(counts.duplicates),
+                thousands(counts.gaps),
+                thousands(counts.strangers),
+                thousands(counts.garbage),
+                thousands(counts.refused),
+                thousands(counts.beyond_limits),
+            ));
+        }
+        if latency.messages > 0 {
+            let ms = |us: u64| us as f64 / 1000.0;
+            lines.push(format!(
+                "  {:<11} own messages came back after p50 {:.2}, p95 {:.2}, p99 {:.2}, at most {:.2} ms ({})",
+                "latency",
+                ms(latency.p50_us),
+                ms(latency.p95_us),
+                ms(latency.p99_us),
+                ms(latency.max_us),
+                thousands(latency.messages),
+            ));
+        }
+        if self.recording.beyond > 0 {
+            lines.push(format!(
+                "  {:<11} the file has {} bytes more than the session on the server; they are left as they are",
+                "beyond",
+                thousands(self.recording.beyond)
+            ));
+        }
+        lines.join("\n")
+    }
+}

@@ -1,0 +1,295 @@
+//! The command line: one file for each subcommand, each a set of arguments and a `run`.
+//!
+//! Exit codes: 0 done, 1 a check failed, 2 bad input or usage.
+//!
+//! It may use every other module; no module uses it.
+
+mod allocations;
+mod author_rows;
+mod brush_rows;
+mod built;
+mod new_recording;
+mod numbers;
+mod occlusion_tests;
+mod output;
+mod outputs;
+#[cfg(feature = "worlds")]
+mod pack;
+#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod pack_args;
+mod parsers;
+mod pick;
+mod played;
+mod polygon_tally;
+mod progress;
+mod query;
+mod reading;
+mod session;
+mod version;
+
+mod bake;
+mod bench;
+mod bench_paper;
+mod completions;
+mod config;
+mod defaults;
+mod draw_index;
+#[cfg(feature = "render")]
+mod drawing;
+mod export;
+mod frame_choice;
+mod import;
+mod info;
+#[cfg(feature = "live")]
+mod join;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod join_args;
+#[cfg(feature = "live")]
+mod join_player;
+#[cfg(feature = "live")]
+mod join_recording;
+#[cfg(feature = "live")]
+mod join_report;
+mod man;
+#[cfg(feature = "render")]
+mod render;
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod render_args;
+#[cfg(feature = "render")]
+mod render_order;
+#[cfg(feature = "render")]
+mod render_painter;
+#[cfg(feature = "render")]
+mod render_pictures;
+mod replay;
+mod replay_args;
+mod replay_outputs;
+mod replay_session;
+mod replay_text;
+#[cfg(feature = "worlds")]
+mod replay_world;
+mod rig;
+mod rig_args;
+#[cfg(feature = "window")]
+mod send;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod send_args;
+#[cfg(feature = "serve")]
+mod serve_answer;
+#[cfg_attr(not(feature = "serve"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod serve_args;
+#[cfg(feature = "serve")]
+mod serve_http;
+#[cfg(feature = "live")]
+mod shared;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of commands that this build lacks"))]
+mod shared_args;
+#[cfg(feature = "window")]
+mod sketch;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod sketch_args;
+mod study;
+mod study_files;
+mod study_measure;
+mod study_progress;
+mod study_results;
+mod synth;
+#[cfg(feature = "window")]
+mod tracker;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
+mod tracker_args;
+mod verify;
+mod verify_all;
+#[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
+mod verify_drawn;
+mod verify_json;
+mod verify_method;
+#[cfg(feature = "live")]
+mod wall;
+#[cfg_attr(not(feature = "live"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod wall_args;
+#[cfg(feature = "live")]
+mod wall_text;
+#[cfg_attr(not(feature = "worlds"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod world_args;
+#[cfg(feature = "worlds")]
+mod world_report;
+
+pub use allocations::CountingAllocator;
+
+use std::{ffi::OsString, process::ExitCode, sync::OnceLock};
+
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
+
+/// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
+/// tree and rival structures, and see what each frame costs.
+#[derive(Parser, Debug)]
+#[command(name = "osp", version = version::VERSION.as_str(), arg_required_else_help = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  osp replay recordings/portrait.ron
+  osp replay sketch.tilt --chart frames.png
+  osp info painting.apa
+  osp import painting.apa painting.ron
+  osp export sketch.tilt sketch.glb
+  osp bench recordings/*.ron --quick --html bench.html
+  osp study sketches --out results.ndjson
+  osp synth room --polygons 12000 room.ron
+  osp verify recordings/room.ron
+  osp render recordings/room.ron room.png
+  osp bake recordings/room.ron room.pvs
+  osp pack recordings/*.ron --out sketches.world
+  osp sketch house.ron
+  osp serve
+  osp join nats://127.0.0.1/house
+  osp wall --hub nats://127.0.0.1/house --rig cave4
+  osp replay --help       describes the indexes and the methods of occlusion culling
+
+Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Replay(Box<replay::ReplayArgs>),
+    Info(info::InfoArgs),
+    Bake(bake::BakeArgs),
+    Import(import::ImportArgs),
+    Export(export::ExportArgs),
+    Bench(bench::BenchArgs),
+    DrawIndex(draw_index::DrawIndexArgs),
+    Pack(pack_args::PackArgs),
+    Pick(pick::PickArgs),
+    Query(query::QueryArgs),
+    Study(study::StudyArgs),
+    Synth(synth::SynthArgs),
+    Render(Box<render_args::RenderArgs>),
+    Verify(verify::VerifyArgs),
+    Completions(completions::CompletionsArgs),
+    Config(config::ConfigArgs),
+    Man(man::ManArgs),
+    Rig(rig::RigCommand),
+    Serve(serve_args::ServeArgs),
+    Join(Box<join_args::JoinArgs>),
+    Wall(Box<wall_args::WallArgs>),
+    Sketch(Box<sketch_args::SketchArgs>),
+    Send(send_args::SendArgs),
+}
+
+/// Runs a command that needs a feature. A build without it has refused the command before.
+macro_rules! of_feature {
+    ($feature:literal, $run:path, $args:ident) => {{
+        #[cfg(feature = $feature)]
+        let outcome = $run($args);
+        #[cfg(not(feature = $feature))]
+        let outcome = {
+            let _ = $args;
+            Err(anyhow::anyhow!("this build lacks the feature `{}`", $feature))
+        };
+        outcome
+    }};
+}
+
+impl Command {
+    fn run(&self) -> anyhow::Result<Outcome> {
+        match self {
+            Self::Replay(args) => replay::run(args),
+            Self::Info(args) => info::run(args),
+            Self::Bake(args) => bake::run(args),
+            Self::Import(args) => import::run(args),
+            Self::Export(args) => export::run(args),
+            Self::Bench(args) => bench::run(args),
+            Self::DrawIndex(args) => draw_index::run(args),
+            Self::Pack(args) => of_feature!("worlds", pack::run, args),
+            Self::Pick(args) => pick::run(args),
+            Self::Query(args) => query::run(args),
+            Self::Study(args) => study::run(args),
+            Self::Synth(args) => synth::run(args),
+            Self::Render(args) => of_feature!("render", render::run, args),
+            Self::Verify(args) => verify::run(args),
+            Self::Completions(args) => completions::run(args, Cli::command()),
+            Self::Config(args) => config::run(args, Cli::command()),
+            Self::Rig(args) => rig::run(args),
+            Self::Serve(args) => of_feature!("serve", serve_http::run, args),
+            Self::Join(args) => of_feature!("live", join::run, args),
+            Self::Wall(args) => of_feature!("live", wall::run, args),
+            Self::Man(args) => man::run(args, Cli::command()),
+            Self::Sketch(args) => of_feature!("window", sketch::run, args),
+            Self::Send(args) => of_feature!("window", send::run, args),
+        }
+    }
+}
+
+/// How a command ended, other than by bad input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    CheckFailed,
+}
+
+/// The words of the command line, the user's defaults among them.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The command line that was obeyed.
+fn command_line() -> Vec<String> {
+    let words = WORDS.get().into_iter().flatten();
+    words.map(|word| word.to_string_lossy().into_owned()).collect()
+}
+
+/// Runs the program with the arguments of the process.
+pub fn run() -> ExitCode {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let all = match defaults::added(&Cli::command(), &words) {
+        Ok(all) => all,
+        Err(error) => {
+            output::complain(&format!("error: {error:#}"));
+            return ExitCode::from(2);
+        }
+    };
+    let parsed = Cli::command().try_get_matches_from(&all);
+    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (command, matches) = match parsed {
+        Ok((Cli { command }, matches)) => (command, matches),
+        Err(error) => {
+            let code = usage(&error);
+            if error.use_stderr() && all.len() > words.len() {
+                output::complain(
+                    "osp config shows which options have defaults of yours; they count as given here",
+                );
+            }
+            return code;
+        }
+    };
+    WORDS.get_or_init(|| all);
+    #[cfg(unix)]
+    if let Err(error) = osp_session::atomic_file::remove_unfinished_on_signals() {
+        output::complain(&format!(
+            "warning: an unfinished file will stay behind if a signal ends this: {error}"
+        ));
+    }
+    let outcome = built::check(&matches).and_then(|()| command.run());
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(error) => {
+            let rescue = session::rescue(&error).unwrap_or_default();
+            output::complain(&format!("error: {error:#}{rescue}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Prints the help that was asked for, or what is wrong with the arguments.
+fn usage(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        // Arguments are quoted in it.
+        output::complain_at_length(error.render().to_string().trim_end());
+    } else {
+        // A closed pipe is no error.
+        let _ = error.print();
+    }
+    ExitCode::from(if error.use_stderr() { 2 } else { 0 })
+}

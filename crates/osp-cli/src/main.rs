@@ -1,0 +1,10 @@
+//! The `osp` program; everything it does is in [`osp::cli`].
+
+use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: osp_cli::CountingAllocator = osp_cli::CountingAllocator;
+
+fn main() -> ExitCode {
+    osp_cli::run()
+}

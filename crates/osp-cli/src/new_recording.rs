@@ -1,0 +1,56 @@
+//! A recording that a command makes: it appears under its name only once it is whole.
+
+use std::io;
+
+use super::outputs::Output;
+use osp_session::{
+    atomic_file::AtomicFile,
+    recording::{Event, Flush, Header, RecordingError, RecordingFile, RonWriter},
+};
+
+/// A recording on its way into a file.
+pub(super) struct NewRecording {
+    // Closed before the file gets its name or is removed: fields are dropped in their order.
+    writer: RonWriter<RecordingFile>,
+    file: AtomicFile,
+    output: Output,
+    /// The reader of the pipe has closed it; that is no error.
+    nobody_reads: bool,
+}
+
+impl NewRecording {
+    /// Starts the recording beside its place.
+    pub(super) fn create(output: Output, header: &Header) -> anyhow::Result<Self> {
+        let path = output.path();
+        let mut file = output.create()?;
+        let under = file.handle().and_then(|handle| RecordingFile::over(handle, path));
+        let under = under.map_err(|error| RecordingError::io(path, error))?;
+        let writer = RonWriter::new(under, path, header, Flush::AtEnd)?;
+        Ok(Self { writer, file, output, nobody_reads: false })
+    }
+
+    /// Appends an event.
+    pub(super) fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
+        if !self.nobody_reads {
+            self.nobody_reads = !is_read(self.writer.write(event))?;
+        }
+        Ok(())
+    }
+
+    /// Gives the recording its name; its size in bytes, where it is a file.
+    pub(super) fn finish(self) -> anyhow::Result<Option<u64>> {
+        if !self.nobody_reads {
+            is_read(self.writer.finish())?;
+        }
+        self.output.commit(self.file)
+    }
+}
+
+/// Whether the output still has a reader.
+fn is_read(written: Result<(), RecordingError>) -> Result<bool, RecordingError> {
+    match written {
+        Ok(()) => Ok(true),
+        Err(RecordingError::Io { cause, .. }) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(error),
+    }
+}

@@ -1,0 +1,51 @@
+//! How occlusion culling tests nodes and scores occluders: options of several commands.
+
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+
+use osp::occlusion::{NodeTest, Score};
+
+/// Options of the commands that cull by occlusion.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct TestArgs {
+    /// How occlusion culling tests a node of the index: by its `box`, the `sphere` around it (as in the paper), the
+    /// `outline` of the box, or its eight `corners`, all in one shadow [default: box].
+    #[arg(long, value_name = "VOLUME", value_parser = node_test_parser())]
+    node_test: Option<NodeTest>,
+    /// What makes a good occluder: the `solid-angle` of what the picture shows of it, or equation (1) of the `paper`
+    /// [default: solid-angle].
+    #[arg(long, value_name = "SCORE", value_parser = score_parser())]
+    score: Option<Score>,
+}
+
+impl TestArgs {
+    pub(super) fn node_test(self) -> NodeTest {
+        self.node_test.unwrap_or(NodeTest::Box)
+    }
+
+    pub(super) fn score(self) -> Score {
+        self.score.unwrap_or_default()
+    }
+
+    /// The first option that was given.
+    pub(super) fn given(self) -> Option<&'static str> {
+        let node_test = self.node_test.map(|_| "--node-test");
+        node_test.or(self.score.map(|_| "--score"))
+    }
+}
+
+fn node_test_parser() -> impl TypedValueParser<Value = NodeTest> {
+    PossibleValuesParser::new(NodeTest::ALL.map(NodeTest::name)).try_map(|name| {
+        let found = NodeTest::ALL.into_iter().find(|test| test.name() == name);
+        found.ok_or_else(|| format!("no test is called {name}"))
+    })
+}
+
+pub(super) fn score_parser() -> impl TypedValueParser<Value = Score> {
+    PossibleValuesParser::new(Score::ALL.map(Score::name)).try_map(|name| {
+        let found = Score::ALL.into_iter().find(|score| score.name() == name);
+        found.ok_or_else(|| format!("no score is called {name}"))
+    })
+}

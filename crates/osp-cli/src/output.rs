@@ -1,0 +1,55 @@
+//! Writes results to standard output and remarks to standard error. Names and titles come from files
+//! that others made: what a terminal would take for a command is shown as `\u001b`.
+
+use std::{
+    io::{self, Write},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use anyhow::Context;
+
+use super::progress;
+pub(super) use osp_lab::report::one_line;
+use osp_lab::report::printable;
+
+/// Whether an output file goes to standard output, so that results must not.
+static HOLDS_A_FILE: AtomicBool = AtomicBool::new(false);
+
+/// From now on results go to standard error: an output (`--csv -`) is written to standard output.
+pub(super) fn keep_standard_output_for_a_file() {
+    HOLDS_A_FILE.store(true, Ordering::Relaxed);
+}
+
+/// Letters in a line of the terminal: the variable `COLUMNS`, or what the terminal says. `None` if neither does.
+pub(super) fn columns() -> Option<u16> {
+    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    said.filter(|columns| *columns > 0).or_else(|| comfy_table::Table::new().width())
+}
+
+/// Writes a result, with a line end.
+pub(super) fn say(text: &str) -> anyhow::Result<()> {
+    if HOLDS_A_FILE.load(Ordering::Relaxed) {
+        complain_at_length(text);
+        return Ok(());
+    }
+    let text = printable(text);
+    let write = || {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes()).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush())
+    };
+    match progress::aside(write) {
+        // The reader has closed the pipe (`osp replay … | head`); the checks still decide the exit code.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        outcome => outcome.context("standard output"),
+    }
+}
+
+/// Writes a remark, in one line. That standard error is closed is no reason to stop.
+pub(super) fn complain(text: &str) {
+    complain_at_length(&one_line(text));
+}
+
+/// Writes a remark of several lines.
+pub(super) fn complain_at_length(text: &str) {
+    let _ = progress::aside(|| writeln!(io::stderr().lock(), "{}", printable(text)));
+}

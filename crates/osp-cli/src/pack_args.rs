@@ -1,0 +1,58 @@
+//! The arguments of `osp pack`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{numbers, reading::ReadArgs};
+
+/// Names of the orders in which polygons fill blocks.
+const ORDERS: [&str; 2] = ["strokes", "space"];
+
+/// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
+///
+/// What is there of each session at its end becomes blocks of up to 4,096 polygons, 64 blocks in an object (a file of a folder).
+/// A manifest, which is written last, has the box, size and checksum of each block. Until then there is no world: what a pack that
+/// was stopped has left is removed by the next one into the same place.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp pack recordings/*.ron --out sketches.world
+  osp pack room.tilt --out city.world --repeat 20x1x20
+  osp pack *.tilt --out s3://bucket/world       needs a build with the feature `worlds-cloud`
+
+With --repeat a grid of places along x, y and z is filled with the sessions in turn, one a place: larger worlds to measure with.
+An s3:// address takes its keys and region from AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION and AWS_ENDPOINT.")]
+pub(super) struct PackArgs {
+    /// The sessions, of any format that replay reads.
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// The folder for the world, or an s3:// address.
+    #[arg(long, value_name = "DIR|URL")]
+    pub(super) out: String,
+    /// In which order polygons fill blocks: along a curve through `space`, or `strokes`, as they were drawn.
+    #[arg(long, value_name = "ORDER", default_value = "space", value_parser = ORDERS)]
+    pub(super) order: String,
+    /// Fill a grid of N by M by K places (along x, y and z) with the sessions in turn.
+    #[arg(long, value_name = "NxMxK", value_parser = numbers::grid)]
+    pub(super) repeat: Option<[u32; 3]>,
+    /// From one place of --repeat to the next, metres [default: the longest side of the largest session, and a tenth].
+    #[arg(long, value_name = "METRES", requires = "repeat", value_parser = numbers::metres)]
+    pub(super) spacing: Option<f32>,
+    /// Replace the world that is there, once the new one is whole.
+    #[arg(long)]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}
+
+#[cfg(all(test, feature = "worlds"))]
+mod tests {
+    use super::*;
+    use osp_net::world::PackOrder;
+
+    #[test]
+    fn the_names_are_those_of_the_orders() {
+        assert!(PackOrder::ALL.iter().map(|order| order.name()).eq(ORDERS));
+        assert!(PackOrder::default().name() == "space");
+    }
+}

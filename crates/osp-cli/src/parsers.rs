@@ -1,0 +1,53 @@
+//! Parsers of arguments that several commands take.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::numbers;
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+use osp_session::replay::CameraChoice;
+
+pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Occlusion> {
+    PossibleValuesParser::new(Occlusion::all().map(Occlusion::name))
+        .try_map(|name| Occlusion::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+}
+
+pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
+    let names = IndexKind::ALL.iter().map(|kind| kind.name());
+    PossibleValuesParser::new(names)
+        .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
+}
+
+pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
+    let names = CameraChoice::ALL.iter().map(|choice| choice.name());
+    PossibleValuesParser::new(names).try_map(|name| {
+        let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+        found.copied().ok_or_else(|| format!("no camera is called {name}"))
+    })
+}
+
+/// The size of a picture, `WxH` pixels.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing is drawn"))]
+pub(super) struct Size {
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+#[cfg(feature = "render")]
+impl Size {
+    /// The size of a picture of this height that has the shape of a screen.
+    pub(super) fn on(self, screen: &osp_session::rig::Screen) -> Self {
+        let width = (f64::from(screen.aspect()) * f64::from(self.height)).round().max(1.0);
+        Self { width: width as u32, ..self }
+    }
+}
+
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = numbers::sides(text, &(1..=16_384))?;
+        Ok(Self { width, height })
+    }
+}

@@ -1,0 +1,122 @@
+//! `osp pick`: the polygon under a point of a frame's picture.
+
+use std::{str::FromStr, time::Instant};
+
+use clap::Args;
+use glam::{Vec2, Vec3};
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    output::say,
+    parsers::camera_parser,
+    played::{IndexedFrameArgs, Played},
+};
+use osp::{math::rotate, polygon::PolygonId};
+use osp_session::replay::{CameraChoice, CameraPath};
+
+/// Find the polygon and stroke under a point of a frame's picture, by casting a ray through the index.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp pick recordings/room.ron
+  osp pick sketch.tilt --at 0.25,0.5 --frame 120 --camera orbit
+  osp pick sketch.tilt --index bvh-sah --json
+
+Prints the polygon, its stroke, the hit point in world space, its depth (distance along the view
+direction), and how many polygons the ray was tested against.")]
+pub(super) struct PickArgs {
+    /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
+    #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
+    at: At,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A point of the picture, from the upper left corner.
+#[derive(Clone, Copy, Debug)]
+struct At(Vec2);
+
+impl FromStr for At {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split_once(',')
+            .and_then(|(x, y)| Some(Vec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)))
+            .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(Vec2::ONE).all())
+            .map(Self)
+            .ok_or_else(|| format!("expected X,Y, both from 0 to 1; found `{text}`"))
+    }
+}
+
+#[derive(Serialize)]
+struct Picked {
+    polygon: u32,
+    stroke: Option<u32>,
+    point_m: [f32; 3],
+    distance_m: f32,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    recording: String,
+    frame: u64,
+    index: &'a str,
+    picked: Option<Picked>,
+    polygons_asked: u64,
+    us: f64,
+}
+
+pub(super) fn run(args: &PickArgs) -> anyhow::Result<Outcome> {
+    let played = Played::in_index(&args.frame)?;
+    let camera = CameraPath::new(args.camera, played.header.camera, &played.summary.bounds);
+    let view = camera.view(&played.moment);
+    // The picture's y goes down, the view's up.
+    let at = Vec2::new(args.at.0.x * 2.0 - 1.0, 1.0 - args.at.0.y * 2.0);
+    let ray = view.ray_through(at);
+    let up = rotate(view.world_from_view, Vec3::Y);
+    let mut asked = 0;
+    let mut meet = |id: PolygonId| {
+        asked += 1;
+        played.scene.polygon_from(id, view.eye_in_world, up).meet(&ray)
+    };
+    let start = Instant::now();
+    let found = played.pipeline.index().ray_nearest(&ray, view.projection.far_m, &mut meet);
+    let us = start.elapsed().as_nanos() as f64 / 1000.0;
+    let picked = found.map(|(id, distance_m)| Picked {
+        polygon: id.0,
+        stroke: played.scene.stroke_of(id).id().map(|stroke| stroke.0),
+        point_m: (ray.origin + ray.direction * distance_m).to_array(),
+        distance_m,
+    });
+    let report = Report {
+        recording: args.frame.session.file.display().to_string(),
+        frame: played.moment.frame,
+        index: args.frame.index.name(),
+        picked,
+        polygons_asked: asked,
+        us,
+    };
+    if args.json {
+        say(&serde_json::to_string(&report)?)?;
+        return Ok(Outcome::Done);
+    }
+    let work = format!("{} tested {asked} polygons in {us:.1} µs", report.index);
+    match &report.picked {
+        None => say(&format!("the ray hits nothing; {work}"))?,
+        Some(Picked { polygon, stroke, point_m: [x, y, z], distance_m }) => {
+            let stroke =
+                stroke.map_or("(part of no stroke)".to_owned(), |stroke| format!("of stroke {stroke}"));
+            say(&format!(
+                "polygon {polygon} {stroke} at ({x:.3}, {y:.3}, {z:.3}) m, {distance_m:.3} m deep; {work}"
+            ))?;
+        }
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,103 @@
+//! A session played up to a frame, for commands that look at that frame alone.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+
+use super::{
+    frame_choice::FrameChoice, output::complain, parsers::index_parser, progress, reading::ReadArgs,
+    session::OpenSession,
+};
+use osp::{
+    frame::{Pipeline, StageClock},
+    index::IndexConfig,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Event, Header, Pace},
+    replay::{Moment, Player, Summary, root_cube, summarize},
+    scene::Scene,
+};
+
+/// The session and its frame that a command looks at.
+#[derive(Args, Debug)]
+pub(super) struct FrameArgs {
+    /// The session, of any format that replay reads.
+    pub(super) file: PathBuf,
+    /// The frame, after its changes: its number from 0, or `last`.
+    #[arg(long, default_value = "last")]
+    frame: FrameChoice,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// A frame, and the index that holds its polygons.
+#[derive(Args, Debug)]
+pub(super) struct IndexedFrameArgs {
+    #[command(flatten)]
+    pub(super) session: FrameArgs,
+    /// The index (`osp replay --help` describes them).
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    pub(super) index: IndexKind,
+}
+
+/// The model and an index after a frame.
+pub(super) struct Played {
+    pub(super) header: Header,
+    pub(super) summary: Summary,
+    pub(super) scene: Scene,
+    pub(super) pipeline: Pipeline,
+    /// Number of the frame, and the poses of head and hand then.
+    pub(super) moment: Moment,
+}
+
+impl Played {
+    pub(super) fn in_index(args: &IndexedFrameArgs) -> anyhow::Result<Self> {
+        Self::up_to(&args.session, args.index)
+    }
+
+    pub(super) fn up_to(args: &FrameArgs, index: IndexKind) -> anyhow::Result<Self> {
+        Self::up_to_with(args, index, |_, _| {})
+    }
+
+    /// The same; `each` gets the events of every frame, and the model after them.
+    pub(super) fn up_to_with(
+        args: &FrameArgs,
+        index: IndexKind,
+        mut each: impl FnMut(&[Event], &Scene),
+    ) -> anyhow::Result<Self> {
+        let FrameArgs { file, frame, pace, reading } = args;
+        let pace = *pace;
+        let mut session = OpenSession::open(file, reading)?.counted();
+        let (summary, _, read) = summarize(&mut session, pace);
+        for warning in &session.notes().warnings {
+            complain(&format!("warning: {warning}"));
+        }
+        read?;
+        let last = frame.number(file, &summary, pace)?;
+        let session = OpenSession::open(file, reading)?;
+        let header = session.header.clone();
+        let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+        let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
+        let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
+        let mut player = Player::new(session, pace);
+        let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
+        for _ in 0..=last {
+            progress.inc(1);
+            if !player.step()? {
+                bail!("{}: it has become shorter while it was read", file.display());
+            }
+            pipeline.skip(player.scene(), player.changes());
+            each(player.events(), player.scene());
+        }
+        progress.finish_and_clear();
+        pipeline.commit();
+        let moment = player.moment();
+        Ok(Self { header, summary, scene: player.into_scene(), pipeline, moment })
+    }
+}

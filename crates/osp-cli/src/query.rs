@@ -1,0 +1,354 @@
+//! `osp query`: what is in a part of a session's model.
+
+use std::{str::FromStr, time::Instant};
+
+use anyhow::{anyhow, bail, ensure};
+use clap::{Args, ValueEnum};
+use comfy_table::{Cell, CellAlignment};
+use glam::Vec3;
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    output::say,
+    played::{IndexedFrameArgs, Played},
+};
+use osp::{
+    index::WorkCounts,
+    math::{Aabb, Ray, Sphere},
+    polygon::PolygonId,
+};
+use osp_lab::report::{columns_table, thousands};
+
+/// Find the polygons and strokes in a box, in a sphere, nearest to a point, or along a ray, through the index.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp query recordings/room.ron --box -1,0,-1 1,2,1
+  osp query sketch.tilt --sphere 0,1.5,0 0.25 --frame 120
+  osp query sketch.tilt --nearest 0,1.5,0 10 --index kd-tree --json
+  osp query recordings/room.ron --ray 0,1.6,0 0,0,-1 --hits nearest
+
+Prints the strokes found, each polygon with its distance from the sphere's centre, the point or the
+ray's start, how many polygons the exact test was asked about, and how many nodes and boxes the
+index looked at (not counted along rays). All numbers are world space, metres. What touches is in.
+The polygons themselves decide, not their boxes; those of particles, which turn to the eye, lie as
+they were stored, and along a ray as seen from its start.")]
+pub(super) struct QueryArgs {
+    #[command(flatten)]
+    part: PartArgs,
+    /// Which polygons along a ray [default: all].
+    #[arg(long, value_enum)]
+    hits: Option<Hits>,
+    #[command(flatten)]
+    frame: IndexedFrameArgs,
+    /// Print one JSON object, with all polygons found.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+struct PartArgs {
+    /// What is in a box: its least and its greatest corner.
+    #[arg(long = "box", num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
+    bounds: Option<Vec<Numbers>>,
+    /// What is in a sphere: its centre and its radius.
+    #[arg(long, num_args = 2, value_names = ["X,Y,Z", "RADIUS"], allow_hyphen_values = true)]
+    sphere: Option<Vec<Numbers>>,
+    /// What is nearest to a point: the point, and how many polygons.
+    #[arg(long, num_args = 2, value_names = ["X,Y,Z", "COUNT"], allow_hyphen_values = true)]
+    nearest: Option<Vec<Numbers>>,
+    /// What a ray meets: where it starts and in which direction it goes.
+    #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
+    ray: Option<Vec<Numbers>>,
+}
+
+/// Finite numbers with commas between them.
+#[derive(Clone, Debug)]
+pub(super) struct Numbers(Vec<f32>);
+
+impl FromStr for Numbers {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers =
+            text.split(',').map(|number| number.trim().parse().ok().filter(|n: &f32| n.is_finite()));
+        match numbers.collect::<Option<Vec<f32>>>() {
+            Some(numbers) if matches!(numbers.len(), 1 | 3) => Ok(Self(numbers)),
+            _ => Err(format!("expected one finite number or three, X,Y,Z; found `{text}`")),
+        }
+    }
+}
+
+/// The ray that `--ray` says, with a direction of unit length, so that where it meets something is a distance.
+pub(super) fn ray_of(values: &[Numbers]) -> anyhow::Result<Ray> {
+    let (origin, direction) = match values {
+        [origin, direction] => (origin.point("--ray")?, direction.point("--ray")?),
+        _ => bail!("--ray: expected a start and a direction"),
+    };
+    let direction = direction.as_dvec3().try_normalize();
+    let direction = direction.ok_or_else(|| anyhow!("--ray: expected a direction, found 0,0,0"))?;
+    Ok(Ray::new(origin, direction.as_vec3()))
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Hits {
+    /// All that it meets.
+    All,
+    /// The nearest.
+    Nearest,
+    /// The first that is found.
+    Any,
+}
+
+/// The part of the model that is asked about.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Box(Aabb),
+    Sphere(Sphere),
+    Nearest(Vec3, usize),
+    Ray(Ray),
+}
+
+impl PartArgs {
+    fn part(&self) -> anyhow::Result<Part> {
+        match self {
+            Self { bounds: Some(values), .. } => {
+                let bounds = match values.as_slice() {
+                    [min, max] => Aabb::new(min.point("--box")?, max.point("--box")?),
+                    _ => bail!("--box: expected two corners"),
+                };
+                if bounds.is_empty() {
+                    bail!("--box: expected the least corner first, found one that is greater than the other");
+                }
+                Ok(Part::Box(bounds))
+            }
+            Self { sphere: Some(values), .. } => {
+                let (center, radius_m) = point_and_number(values, "--sphere")?;
+                if radius_m < 0.0 {
+                    bail!("--sphere: expected a radius of at least 0, found {radius_m}");
+                }
+                Ok(Part::Sphere(Sphere { center, radius_m }))
+            }
+            Self { nearest: Some(values), .. } => {
+                let (point, count) = point_and_number(values, "--nearest")?;
+                if count < 1.0 || count.fract() != 0.0 {
+                    bail!("--nearest: expected a whole number of polygons, at least 1, found {count}");
+                }
+                Ok(Part::Nearest(point, count as usize))
+            }
+            Self { ray: Some(values), .. } => Ok(Part::Ray(ray_of(values)?)),
+            _ => bail!("expected --box, --sphere, --nearest or --ray"),
+        }
+    }
+}
+
+impl Numbers {
+    fn point(&self, option: &str) -> anyhow::Result<Vec3> {
+        match self.0[..] {
+            [x, y, z] => Ok(Vec3::new(x, y, z)),
+            _ => bail!("{option}: expected three numbers, X,Y,Z, found one"),
+        }
+    }
+}
+
+fn point_and_number(values: &[Numbers], option: &str) -> anyhow::Result<(Vec3, f32)> {
+    match values {
+        [point, Numbers(number)] if number.len() == 1 => Ok((point.point(option)?, number[0])),
+        _ => bail!("{option}: expected X,Y,Z and then one number"),
+    }
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Found {
+    polygon: u32,
+    stroke: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distance_m: Option<f32>,
+}
+
+#[derive(Serialize)]
+struct Work {
+    nodes: u64,
+    boxes: u64,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    recording: String,
+    frame: u64,
+    index: &'a str,
+    polygons: usize,
+    query: &'a str,
+    found: Vec<Found>,
+    strokes: Vec<u32>,
+    polygons_asked: u64,
+    work: Option<Work>,
+    us: f64,
+}
+
+pub(super) fn run(args: &QueryArgs) -> anyhow::Result<Outcome> {
+    let part = args.part.part()?;
+    ensure!(args.hits.is_none() || args.part.ray.is_some(), "--hits: expected with --ray alone");
+    let played = Played::in_index(&args.frame)?;
+    let start = Instant::now();
+    let mut answer = ask(&played, &part, args.hits.unwrap_or(Hits::All));
+    let us = start.elapsed().as_nanos() as f64 / 1000.0;
+    let order = |found: &(PolygonId, Option<f32>)| (found.1.unwrap_or(0.0), found.0);
+    answer.found.sort_unstable_by(|a, b| {
+        let ((a_m, a), (b_m, b)) = (order(a), order(b));
+        a_m.total_cmp(&b_m).then(a.cmp(&b))
+    });
+    let stroke_of = |id| played.scene.stroke_of(id).id().map(|stroke| stroke.0);
+    let found: Vec<Found> = answer
+        .found
+        .iter()
+        .map(|&(id, distance_m)| Found { polygon: id.0, stroke: stroke_of(id), distance_m })
+        .collect();
+    let mut strokes: Vec<u32> = found.iter().filter_map(|found| found.stroke).collect();
+    strokes.sort_unstable();
+    strokes.dedup();
+    let report = Report {
+        recording: args.frame.session.file.display().to_string(),
+        frame: played.moment.frame,
+        index: args.frame.index.name(),
+        polygons: played.pipeline.index().len(),
+        query: match part {
+            Part::Box(_) => "box",
+            Part::Sphere(_) => "sphere",
+            Part::Nearest(..) => "nearest",
+            Part::Ray(_) => "ray",
+        },
+        found,
+        strokes,
+        polygons_asked: answer.asked,
+        work: answer.work.map(|WorkCounts { nodes, boxes, .. }| Work { nodes, boxes }),
+        us,
+    };
+    say(&if args.json { serde_json::to_string(&report)? } else { text(&report) })?;
+    Ok(Outcome::Done)
+}
+
+#[derive(Default)]
+struct Answer {
+    found: Vec<(PolygonId, Option<f32>)>,
+    asked: u64,
+    /// `None` along a ray.
+    work: Option<WorkCounts>,
+}
+
+fn ask(played: &Played, part: &Part, hits: Hits) -> Answer {
+    let (index, scene) = (played.pipeline.index(), &played.scene);
+    let mut answer = Answer::default();
+    let Answer { found, asked, work } = &mut answer;
+    match *part {
+        Part::Box(bounds) => {
+            let mut ids = Vec::new();
+            *work = Some(index.box_query(&bounds, &mut ids));
+            *asked = ids.len() as u64;
+            ids.retain(|&id| scene.polygon(id).touches(&bounds));
+            found.extend(ids.into_iter().map(|id| (id, None)));
+        }
+        Part::Sphere(sphere) => {
+            let reach_squared = sphere.radius_m * sphere.radius_m;
+            let mut within = |id| {
+                if scene.bounds(id).distance_squared(sphere.center) > reach_squared {
+                    return false;
+                }
+                *asked += 1;
+                let distance_m = scene.polygon(id).distance_m(sphere.center);
+                let is_in = distance_m <= sphere.radius_m;
+                if is_in {
+                    found.push((id, Some(distance_m)));
+                }
+                is_in
+            };
+            *work = Some(index.sphere_query(&sphere, &mut within, &mut Vec::new()));
+        }
+        Part::Nearest(point, count) => {
+            let mut near = Vec::new();
+            let mut distance_m = |id| {
+                *asked += 1;
+                scene.polygon(id).distance_m(point)
+            };
+            *work = Some(index.nearest(point, count, &mut distance_m, &mut near));
+            found.extend(near.into_iter().map(|(id, distance_m)| (id, Some(distance_m))));
+        }
+        Part::Ray(ray) => {
+            let mut meet = |id| {
+                *asked += 1;
+                scene.polygon_from(id, ray.origin, Vec3::Y).meet(&ray)
+            };
+            let hit = match hits {
+                Hits::Nearest => index.ray_nearest(&ray, f32::INFINITY, &mut meet),
+                Hits::Any => index.ray_any(&ray, f32::INFINITY, &mut meet),
+                Hits::All => {
+                    // No hit is owned up to: the search goes on to the end of the ray.
+                    let mut note = |id| {
+                        found.extend(meet(id).map(|t| (id, Some(t))));
+                        None
+                    };
+                    index.ray_nearest(&ray, f32::INFINITY, &mut note)
+                }
+            };
+            found.extend(hit.map(|(id, t)| (id, Some(t))));
+        }
+    }
+    answer
+}
+
+/// Most polygons that the table lists.
+const MOST_LISTED: usize = 20;
+/// Most strokes that the first line names.
+const MOST_NAMED: usize = 12;
+
+fn text(report: &Report<'_>) -> String {
+    let strokes: Vec<String> = report.strokes.iter().take(MOST_NAMED).map(u32::to_string).collect();
+    let more = if report.strokes.len() > MOST_NAMED { ", …" } else { "" };
+    let of = match report.strokes.len() {
+        0 => String::new(),
+        1 => format!(" of stroke {}", strokes[0]),
+        n => format!(" of {} strokes ({}{more})", thousands(n as u64), strokes.join(", ")),
+    };
+    let looked = report.work.as_ref().map_or(String::new(), |work| {
+        format!(" looked at {} nodes and {} boxes,", thousands(work.nodes), thousands(work.boxes))
+    });
+    let count = match report.found.len() {
+        0 => "nothing".to_owned(),
+        1 => "1 polygon".to_owned(),
+        n => format!("{} polygons", thousands(n as u64)),
+    };
+    let head = format!(
+        "{count}{of} of {} at frame {}; {}{looked} tested {} polygons in {:.1} µs",
+        thousands(report.polygons as u64),
+        report.frame,
+        report.index,
+        thousands(report.polygons_asked),
+        report.us
+    );
+    if report.found.is_empty() {
+        return head;
+    }
+    let mut table = columns_table();
+    let has_distance = report.found[0].distance_m.is_some();
+    let columns = if has_distance { 3 } else { 2 };
+    table.set_header(&["polygon", "stroke", "distance, m"][..columns]);
+    for found in report.found.iter().take(MOST_LISTED) {
+        let cells = [
+            found.polygon.to_string(),
+            found.stroke.map_or("none".to_owned(), |stroke| stroke.to_string()),
+            found.distance_m.map_or(String::new(), |distance_m| format!("{distance_m:.4}")),
+        ];
+        table.add_row(cells[..columns].iter().map(Cell::new));
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let rest = report.found.len().saturating_sub(MOST_LISTED);
+    let rest = if rest > 0 {
+        format!("\n… and {} more (--json lists all)", thousands(rest as u64))
+    } else {
+        String::new()
+    };
+    format!("{head}\n{table}{rest}")
+}

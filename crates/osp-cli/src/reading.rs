@@ -1,0 +1,71 @@
+//! How sessions are read: the options of every command that reads one.
+
+use std::path::Path;
+
+use anyhow::ensure;
+use clap::Args;
+
+use osp_session::{
+    recording::{Limits, OpenOptions, Pace},
+    replay::Summary,
+};
+
+/// What a command does about damage, and how large a session may be.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct ReadArgs {
+    /// Skip damaged pieces and count them, instead of stopping at the first; stop reading at a limit instead of refusing
+    /// the session.
+    #[arg(long)]
+    pub(super) lenient: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+/// How large a session may be.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct LimitArgs {
+    /// Largest number of polygons of a session: a sample of a ribbon counts as one, a sample of a tube as eight, a face as
+    /// its corners minus two. The session may also have at most N/4 strokes and 4N events.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Limits::DEFAULT.polygons,
+        value_parser = clap::value_parser!(u64).range(1..=u64::from(u32::MAX)),
+        hide_short_help = true
+    )]
+    max_polygons: u64,
+    /// Largest number of bytes that each byte of a compressed session (.ron.zst, .tilt, .gz) may unpack to, beyond 1 MiB.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = Limits::DEFAULT.unpacking,
+        value_parser = clap::value_parser!(u64).range(1..),
+        hide_short_help = true
+    )]
+    max_unpacking: u64,
+}
+
+impl LimitArgs {
+    pub(super) fn limits(&self) -> Limits {
+        Limits { polygons: self.max_polygons, unpacking: self.max_unpacking }
+    }
+}
+
+impl ReadArgs {
+    pub(super) fn options(&self) -> OpenOptions {
+        OpenOptions { lenient: self.lenient, limits: self.limits.limits() }
+    }
+
+    /// Refuses a session whose time stamps give more frames than a report can hold.
+    pub(super) fn check_frames(&self, file: &Path, summary: &Summary, pace: Pace) -> anyhow::Result<()> {
+        let most = self.limits.limits().frames();
+        ensure!(
+            summary.frames <= most || pace != Pace::Recorded,
+            "{}: expected at most {most} frames at the pace {pace} (--max-polygons N allows half as many); found {}: \
+             --pace samples:16 counts samples instead",
+            file.display(),
+            summary.frames
+        );
+        Ok(())
+    }
+}

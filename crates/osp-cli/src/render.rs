@@ -1,0 +1,322 @@
+//! `osp render`: pictures of a session, without a window.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::{Context, bail};
+use glam::Vec3;
+
+use super::{
+    Outcome,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    progress,
+    render_args::{RenderArgs, RenderCamera},
+    render_order::{OrderTrials, named_orders},
+    render_painter::{PainterPictures, named_painter},
+    render_pictures::{Picture, Pictures},
+    session::OpenSession,
+};
+use osp::{
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    math::{rotate, unit},
+    occlusion::Occlusion,
+    polygon::VisibleBlocks,
+    view::View,
+};
+use osp_lab::report::thousands;
+use osp_render::{
+    Colors, DrawTimes, Gpu, Image, Layer, Offscreen, RendererConfig, background_for, ffmpeg_command,
+};
+use osp_session::{
+    output_file::OutputKind,
+    replay::{
+        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, root_cube, summarize, whole_view,
+    },
+    scene::Scene,
+};
+
+impl RenderArgs {
+    fn colors(&self) -> Colors {
+        if self.color_by == "authors" { Colors::Authors } else { Colors::Own }
+    }
+}
+
+pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
+    let rig = args.rig.path()?;
+    let pictures = Pictures::new(args.size, rig.as_ref());
+    let mut outputs = Outputs::new(args.force).reads([&args.file]).reads(&args.rig.screens.file());
+    if let Some(out) = &args.out {
+        for picture in pictures.all() {
+            outputs.add("OUT.png", &picture.path(out), OutputKind::Png)?;
+        }
+    }
+    if let Some(folder) = args.to.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        bail!("{}: expected a folder; found a file", folder.display());
+    }
+    let painter = args.painter.as_deref().and_then(named_painter);
+    if let Some(painter) = painter
+        && args.occlusion.is_while_drawing()
+    {
+        let (painter, occlusion) = (painter.name(), args.occlusion.name());
+        bail!("--painter {painter} draws without a depth buffer: --occlusion {occlusion} needs one");
+    }
+    if !args.order.is_empty() && args.occlusion.is_while_drawing() {
+        let name = args.occlusion.name();
+        bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
+    }
+    let gpu = Arc::new(Gpu::headless()?);
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
+    let environment = session.header.environment.clone();
+    let mut artist = ArtistSide::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, args.pace);
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    read?;
+    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    drop(model);
+    let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
+    drawer.set_occlusion(args.occlusion)?;
+    drawer.set_environment(environment.as_deref());
+    drawer.set_time(args.time);
+    drawer.set_colors(args.colors());
+    // A second drawer, so that what one remembers cannot hide a fault of the other.
+    let mut by_painter = match painter {
+        Some(painter) => Some(PainterPictures::new(painter, &gpu, args.size, &config)?),
+        None => None,
+    };
+    let mut trials = match args.order.is_empty() {
+        true => None,
+        false => {
+            let light = (environment.as_deref(), args.time);
+            Some(OrderTrials::new(
+                named_orders(&args.order),
+                args.repeats.into(),
+                &gpu,
+                args.size,
+                &config,
+                light,
+            )?)
+        }
+    };
+    let mut uncut = match args.check && args.painter.is_none() {
+        true => Some(pictures.drawer(gpu, &config)?),
+        false => None,
+    };
+    if let Some(uncut) = &mut uncut {
+        uncut.set_environment(environment.as_deref());
+        uncut.set_time(args.time);
+        uncut.set_colors(args.colors());
+    }
+    let mut rig = rig;
+    let wanted = Wanted::new(args, &summary)?;
+    if let Some(folder) = &args.to {
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let numbers = (0..=wanted.last).filter(|&number| wanted.has(number));
+        let paths = numbers.flat_map(|number| {
+            let path = wanted.path(args, number);
+            pictures.all().iter().map(move |picture| picture.path(&path))
+        });
+        outputs.add_pictures("--to", paths)?;
+    }
+    complain(&format!("drawn by {}", drawer.gpu().name()));
+
+    let session = OpenSession::open(&args.file, &args.reading)?;
+    let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
+        _ if args.view.is_some() => {
+            let path = CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds);
+            // Without a head: nothing comes before the fixed camera.
+            let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
+            Box::new(move |_| view)
+        }
+        RenderCamera::Whole => {
+            let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+            let backwards = of_camera.or_else(|| artist.backwards());
+            let view = whole_view(&summary.bounds, backwards, drawer.aspect());
+            Box::new(move |_| view)
+        }
+        RenderCamera::Path(choice) => {
+            let path = CameraPath::new(choice, session.header.camera, &summary.bounds);
+            let aspect = drawer.aspect();
+            Box::new(move |moment| path.view(moment).with_aspect(aspect))
+        }
+    };
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
+    let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
+    let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
+    // Pictures must not depend on the clock.
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
+    let mut pipeline = pipeline.with_occlusion(pass);
+    let mut outcome = Outcome::Done;
+    let mut player = Player::new(session, args.pace);
+    let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());
+    while player.frames() <= wanted.last && player.step()? {
+        progress.inc(1);
+        let (scene, changes, moment) = (player.scene(), player.changes(), player.moment());
+        drawer.follow(changes);
+        if let Some(uncut) = &mut uncut {
+            uncut.follow(changes);
+        }
+        if let Some(pictures) = &mut by_painter {
+            pictures.follow(changes);
+        }
+        if let Some(trials) = &mut trials {
+            trials.follow(changes);
+        }
+        if wanted.has(moment.frame) {
+            let seen = pictures.seen(rig.as_mut(), &camera(&moment));
+            let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
+            pipeline.frame_of_views(scene, changes, &views);
+            for blind in pictures.all().iter().filter(|picture| seen.iter().all(|(seen, _)| seen != *picture))
+            {
+                complain(&format!("frame {}: no picture: {}", moment.frame, blind.why_not()));
+            }
+            for ((shown, view), in_list) in seen.iter().zip(pipeline.draw_lists()) {
+                let every: VisibleBlocks;
+                let ids = if args.no_cull {
+                    every = scene.visible_ids().collect();
+                    &every
+                } else {
+                    in_list
+                };
+                if let Some(trials) = &mut trials {
+                    let (figures, image) = trials.draw(moment.frame, scene, view, ids)?;
+                    image.write_png(&shown.path(&wanted.path(args, moment.frame)))?;
+                    say(&if args.json { figures.json()? } else { figures.table() })?;
+                    continue;
+                }
+                if let Some(pictures) = &mut by_painter {
+                    let compared = pictures.draw(scene, view, ids)?;
+                    let path = shown.path(&wanted.path(args, moment.frame));
+                    pictures.image()?.write_png(&path)?;
+                    say(&compared.line(moment.frame, &path))?;
+                    if args.check && !compared.is_explained() {
+                        outcome = Outcome::CheckFailed;
+                    }
+                    continue;
+                }
+                let whole = match &mut uncut {
+                    Some(uncut) => {
+                        let every: VisibleBlocks = scene.visible_ids().collect();
+                        Some(picture(uncut, shown, scene, view, &every)?.0)
+                    }
+                    None => None,
+                };
+                let of = shown.name();
+                let mut compare = |image: &Image, when: &str| {
+                    let differing = whole.as_ref().map_or(0, |whole| whole.differing_pixels(image));
+                    if differing > 0 {
+                        let frame = moment.frame;
+                        complain(&format!("frame {frame}{of}{when}: culling changes {differing} pixels"));
+                        outcome = Outcome::CheckFailed;
+                    }
+                };
+                if args.occlusion.is_while_drawing() {
+                    // The polygons of the last frame occlude in the next; here the last frame is the last picture.
+                    let (first, _) = picture(&mut drawer, shown, scene, view, ids)?;
+                    compare(&first, ", drawn first");
+                }
+                let (image, times) = picture(&mut drawer, shown, scene, view, ids)?;
+                let path = shown.path(&wanted.path(args, moment.frame));
+                image.write_png(&path)?;
+                say(&line(moment.frame, scene, ids, &times, &path))?;
+                compare(&image, "");
+            }
+        } else if has_occlusion {
+            // As a replay does: which polygons may hide others, it learns from frame to frame.
+            let seen = pictures.seen(rig.as_mut(), &camera(&moment));
+            let views: Vec<View> = seen.iter().map(|(_, view)| *view).collect();
+            pipeline.frame_of_views(scene, changes, &views);
+        } else {
+            // A room that stands stands where the first eye is.
+            pictures.seen(rig.as_mut(), &camera(&moment));
+            pipeline.skip(scene, changes);
+        }
+    }
+    progress.finish_and_clear();
+    if let Some(folder) = &args.to {
+        for picture in pictures.all() {
+            let ending = picture.path(Path::new("")).to_string_lossy().into_owned();
+            complain(&format!("as a video: {}", one_line(&ffmpeg_command(folder, &ending, VIDEO_RATE))));
+        }
+    }
+    if args.check && args.painter.is_none() && outcome == Outcome::Done {
+        complain("culling changes no pixel");
+    }
+    Ok(outcome)
+}
+
+/// Pictures a second in the video of --every.
+const VIDEO_RATE: u32 = 30;
+
+fn picture(
+    drawer: &mut Offscreen,
+    shown: &Picture,
+    scene: &Scene,
+    view: &View,
+    polygons: &VisibleBlocks,
+) -> anyhow::Result<(Image, DrawTimes)> {
+    let times = drawer.draw_view(shown.number, scene, view, &[Layer::plain(polygons)])?;
+    Ok((drawer.image()?, times))
+}
+
+fn line(frame: u64, scene: &Scene, polygons: &VisibleBlocks, times: &DrawTimes, path: &Path) -> String {
+    let drawn = times.occlusion.map_or(polygons.len() as u64, |counts| counts.second_pass);
+    let mut line = format!(
+        "frame {frame}: {} of {} polygons drawn in {:.2} ms, {}",
+        thousands(drawn),
+        thousands(scene.counts().visible),
+        times.draw.ns as f64 * 1.0e-6,
+        one_line(&path.to_string_lossy())
+    );
+    if let Some(counts) = times.occlusion {
+        line += &format!(
+            "; hzb: {} in view, {} groups tested, {} drawn for depth, {} hidden",
+            thousands(counts.in_view),
+            thousands(counts.groups_tested),
+            thousands(counts.first_pass),
+            thousands(counts.hidden()),
+        );
+        if let Some(passes) = times.passes {
+            let ms = |ns: u64| ns as f64 * 1.0e-6;
+            let [depth, test, color] = [passes.depth_ns, passes.test_ns, passes.color_ns].map(ms);
+            line += &format!("; GPU ms: depth {depth:.2}, test {test:.2}, colours {color:.2}");
+        }
+    }
+    line
+}
+
+/// The frames to draw.
+struct Wanted {
+    every: Option<u64>,
+    last: u64,
+    /// Digits of the largest number, so that the files sort.
+    digits: usize,
+}
+
+impl Wanted {
+    fn new(args: &RenderArgs, summary: &Summary) -> anyhow::Result<Self> {
+        let last = args.frame.number(&args.file, summary, args.pace)?;
+        Ok(Self { every: args.every, last, digits: summary.frames.saturating_sub(1).to_string().len() })
+    }
+
+    fn has(&self, frame: u64) -> bool {
+        frame == self.last || self.every.is_some_and(|n| frame.is_multiple_of(n))
+    }
+
+    fn path(&self, args: &RenderArgs, frame: u64) -> PathBuf {
+        match (&args.to, &args.out) {
+            (Some(folder), _) => folder.join(format!("{frame:0width$}.png", width = self.digits)),
+            (None, Some(out)) => out.clone(),
+            // clap asks for one of them.
+            (None, None) => PathBuf::from("osp.png"),
+        }
+    }
+}

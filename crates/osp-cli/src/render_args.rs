@@ -1,0 +1,169 @@
+//! The arguments of `osp render`.
+
+use std::path::PathBuf;
+
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+
+use super::{
+    frame_choice::FrameChoice,
+    numbers,
+    parsers::{Size, index_parser, occlusion_parser},
+    reading::ReadArgs,
+    rig_args::RigPathArgs,
+};
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Camera, Pace},
+    replay::CameraChoice,
+};
+
+/// Names of the ways to paint without a depth buffer.
+const PAINTERS: [&str; 2] = ["bsp", "centre"];
+/// Names of the orders of opaque polygons, and of all of them.
+const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
+
+/// Draw frames of a session to PNG files, without a window.
+///
+/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left on the
+/// graphics adapter (one in software will do).
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp render recordings/portrait.ron portrait.png
+  osp render sketch.tilt --frame 120 --camera orbit --size 1920x1080 sketch.png
+  osp render sketch.tilt sketch.png --view '(p:(0,1.6,3),q:(0,0,0,1),fov_degrees:60)'
+  osp render painting.apa --every 30 --to frames/
+  osp render recordings/portrait.ron --every 50 --to frames/ --occlusion msvbsp --check
+  osp render sketch.tilt sketch.png --occlusion hzb --check
+  osp render recordings/room.ron room.png --painter bsp --check
+  osp render sketch.tilt sketch.png --order all
+  osp render recordings/class.ron class.png --color-by authors
+  osp render recordings/room.ron room.png --rig dual-wall --stereo mono --camera recorded
+
+With --rig there is a picture for each screen and eye, with their names: room-left-right-eye.png is
+what the right eye sees on the screen `left`. --size gives the height; the width follows the screen.
+The camera's eye is the head before the screens.
+
+With --occlusion hzb each picture is drawn twice, as two frames of a camera at rest; the figures
+are those of the second. --check compares both with the picture without culling: the first draws
+with what was visible in the picture before, which has another view and an earlier model.
+--painter draws every polygon solid in its plain colour, whatever brush has painted it, and so
+does the picture that it is compared with. A pixel counts as explained by an edge if its colour lies
+between those of the nine pixels around it in the other picture.
+`osp replay --help` describes the indexes and the methods of occlusion culling.")]
+pub(super) struct RenderArgs {
+    /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+    pub(super) file: PathBuf,
+    /// The picture to write.
+    #[arg(value_name = "OUT.png", required_unless_present_any = ["to", "every"])]
+    pub(super) out: Option<PathBuf>,
+    /// The frame to draw: its number from 0, or `last`.
+    #[arg(long, default_value = "last", conflicts_with = "every")]
+    pub(super) frame: FrameChoice,
+    /// Draw every Nth frame and the last one, into the folder --to.
+    #[arg(long, value_name = "N", requires = "to", conflicts_with = "out", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) every: Option<u64>,
+    /// The folder for the pictures of --every; osp makes it if it does not exist.
+    #[arg(long, value_name = "DIR", requires = "every")]
+    pub(super) to: Option<PathBuf>,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1280x720")]
+    pub(super) size: Size,
+    /// The index that finds what is in view.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    pub(super) index: IndexKind,
+    /// Also cull hidden polygons by this method.
+    #[arg(long, default_value = "none", value_parser = occlusion_parser())]
+    pub(super) occlusion: Occlusion,
+    /// Draw every polygon of the model, without culling.
+    #[arg(long, conflicts_with = "check")]
+    pub(super) no_cull: bool,
+    /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
+    #[arg(long)]
+    pub(super) check: bool,
+    /// Draw by the painter's algorithm: what is in view back to front, one over the other, without a test of depth. `bsp`
+    /// finds the order by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their
+    /// middles. The picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no
+    /// edge explains gives exit code 1.
+    #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = PAINTERS)]
+    pub(super) painter: Option<String>,
+    /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
+    /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
+    /// the renderer's own, by number.
+    #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
+    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
+    pub(super) order: Vec<String>,
+    /// Rounds of --order, after one that does not count; each draws every order.
+    #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) repeats: u16,
+    /// Print the figures of --order as JSON, an object a frame.
+    #[arg(long, requires = "order")]
+    pub(super) json: bool,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
+    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera, or from which the
+    /// artist began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "whole", value_parser = camera_parser())]
+    pub(super) camera: RenderCamera,
+    /// Where the eye is, in place of --camera, as the header of a recording says it: `(p: (x, y, z), q: (x, y, z, w),
+    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
+    #[arg(long, conflicts_with = "camera")]
+    pub(super) view: Option<Camera>,
+    /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
+    #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
+    pub(super) color_by: String,
+    /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
+    #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
+    pub(super) time: f32,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+    /// Let a picture replace a file of another kind, but never the session.
+    #[arg(long)]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) rig: RigPathArgs,
+}
+
+/// The position of a picture's eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RenderCamera {
+    /// So that it sees the whole model.
+    Whole,
+    /// As in a replay.
+    Path(CameraChoice),
+}
+
+fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
+    // `auto`, as in a replay, is accepted for `recorded`.
+    let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
+    let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
+    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        "whole" => Ok(RenderCamera::Whole),
+        "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
+        name => {
+            let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
+            found
+                .map(|choice| RenderCamera::Path(*choice))
+                .ok_or_else(|| format!("no camera is called {name}"))
+        }
+    })
+}
+
+#[cfg(all(test, feature = "render"))]
+mod tests {
+    use super::*;
+    use osp_render::{OpaqueOrder, Painter};
+
+    #[test]
+    fn the_names_are_those_of_the_painters_and_orders() {
+        assert!(Painter::ALL.map(Painter::name) == PAINTERS);
+        assert!(OpaqueOrder::ALL.map(OpaqueOrder::name) == ORDERS[..5]);
+        assert!(ORDERS[5] == "all");
+    }
+}

@@ -1,0 +1,189 @@
+//! `osp replay`: sessions through several indexes, from the files to the tables and checks.
+
+use std::path::Path;
+#[cfg(feature = "window")]
+use std::sync::Arc;
+
+use anyhow::Context;
+#[cfg(feature = "window")]
+use anyhow::bail;
+
+pub(super) use super::replay_args::ReplayArgs;
+use super::{
+    Outcome,
+    output::{complain, say},
+    replay_outputs::ReplayOutputs,
+    replay_session::replay_file,
+    replay_text::text,
+};
+use osp::occlusion::{Occlusion, Soundness};
+#[cfg(feature = "window")]
+use osp_lab::pvs::Pvs;
+use osp_lab::report::{
+    ChartError, CsvWriter, OcclusionColumns, Pin, Pins, RigReport, draw_frame_times, pinned_name,
+};
+#[cfg(feature = "window")]
+use osp_rivals::IndexKind;
+#[cfg(feature = "window")]
+use osp_session::replay::RoomMotion;
+
+pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
+    let outputs = ReplayOutputs::checked(args)?;
+    #[cfg(feature = "worlds")]
+    if let Some(world) = &args.world.world {
+        return super::replay_world::run(args, world, outputs.csv.as_ref());
+    }
+    #[cfg(feature = "window")]
+    if args.window {
+        return in_window(args, &outputs);
+    }
+    // Whatever is wrong with the arguments is said before the work, not after it.
+    args.play.check(args.draw.is_some())?;
+    let rig = args.rig.path()?;
+    let pins = args.check.as_deref().map(Pins::read).transpose()?;
+    let mut new_pins = match &outputs.pin {
+        Some(output) if output.replaces_its_kind() => Pins::read(output.path())?,
+        _ => Pins::default(),
+    };
+    let mut csv = match &outputs.csv {
+        Some(output) => {
+            let columns = match args.play.occlusion.is_empty() {
+                true => OcclusionColumns::Without,
+                false => OcclusionColumns::With,
+            };
+            let file = CsvWriter::new(output.create()?, columns, rig.as_ref().map(RigReport::new).as_ref());
+            Some(file.with_context(|| output.path().display().to_string())?)
+        }
+        None => None,
+    };
+    let mut outcome = Outcome::Done;
+    for (number, file) in args.files.iter().enumerate() {
+        let report = replay_file(args, file, rig.clone(), csv.as_mut())?;
+        if args.json {
+            say(&report.to_json())?;
+        } else {
+            say(&text(args, &report))?;
+        }
+        if let Some(chart) = outputs.charts.get(number) {
+            chart.check()?;
+            match draw_frame_times(&report, chart.path()) {
+                Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
+                outcome => outcome?,
+            }
+        }
+        if let Some((first, second, frame)) = report.first_disagreement() {
+            complain(&format!(
+                "{}: {first} and {second} saw different polygons in frame {frame}",
+                file.display()
+            ));
+            outcome = Outcome::CheckFailed;
+        }
+        for run in &report.runs {
+            let Some(occlusion) = &run.occlusion else { continue };
+            let is_sound = Occlusion::from_name(occlusion.method)
+                .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
+            let false_culls = occlusion.false_culls.unwrap_or(0);
+            if is_sound && false_culls > 0 {
+                complain(&format!(
+                    "{}: {} culled {false_culls} visible polygons",
+                    file.display(),
+                    run.name()
+                ));
+                outcome = Outcome::CheckFailed;
+            }
+        }
+        let pin_in = |pins: &Path| {
+            let name = pinned_name(file, pins);
+            report.runs.iter().find_map(|run| Pin::of(&name, &report.pace, &report.camera, run))
+        };
+        let mut complaint = None;
+        if let (Some(pins), Some(path)) = (&pins, &args.check) {
+            complaint = compare(pins, pin_in(path).as_ref());
+        }
+        if let Some(path) = &args.pin {
+            match pin_in(path) {
+                Some(pin) => new_pins.set(pin),
+                None => complaint = Some(INCOMPLETE.to_owned()),
+            }
+        }
+        if let Some(complaint) = complaint {
+            complain(&format!("{}: {complaint}", file.display()));
+            outcome = Outcome::CheckFailed;
+        }
+    }
+    if let (Some(csv), Some(output)) = (csv, &outputs.csv) {
+        output.commit(csv.finish().with_context(|| output.path().display().to_string())?)?;
+    }
+    // Nothing is pinned that has failed a check.
+    if let Some(output) = outputs.pin.filter(|_| outcome == Outcome::Done) {
+        output.check()?;
+        new_pins.write(output.path())?;
+    }
+    Ok(outcome)
+}
+
+/// Why a session has no fingerprint to compare or to pin.
+const INCOMPLETE: &str = "no index replayed every frame, so the session has no fingerprint: raise --budget";
+
+/// Plays the first session in a window with the first index.
+#[cfg(feature = "window")]
+fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
+    use super::sketch::BEFORE_THE_WINDOW;
+    use osp_app::{
+        Autosaves, Command, Document, OpenError, Reading, Settings, Studio, Subject, Waited, WindowOptions,
+        run,
+    };
+    if args.rig.room == RoomMotion::Stands {
+        bail!("--room stands is not for --window: there the room goes along with the replay's camera");
+    }
+    let room = args.rig.screens.room()?;
+    let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };
+    let options = args.play.reading.options();
+    let reading = Reading::to_play(file, args.play.pace, args.play.camera, options, !args.paused)
+        .map_err(anyhow::Error::msg)?;
+    let autosaves = Autosaves::new(None);
+    // Potentially visible sets are compared with the finished model before there is a window.
+    let at_most = args.pvs.is_none().then_some(BEFORE_THE_WINDOW);
+    let (subject, reading) = match reading.wait(at_most) {
+        Waited::Read(read) => {
+            let (subject, opened) = read.map_err(|error| match error {
+                OpenError::Recording(error) => error.into(),
+                error => anyhow::Error::from(error),
+            })?;
+            opened.remarks.iter().for_each(|remark| complain(remark));
+            (subject, None)
+        }
+        Waited::GoesOn(reading) => (Subject::Sketch(Box::new(Document::new(&autosaves))), Some(reading)),
+    };
+    let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
+    let pvs = match (&args.pvs, &subject) {
+        (Some(path), Subject::Replay(player)) => Some(Pvs::read(path, &player.finished_model())?),
+        _ => None,
+    };
+    let mut studio = Studio::new(subject, autosaves, index);
+    studio.set_room(room);
+    studio.set_limits(options.limits);
+    if let Some(pvs) = pvs {
+        studio.set_pvs(Arc::new(pvs));
+    }
+    studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
+    let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
+    studio.command(Command::Occlusion(args.play.occlusion.first().copied().unwrap_or(occlusion)));
+    let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
+    if let Some(reading) = reading {
+        studio.take_over(reading);
+    }
+    let settings = Some(Settings::default_path());
+    run(studio, WindowOptions { trace, settings, ..WindowOptions::default() })?;
+    Ok(Outcome::Done)
+}
+
+fn compare(pins: &Pins, found: Option<&Pin>) -> Option<String> {
+    let Some(found) = found else {
+        return Some(INCOMPLETE.to_owned());
+    };
+    match pins.find(found) {
+        Some(pin) => pin.difference(found),
+        None => Some(format!("no fingerprint is pinned for pace {} and camera {}", found.pace, found.camera)),
+    }
+}

@@ -1,0 +1,282 @@
+//! The arguments of `osp replay`.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+
+use super::{
+    built::{Feature, Lacking},
+    numbers,
+    occlusion_tests::TestArgs,
+    parsers::{Size, camera_parser, index_parser, occlusion_parser},
+    reading::ReadArgs,
+    rig_args::RigPathArgs,
+    world_args::WorldArgs,
+};
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Limits, Pace},
+    replay::CameraChoice,
+};
+
+/// Play sessions through several indexes, frame by frame, and say what every frame cost.
+///
+/// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these polygons
+/// and culls against the camera's frustum. Within a frame the indexes run one after the other, on the same polygons and
+/// view. If two indexes find different polygons in a frame, the exit code is 1.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp replay recordings/portrait.ron
+  osp replay sketch.tilt --index osp,octree-rebuild --chart frames.png
+  osp replay painting.apa --pace samples:1 --camera inside --csv frames.csv
+  osp replay recordings/*.ron --check recordings/fingerprints.pins
+  osp replay recordings/room.ron --occlusion none,msvbsp,auto --verify-frames 8
+  osp replay recordings/room.ron --occlusion msvbsp --node-test sphere --score paper
+  osp replay recordings/room.ron --rig dual-wall --occlusion none,msvbsp
+
+The table has a line for each index (times of this machine, one thread):
+  insert   time to insert the frame's polygons, including a rebuild: nanoseconds per polygon, median
+  cull     time of one frustum query, median
+  frame    insert and cull together: median, 95th and 99th percentile, slowest frame
+  visible  polygons in the frustum, mean over the frames
+  culled   the other polygons, mean over the frames
+  frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
+On a terminal of fewer than 100 columns (or with COLUMNS below 100) it leaves out p95, visible, culled,
+memory and frames measured. The last lines say which index took the least time.
+With --occlusion it has a line for each index and method, and more columns:
+  occluded   polygons in the frustum that the method culled because others hide them, mean
+  occlusion  time to choose occluders, build the culler and test: median of the frames that used it
+  used       share of the frames that used the method
+  with drawing   time of the frame plus --polygon-ns for each polygon that is drawn, median
+With --rig each frame is culled for every screen and eye of the rig. The camera's eye (--camera: the
+recorded head, where the session has one) is the tracked head; its room goes along with it, or stands
+(--room). visible, culled, occluded and all times are those of all views together. A second table has
+for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
+  all views     time of a frame with all its views, mean without the slowest hundredth
+  views x one   time of a frame with one of its views, each in turn, times their number, likewise
+  ratio         the first divided by the second
+With --draw:
+  draw     time from submission to completion on the graphics adapter: median and 99th percentile
+With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
+and in the colour pass (means), and the times of the depth pass, the test and the colour pass as the
+adapter reports them (medians).
+
+Indexes:
+  brute-force      tests every polygon: the reference
+  brute-simd       one pass over all boxes with SIMD
+  time-order       a hierarchy of boxes over the order of arrival
+  osp-paper        the preallocated octree of the paper, figure by figure
+  osp              our own form of it
+  octree-rebuild   an adaptive octree, rebuilt in every frame that brings a polygon
+  octree-paper     the paper's octree: the same, filed by asking each of eight children
+  bvh-midpoint, bvh-median, bvh-sah, bvh-sah-sweep, lbvh, hlbvh
+                   bounding volume hierarchies, rebuilt in every frame that brings a polygon
+  bvh-two-level, dynamic-bvh
+                   bounding volume hierarchies that polygons are inserted into
+  loose-octree, kd-tree, quadtree
+                   trees that polygons are inserted into
+  bsp              a binary space partition along the polygons' planes, rebuilt like the hierarchies
+
+Methods of --occlusion:
+  none             frustum culling alone
+  frusta           one shadow volume for each occluder
+  svbsp            the shadow-volume BSP tree of Chin and Feiner
+  msvbsp           the paper's modified tree, made conservative
+  depth            a masked depth buffer in software, of pixels that are covered wholly
+  depth-last       the same buffer, filled with the polygons that were visible in the last frame
+  auto             in each frame the cheapest of none, msvbsp, depth-last, and hzb with --draw
+  hzb, queries     on the graphics adapter, while drawing: a hierarchical depth buffer, or hardware
+                   occlusion queries
+  msvbsp-paper, depth-centers
+                   not conservative: they can cull visible polygons")]
+pub(super) struct ReplayArgs {
+    /// The sessions: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+    #[arg(required_unless_present = "world")]
+    pub(super) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) play: PlayArgs,
+    /// Write a CSV file with one line for each index and frame.
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<PathBuf>,
+    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number).
+    #[arg(long, value_name = "FILE")]
+    pub(super) chart: Option<PathBuf>,
+    /// Print one JSON object for each session instead of a table.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Compare the fingerprints of the visible polygons with those in this file; a difference gives exit code 1.
+    #[arg(long, value_name = "FILE")]
+    pub(super) check: Option<PathBuf>,
+    /// Write the fingerprints of this run to a file for --check.
+    #[arg(long, value_name = "FILE")]
+    pub(super) pin: Option<PathBuf>,
+    /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
+    /// sets are sampled, not exact. A window uses them from the end of the replay on.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
+    pub(super) pvs: Option<PathBuf>,
+    /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
+    pub(super) verify_frames: u64,
+    /// Let an output replace a file of another kind, even a session, but never a file that is read.
+    #[arg(long)]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) rig: RigPathArgs,
+    #[command(flatten)]
+    pub(super) world: WorldArgs,
+    /// Also draw what is left of each frame on the graphics adapter, and measure that time [default size: 1280x720].
+    #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true)]
+    pub(super) draw: Option<Size>,
+    /// Play the session in a window, at once (see --paused), with its times and counts.
+    #[arg(long, conflicts_with_all = ["csv", "chart", "json", "check", "pin"])]
+    pub(super) window: bool,
+    /// With --window: stand before the first frame until somebody plays it.
+    #[arg(long, requires = "window")]
+    pub(super) paused: bool,
+    /// With --window: write one line of JSON for each frame shown.
+    #[arg(long, value_name = "FILE", requires = "window")]
+    pub(super) trace: Option<PathBuf>,
+}
+
+/// How a session is played, and through what.
+#[derive(Args, Clone, Debug)]
+pub(super) struct PlayArgs {
+    /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
+    #[arg(long, value_delimiter = ',', value_parser = index_parser())]
+    pub(super) index: Vec<IndexKind>,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    pub(super) camera: CameraChoice,
+    /// Most seconds to spend on each index.
+    #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
+    pub(super) budget: f64,
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
+    /// is then `osp`. `auto` chooses by measured times; in a study, and with --check or --pin, it chooses by counts of work,
+    /// which are the same on every machine. `hzb` and `queries` need --draw.
+    #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
+    pub(super) occlusion: Vec<Occlusion>,
+    /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
+    #[arg(long, value_name = "N", value_parser = numbers::occluders)]
+    pub(super) occluders: Option<usize>,
+    #[command(flatten)]
+    pub(super) tests: TestArgs,
+    /// Assumed time to draw one polygon, nanoseconds: occlusion culling tests only what costs more to draw than to test,
+    /// and `auto` decides by it.
+    #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
+    pub(super) polygon_ns: f64,
+    /// How polygons of a group that is placed again and again are filed: `polygons` files each anew in every frame that
+    /// places the group, `whole` keeps them in an index in the group's own space, beside that of the run, whatever it is. The
+    /// answers are the same. A window takes them whole.
+    #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
+    pub(super) groups: GroupFiling,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}
+
+/// How polygons of groups that move are filed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum GroupFiling {
+    /// Each by its box in the world.
+    Polygons,
+    /// In an index of the group's own.
+    Whole,
+}
+
+impl PlayArgs {
+    /// The indexes, each with its method of occlusion culling where any is asked for; with `sets` also by baked sets of what
+    /// can be seen.
+    pub(super) fn runs(&self, sets: Option<Occlusion>) -> Vec<(IndexKind, Option<Occlusion>)> {
+        let has_methods = !self.occlusion.is_empty() || sets.is_some();
+        let indexes = match (self.index.as_slice(), has_methods) {
+            ([], false) => IndexKind::DEFAULT,
+            ([], _) => &[IndexKind::Osp],
+            (indexes, _) => indexes,
+        };
+        let mut methods: Vec<_> = match self.occlusion.as_slice() {
+            [] => vec![None],
+            methods => methods.iter().copied().map(Some).collect(),
+        };
+        methods.extend(sets.map(Some));
+        indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
+    }
+
+    /// All options, with those that were not given, in one line: the same line, the same work.
+    pub(super) fn in_one_line(&self) -> String {
+        let runs = self.runs(None);
+        let join = |names: Vec<&str>| names.join(",");
+        let mut indexes: Vec<&str> = runs.iter().map(|(index, _)| index.name()).collect();
+        indexes.dedup();
+        let Limits { polygons, unpacking } = self.reading.options().limits;
+        let mut line = format!(
+            "--index {} --pace {} --camera {} --budget {} --groups {} --max-polygons {polygons} --max-unpacking {unpacking}",
+            join(indexes),
+            self.pace,
+            self.camera.name(),
+            self.budget,
+            if self.groups == GroupFiling::Whole { "whole" } else { "polygons" },
+        );
+        if self.reading.lenient {
+            line += " --lenient";
+        }
+        if !self.occlusion.is_empty() {
+            line += &format!(
+                " --occlusion {} --node-test {} --score {} --polygon-ns {}",
+                join(self.occlusion.iter().map(|method| method.name()).collect()),
+                self.tests.node_test().name(),
+                self.tests.score().name(),
+                self.polygon_ns
+            );
+            if let Some(occluders) = self.occluders {
+                line += &format!(" --occluders {occluders}");
+            }
+        }
+        line
+    }
+
+    /// Whatever is wrong with the options is said before the work, not after it. `draws`: whether frames are drawn.
+    pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
+        if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
+            let name = choice.name();
+            let drawn = "culls while drawing: it needs `osp replay --draw`";
+            match Feature::Render.is_built() {
+                true => bail!("--occlusion {name} {drawn}"),
+                false => bail!("--occlusion {name} {drawn}, which {}", Lacking(&[Feature::Render])),
+            }
+        }
+        if let Some(option) = self.tests.given().filter(|_| self.occlusion.is_empty()) {
+            bail!("{option} is about occlusion culling: it needs --occlusion");
+        }
+        Ok(())
+    }
+}
+
+impl ReplayArgs {
+    /// A replay that writes nothing.
+    pub(super) fn plain(play: PlayArgs) -> Self {
+        Self {
+            files: Vec::new(),
+            play,
+            csv: None,
+            chart: None,
+            json: false,
+            check: None,
+            pin: None,
+            pvs: None,
+            verify_frames: 0,
+            force: false,
+            rig: RigPathArgs::none(),
+            world: WorldArgs::none(),
+            draw: None,
+            window: false,
+            paused: false,
+            trace: None,
+        }
+    }
+}

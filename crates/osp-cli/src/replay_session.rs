@@ -1,0 +1,273 @@
+//! One session of `osp replay`, through all indexes.
+
+use std::{path::Path, sync::Arc};
+
+use anyhow::Context;
+use indicatif::ProgressBar;
+
+use super::{
+    allocations,
+    output::complain,
+    progress,
+    replay_args::{GroupFiling, PlayArgs, ReplayArgs},
+    session::{OpenSession, Reader},
+};
+use osp::{
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    index::IndexConfig,
+    occlusion::Occlusion,
+};
+use osp_lab::{
+    lost_polygons,
+    oracle::OracleConfig,
+    pvs::{Pvs, PvsPass},
+    report::{CsvWriter, OcclusionReport, ReplayReport, RigReport, RunReport, ViewsReport},
+    verify,
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    atomic_file::AtomicFile,
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
+    scene::Scene,
+};
+
+/// What is around a replay: who reads the session, who hears of it, and by what `auto` chooses.
+pub(super) struct Around<'a> {
+    pub(super) reader: Reader,
+    /// By counts of work, where what is culled must not depend on the clock.
+    pub(super) basis: AutoBasis,
+    pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
+    /// Hears what a person should know of the session.
+    pub(super) remark: &'a mut dyn FnMut(&str),
+}
+
+/// A session that was replayed.
+pub(super) struct Replayed {
+    pub(super) report: ReplayReport,
+    /// Short name of its format.
+    pub(super) format: &'static str,
+    /// Damaged pieces that were passed over.
+    pub(super) skipped: u64,
+}
+
+/// Plays a session for people at a terminal; its frames go to the CSV file, if there is one.
+pub(super) fn replay_file(
+    args: &ReplayArgs,
+    file: &Path,
+    rig: Option<RigPath>,
+    csv: Option<&mut CsvWriter<AtomicFile>>,
+) -> anyhow::Result<ReplayReport> {
+    // A run that is compared with pinned fingerprints must not depend on the clock.
+    let is_pinned = args.check.is_some() || args.pin.is_some();
+    let around = Around {
+        reader: Reader::Thread,
+        basis: if is_pinned { AutoBasis::Work } else { AutoBasis::Time },
+        progress: |frames, name| progress::bar(frames, "frames", name),
+        remark: &mut |remark| complain(&format!("warning: {remark}")),
+    };
+    Ok(replay(args, file, rig, csv, around)?.report)
+}
+
+/// Plays a session; its frames go to the CSV file, if there is one.
+pub(super) fn replay(
+    args: &ReplayArgs,
+    file: &Path,
+    rig: Option<RigPath>,
+    mut csv: Option<&mut CsvWriter<AtomicFile>>,
+    around: Around<'_>,
+) -> anyhow::Result<Replayed> {
+    let mut session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
+    if around.reader == Reader::Thread {
+        session = session.counted();
+    }
+    // Read once to know how long and how large it is, once to play it.
+    let (summary, _, read) = summarize(&mut session, args.play.pace);
+    session.notes().warnings.iter().for_each(|warning| (around.remark)(warning));
+    let skipped = session.notes().skipped;
+    if skipped > 0 {
+        (around.remark)(&format!("{}: {skipped} damaged pieces skipped", file.display()));
+    }
+    read?;
+    args.play.reading.check_frames(file, &summary, args.play.pace)?;
+    if summary.frames <= 1 && summary.counts.points > 1 && args.play.pace == Pace::Recorded {
+        (around.remark)(&format!(
+            "{}: its time stamps put everything into one frame; try --pace samples:16",
+            file.display()
+        ));
+    }
+
+    let kinds = args.play.runs(args.pvs.as_ref().map(|_| Occlusion::Pvs));
+    let session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
+    let format = session.format;
+    let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
+    let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
+    let pvs = finished.as_ref().map(|(_, pvs)| pvs);
+    let mut rig_report = rig.as_ref().map(RigReport::new);
+    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
+    if rig.is_some() {
+        // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
+        let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
+        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
+        lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
+    }
+    let mut runs: Vec<RunReport> = Vec::new();
+    for &(index, method) in &kinds {
+        let mut run = RunReport::new(index.name(), summary.frames);
+        run.occlusion = method.map(|method| OcclusionReport {
+            tests: (args.play.tests.node_test(), args.play.tests.score()),
+            ..OcclusionReport::new(method.name(), args.play.polygon_ns)
+        });
+        run.views = rig.as_ref().map(|_| ViewsReport::default());
+        runs.push(run);
+    }
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+
+    #[cfg(feature = "render")]
+    let methods = kinds.iter().map(|(_, method)| *method);
+    #[cfg(feature = "render")]
+    let mut drawing = args
+        .draw
+        .map(|size| super::drawing::Drawing::new(size, methods.clone(), rig.as_ref()))
+        .transpose()?;
+    let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
+    let mut verified = 0;
+    let progress = (around.progress)(summary.frames, &name);
+    let player = match finished {
+        Some((scene, _)) => Player::walk(session, args.play.pace, scene),
+        None if args.play.groups == GroupFiling::Whole => {
+            Player::new(session, args.play.pace).keeping_groups_whole()
+        }
+        None => Player::new(session, args.play.pace),
+    };
+    let mut replay = Replay::new(player, camera, lanes);
+    if let Some(rig) = rig {
+        replay = replay.on_rig(rig);
+    }
+    while let Some(outcomes) = replay.step()? {
+        let mut frames = outcomes.to_vec();
+        // With a rig the lanes of one view come after the others.
+        let of_one_view = frames.split_off(kinds.len());
+        if let Some(report) = &mut rig_report {
+            report.add(replay.rig_views());
+        }
+        let looked: Vec<bool> = frames.iter().map(Option::is_some).collect();
+        for (i, (run, frame)) in runs.iter_mut().zip(&frames).enumerate() {
+            let Some(frame) = frame else { continue };
+            run.add(frame);
+            if let Some(views) = &mut run.views {
+                let one = of_one_view.get(i).and_then(Option::as_ref);
+                views.add(replay.rig_views(), replay.lanes()[i].pipeline(), frame, one);
+            }
+            if let Some(csv) = &mut csv {
+                csv.write(&name, run, frame).with_context(csv_name)?;
+            }
+        }
+        // Evenly spaced, the last frame among them.
+        if replay.frames() * args.verify_frames / summary.frames.max(1) > verified {
+            verified += 1;
+            verify_frame(&replay, &looked, &mut runs);
+        }
+        #[cfg(feature = "render")]
+        if let Some(drawing) = &mut drawing {
+            drawing.frame(&replay, &frames, &mut runs)?;
+        }
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    for (run, lane) in runs.iter_mut().zip(replay.lanes()) {
+        run.bytes = lane.pipeline().bytes();
+        run.refused = lane.pipeline().refused();
+    }
+    let counts = summary.counts;
+    let report = ReplayReport {
+        recording: name,
+        strokes: counts.strokes,
+        points: counts.points,
+        polygons: counts.polygons,
+        frames: summary.frames,
+        pace: args.play.pace.to_string(),
+        camera: match &rig_report {
+            Some(rig) => rig.camera(args.play.camera.name()),
+            None => args.play.camera.name().to_owned(),
+        },
+        rig: rig_report,
+        runs,
+    };
+    Ok(Replayed { report, format, skipped })
+}
+
+/// A session's model at its end, and the sets that have been made of it.
+fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
+    let (mut scene, mut changes) = (Scene::new(), Vec::new());
+    for event in OpenSession::open(file, &args.play.reading)? {
+        scene.apply(&event?, &mut changes);
+        changes.clear();
+        scene.let_go();
+    }
+    let pvs = Pvs::read(sets, &scene)?;
+    Ok((scene, Arc::new(pvs)))
+}
+
+/// Counts the visible polygons that the lanes of this frame have culled.
+fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    for (number, view) in replay.views().iter().enumerate() {
+        let Some(window) = view.window() else { continue };
+        let mut visible = None;
+        for ((lane, run), _) in
+            replay.lanes().iter().zip(&mut *runs).zip(looked).filter(|(_, looked)| **looked)
+        {
+            let Some(occlusion) = &mut run.occlusion else { continue };
+            let pipeline = lane.pipeline();
+            let (Some(in_view), Some(drawn)) =
+                (pipeline.in_view_lists().get(number), pipeline.draw_lists().get(number))
+            else {
+                continue;
+            };
+            // All see the same in the frustum.
+            let visible = visible.get_or_insert_with(|| {
+                // Polygons that the frustum has culled wrongly are tested, too.
+                let mut ids = lost_polygons(replay.scene(), view, &in_view.to_vec());
+                ids.extend(in_view.ids());
+                verify::visible_polygons(replay.scene(), &window, &ids, OracleConfig::default())
+            });
+            let missing = verify::missing(visible, &drawn.to_vec());
+            *occlusion.false_culls.get_or_insert(0) += missing;
+        }
+    }
+}
+
+fn lanes(
+    play: &PlayArgs,
+    basis: AutoBasis,
+    kinds: &[(IndexKind, Option<Occlusion>)],
+    header: &Header,
+    summary: &Summary,
+    pvs: Option<&Arc<Pvs>>,
+) -> Vec<Lane> {
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
+    let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
+    let clock = StageClock::counting(allocations::count);
+    let lane = |&(index, method): &(IndexKind, Option<Occlusion>)| {
+        let pipeline = Pipeline::new(index.create(&config), capacity, clock);
+        let pipeline = match method {
+            Some(Occlusion::Pvs) => match pvs {
+                Some(pvs) => pipeline.with_pass(PvsPass::new(Arc::clone(pvs))),
+                None => pipeline,
+            },
+            Some(choice) => {
+                let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
+                let (node_test, score) = (play.tests.node_test(), play.tests.score());
+                let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
+                pipeline.with_occlusion(pass)
+            }
+            None => pipeline,
+        };
+        Lane::new(pipeline, budget)
+    };
+    kinds.iter().map(lane).collect()
+}

@@ -1,0 +1,59 @@
+//! What `osp replay` says of a session.
+
+use super::{
+    output::{columns, one_line},
+    replay_args::ReplayArgs,
+};
+use osp_lab::report::{ReplayReport, RunReport, replay_table, thousands, verdict};
+
+/// The table of a session, and what is to be known of it.
+pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
+    let mut lines = vec![format!(
+        "{}: {} strokes, {} points, {} polygons; {} frames ({}, camera {})",
+        one_line(&report.recording),
+        thousands(report.strokes),
+        thousands(report.points),
+        thousands(report.polygons),
+        thousands(report.frames),
+        args.play.pace,
+        one_line(&report.camera),
+    )];
+    if report.frames == 0 {
+        lines.push("Nothing was drawn in this session: there is nothing to measure.".to_owned());
+        return lines.join("\n");
+    }
+    let columns = columns();
+    lines.push(replay_table(report, columns));
+    lines.extend(verdict(report));
+    lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
+    if args.play.tests.given().is_some() {
+        lines.push(format!(
+            "Occlusion culling: nodes tested by {}, occluders scored by {}.",
+            args.play.tests.node_test().name(),
+            args.play.tests.score().name()
+        ));
+    }
+    for run in report.runs.iter().filter(|run| !run.is_complete()) {
+        lines.push(format!(
+            "{} was slow: measured on {} of {} frames, in evenly spaced stretches (--budget {}).",
+            run.name(),
+            thousands(run.measured_frames()),
+            thousands(report.frames),
+            args.play.budget
+        ));
+    }
+    for run in report.runs.iter().filter(|run| run.refused > 0) {
+        lines.push(format!(
+            "{} refused {} changes: they moved polygons out of range, where nothing can be drawn.",
+            run.index, run.refused
+        ));
+    }
+    let verified = |run: &RunReport| Some((run.name(), run.occlusion.as_ref()?.false_culls?));
+    for (name, false_culls) in report.runs.iter().filter_map(verified) {
+        lines.push(format!("{name} culled {} visible polygons.", thousands(false_culls)));
+    }
+    if report.first_disagreement().is_none() {
+        lines.push("All indexes saw the same polygons in every frame that they were measured on.".to_owned());
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,142 @@
+//! `osp replay --world`: a flight through a world, from the address to the table.
+
+use std::{
+    collections::VecDeque,
+    io::Write,
+    path::Path,
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, bail, ensure};
+
+use super::{
+    Outcome, output::say, outputs::Output, replay_args::ReplayArgs, session::OpenSession,
+    world_args::WorldArgs, world_report::WorldReport,
+};
+use osp::view::{Projection, View};
+use osp_net::world::{Flight, Missing, Place, ResidentConfig, Walk, World};
+use osp_session::{
+    recording::Pacer,
+    replay::{CameraChoice, CameraPath, Moment},
+};
+
+/// Frames of a flight that is made up.
+const FRAMES: u64 = 900;
+/// Frames a second by which `--speed` counts.
+const FRAMES_A_SECOND: f32 = 90.0;
+
+pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> anyhow::Result<Outcome> {
+    if let Some(file) = args.files.first() {
+        bail!("--world takes the place of sessions: expected none; found {}", file.display());
+    }
+    let options = &args.world;
+    let world = Arc::new(World::open(Place::to_read(address)?)?);
+    let (camera, mut views) = views(args, &world)?;
+    let config = ResidentConfig { memory: options.memory, loaders: usize::from(options.loaders) };
+    let mut walk = Walk::new(Arc::clone(&world), config).context("--memory")?;
+    let missing = if options.wait { Missing::Wait } else { Missing::Count };
+    let mut report = WorldReport::new(address, &world, options, camera);
+    let mut table = match csv {
+        Some(output) => {
+            let mut file = output.create()?;
+            writeln!(file, "{}", WorldReport::COLUMNS)
+                .with_context(|| output.path().display().to_string())?;
+            Some((output, file))
+        }
+        None => None,
+    };
+    let rate = if options.wait { 0 } else { options.rate };
+    let mut due = Instant::now();
+    // No more views than are looked at ahead, or `--frames` would be memory that nothing bounds.
+    let prefetch = usize::from(options.prefetch);
+    let mut coming = VecDeque::with_capacity(prefetch + 1);
+    loop {
+        coming.extend(views.by_ref().take(prefetch + 1 - coming.len()));
+        let Some(view) = coming.pop_front() else { break };
+        if rate > 0 {
+            let now = Instant::now();
+            thread::sleep(due.saturating_duration_since(now));
+            // A frame that is late does not hurry those that follow.
+            due = due.max(now) + Duration::from_secs(1) / u32::from(rate);
+        }
+        let ahead = prefetch.checked_sub(1).and_then(|last| coming.get(last));
+        let frame = walk.frame(&view, ahead, missing)?;
+        report.add(&frame);
+        if let Some((output, file)) = &mut table {
+            let line = WorldReport::line(&world_name(address), &frame);
+            writeln!(file, "{line}").with_context(|| output.path().display().to_string())?;
+        }
+    }
+    report.finish(walk.counts());
+    if let Some((output, file)) = table {
+        output.commit(file)?;
+    }
+    say(&if args.json { report.to_json() } else { report.text() })?;
+    Ok(Outcome::Done)
+}
+
+/// The last part of the address.
+pub(super) fn world_name(address: &str) -> String {
+    address.trim_end_matches('/').rsplit('/').next().unwrap_or(address).to_owned()
+}
+
+/// Views, one a frame.
+type Views = Box<dyn Iterator<Item = View>>;
+
+/// The camera's name and its views.
+fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
+    let WorldArgs { path, frames, seed, speed, far, .. } = &args.world;
+    let camera = args.play.camera;
+    let far_m = far.unwrap_or(f32::INFINITY);
+    let not_beyond = move |view: View| {
+        let Projection { near_m, far_m: whole_m, .. } = view.projection;
+        let far_m = whole_m.min(far_m);
+        let projection = Projection { near_m: near_m.min(far_m * 1.0e-3), far_m, ..view.projection };
+        View { projection, ..view }
+    };
+    if let Some(path) = path {
+        let views = recorded(args, path, world, frames.unwrap_or(u64::MAX))?;
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        return Ok((format!("{} of {name}", camera.name()), Box::new(views.into_iter().map(not_beyond))));
+    }
+    let frames = frames.unwrap_or(FRAMES);
+    if camera == CameraChoice::Auto {
+        let flight = Flight::new(&world.bounds(), *seed, speed.map(|speed| speed / FRAMES_A_SECOND), *far);
+        return Ok((format!("flight with seed {seed}"), Box::new(flight.take(frames as usize))));
+    }
+    ensure!(camera != CameraChoice::Follow, "--camera follow: a world has no hand: it needs --path");
+    ensure!(speed.is_none(), "--speed: only the flight (--camera auto) has one");
+    let path = CameraPath::new(camera, None, &world.bounds());
+    let view = move |frame| not_beyond(path.view(&Moment { frame, ..Moment::default() }));
+    Ok((camera.name().to_owned(), Box::new((0..frames).map(view))))
+}
+
+/// The views of the recorded head of a session, whose strokes are not looked at.
+fn recorded(args: &ReplayArgs, file: &Path, world: &World, most: u64) -> anyhow::Result<Vec<View>> {
+    let session = OpenSession::open(file, &args.play.reading)?;
+    let camera = CameraPath::new(args.play.camera, session.header.camera, &world.bounds());
+    let mut pacer = Pacer::new(session, args.play.pace);
+    let (mut events, mut moment, mut views) = (Vec::new(), Moment::default(), Vec::new());
+    let mut has_head = false;
+    while (views.len() as u64) < most && pacer.next_frame(&mut events)? {
+        events.iter().for_each(|event| moment.note(event));
+        has_head |= moment.head.is_some();
+        // Until there is a head, there is nothing to fly along.
+        if moment.head.is_some() || args.play.camera != CameraChoice::Auto {
+            views.push(camera.view(&moment));
+        }
+        moment.frame += 1;
+        let most_frames = args.play.reading.options().limits.frames();
+        ensure!(
+            views.len() as u64 <= most_frames,
+            "{}: expected at most {most_frames} frames",
+            file.display()
+        );
+    }
+    if !has_head && args.play.camera == CameraChoice::Auto {
+        bail!("{}: expected a session with a recorded head path; found none", file.display());
+    }
+    Ok(views)
+}

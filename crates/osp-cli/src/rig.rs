@@ -1,0 +1,224 @@
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::{Args, Subcommand};
+use comfy_table::CellAlignment;
+use glam::Quat;
+
+#[cfg(not(feature = "window"))]
+use super::built::{self, Feature};
+use super::{
+    Outcome,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    rig_args::rig_file,
+};
+use osp_lab::report::{RigPlan, columns_table};
+use osp_session::{
+    output_file::OutputKind,
+    rig::{Eye, Eyes, Output, Rig, Screen, Viewport},
+};
+
+/// Check or show a rig: the screens around a tracked head that --rig names.
+#[derive(Args, Debug)]
+#[command(after_help = FORMAT)]
+pub(super) struct RigCommand {
+    #[command(subcommand)]
+    what: What,
+}
+
+const FORMAT: &str = "A rig is a file of RON. What may be left out is said with [what it is then]:
+  (
+    name: \"two walls\",
+    // Where the head is until a tracker says otherwise, metres, y up.
+    head: (0.0, 1.6, 0.0),
+    // Distance of the eyes, metres [0.064].
+    eye_separation_m: 0.064,
+    // Mono, SideBySide, TopBottom, Anaglyph or Windows [Mono].
+    stereo: SideBySide,
+    // Whether each eye gets the picture of the other one [false].
+    swap_eyes: false,
+    // The tracker's space in the room [the same space].
+    room_from_tracker: (p: (0, 0, 0), q: (0, 0, 0, 1)),
+    // 1 to 16 rectangles, by three corners as seen from in front of them.
+    screens: [
+      (
+        name: \"left\",
+        lower_left: (-1.7, 0.3, 0.0),
+        lower_right: (0.0, 0.3, -1.7),
+        upper_left: (-1.7, 2.1, 0.0),
+        // Where its picture goes [beside the others in the window].
+        outputs: [(monitor: \"2\", viewport: (0, 0, 1, 1))],
+      ),
+    ],
+  )
+An output names a monitor by its name or number (`osp rig monitors`); a window without borders and
+panels covers it. Its `viewport` is the part of the monitor that shows the screen: left, top, width
+and height, each from 0 to 1 [all]. `eyes: Left` or `eyes: Right` shows the picture of one eye alone,
+for a projector each (`stereo: Windows`). The first window controls the others and goes to a monitor
+that is left free.
+Not supported, as wgpu, which osp draws with, has neither: displays with two buffers for the eyes
+(quad-buffer), and locking several displays to one frame. Warp meshes are left to drivers and projectors.
+Shipped rigs: desktop, dual-wall, cave4.
+
+Examples:
+  osp rig check walls.ron
+  osp rig show dual-wall plan.svg
+  osp rig monitors
+  osp sketch --rig walls.ron --stereo side-by-side";
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// List the monitors that a rig may name.
+    Monitors,
+    /// Say what is wrong with rigs; exit code 1 if the head of one sees nothing on a screen, 2 if one is no rig.
+    Check {
+        /// Files, or names of shipped rigs.
+        #[arg(required = true, value_name = "RIG")]
+        rigs: Vec<String>,
+    },
+    /// Print a rig's screens as its head sees them, and draw them.
+    Show {
+        /// A file, or the name of a shipped rig.
+        #[arg(value_name = "RIG")]
+        rig: String,
+        /// A plan of the room, .svg or .png: from above and from the front.
+        #[arg(value_name = "PLAN")]
+        plan: Option<PathBuf>,
+        /// Replace a file of another kind.
+        #[arg(long)]
+        force: bool,
+    },
+}
+
+pub(super) fn run(args: &RigCommand) -> anyhow::Result<Outcome> {
+    match &args.what {
+        #[cfg(feature = "window")]
+        What::Monitors => monitors(),
+        #[cfg(not(feature = "window"))]
+        What::Monitors => built::refuse("osp rig monitors", &[Feature::Window]),
+        What::Check { rigs } => check(rigs),
+        What::Show { rig, plan, force } => show(rig, plan.as_ref(), *force),
+    }
+}
+
+fn check(names: &[String]) -> anyhow::Result<Outcome> {
+    let mut outcome = Outcome::Done;
+    let mut wrong = None;
+    for name in names {
+        let rig = match Rig::open(name) {
+            Ok(rig) => rig,
+            // The others are looked at first.
+            Err(error) => {
+                if let Some(before) = wrong.replace(error) {
+                    complain(&format!("error: {before}"));
+                }
+                continue;
+            }
+        };
+        let eyes = rig.stereo.eyes();
+        for screen in &rig.screens {
+            let is_blind = |&&eye: &&Eye| {
+                let eye = rig.eye_in_room(eye, rig.head, Quat::IDENTITY);
+                screen.view(eye, NEAR_M, FAR_M).is_none()
+            };
+            if let Some(eye) = eyes.iter().find(is_blind) {
+                outcome = Outcome::CheckFailed;
+                complain(&format!(
+                    "{name}: the {} of the head at {} is not in front of screen `{}`: its corners go the other way round, or \
+                     the head stands behind it",
+                    eye.name(),
+                    rig.head,
+                    screen.name
+                ));
+            }
+        }
+        say(&format!("{}: {} screens, {}", one_line(name), rig.screens.len(), rig.stereo.name()))?;
+    }
+    wrong.map_or(Ok(outcome), |error| Err(error.into()))
+}
+
+#[cfg(feature = "window")]
+fn monitors() -> anyhow::Result<Outcome> {
+    let monitors = osp_app::monitors()?;
+    if monitors.is_empty() {
+        complain("the display has no monitors");
+    }
+    for monitor in monitors {
+        say(&monitor.to_string())?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Planes that only have to be there: a view needs them.
+const NEAR_M: f32 = 0.01;
+const FAR_M: f32 = 100.0;
+
+fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outcome> {
+    let rig = Rig::open(name)?;
+    let mut outputs = Outputs::new(force).reads(&rig_file(name));
+    let kind = match plan {
+        Some(path) if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) => {
+            OutputKind::Png
+        }
+        _ => OutputKind::Svg,
+    };
+    let output = plan.map(|path| outputs.add("PLAN", path, kind)).transpose()?;
+    say(&format!(
+        "{}: {}, eyes {} mm apart, head at {}",
+        one_line(&rig.name),
+        rig.stereo.name(),
+        (rig.eye_separation_m * 1000.0).round(),
+        rig.head
+    ))?;
+    let mut table = columns_table();
+    let header = ["screen", "width\nm", "height\nm", "from head\nm", "across\ndegrees", "up\ndegrees"];
+    table.set_header(header);
+    for screen in &rig.screens {
+        table.add_row(row(&rig, screen));
+    }
+    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    say(&table.to_string())?;
+    for screen in &rig.screens {
+        for output in &screen.outputs {
+            say(&shown_on(screen, output))?;
+        }
+    }
+    if let Some(output) = output {
+        output.check()?;
+        RigPlan(&rig)
+            .write(output.path())
+            .map_err(|error| anyhow!("{}: {error}", output.path().display()))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Where a screen's picture goes.
+fn shown_on(screen: &Screen, output: &Output) -> String {
+    let Viewport(x, y, width, height) = output.viewport;
+    let part = match output.viewport == Viewport::WHOLE {
+        true => String::new(),
+        false => format!(", from ({x}, {y}) {width} wide and {height} high"),
+    };
+    let eyes = match output.eyes {
+        Eyes::Both => "",
+        Eyes::Left => ", left eye",
+        Eyes::Right => ", right eye",
+    };
+    format!("{}: monitor `{}`{part}{eyes}", one_line(&screen.name), one_line(&output.monitor))
+}
+
+/// A screen as the head sees it.
+fn row(rig: &Rig, screen: &Screen) -> [String; 6] {
+    let (across, upwards) = screen.sides();
+    let degrees = |low: f32, high: f32| format!("{:.1}", (high.atan() - low.atan()).to_degrees());
+    let view = screen.view(rig.head, NEAR_M, FAR_M).map(|view| view.projection);
+    [
+        one_line(&screen.name).into_owned(),
+        format!("{:.3}", across.length()),
+        format!("{:.3}", upwards.length()),
+        format!("{:.3}", (rig.head - screen.lower_left).dot(screen.towards_eye())),
+        view.map_or("behind".to_owned(), |seen| degrees(seen.left, seen.right)),
+        view.map_or("behind".to_owned(), |seen| degrees(seen.bottom, seen.top)),
+    ]
+}

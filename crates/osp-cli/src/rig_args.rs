@@ -1,0 +1,108 @@
+//! `--rig` and `--stereo`: the screens around the eye.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+
+use osp_session::{
+    replay::{RigPath, RoomMotion},
+    rig::{Rig, Stereo},
+};
+
+/// A rig, and how its screens show it to two eyes.
+#[derive(Args, Debug)]
+pub(super) struct RigArgs {
+    /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
+    #[arg(long, value_name = "RIG")]
+    pub(super) rig: Option<String>,
+    /// How the pictures for the two eyes are shown: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
+    /// and eye) [default: the rig's own].
+    #[arg(long, value_name = "HOW", value_parser = stereo_parser())]
+    pub(super) stereo: Option<Stereo>,
+}
+
+/// A rig around the eye of a replay.
+#[derive(Args, Debug)]
+pub(super) struct RigPathArgs {
+    #[command(flatten)]
+    pub(super) screens: RigArgs,
+    /// What the rig's room does: `follows`: it goes along with the eye, which is always at the rig's place for the head,
+    /// and turns with it about the vertical; `stands`: it stays where the first frame's eye is, and the eye walks in it.
+    #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
+    pub(super) room: RoomMotion,
+}
+
+fn stereo_parser() -> impl TypedValueParser<Value = Stereo> {
+    PossibleValuesParser::new(Stereo::ALL.iter().map(|how| how.name())).try_map(|name| {
+        let found = Stereo::ALL.iter().find(|how| how.name() == name);
+        found.copied().ok_or_else(|| format!("no way is called {name}"))
+    })
+}
+
+pub(super) fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
+    PossibleValuesParser::new(RoomMotion::ALL.iter().map(|motion| motion.name())).try_map(|name| {
+        let found = RoomMotion::ALL.iter().find(|motion| motion.name() == name);
+        found.copied().ok_or_else(|| format!("no room is called {name}"))
+    })
+}
+
+/// The file of a rig, if its name is not that of a shipped one.
+pub(super) fn rig_file(name: &str) -> Option<PathBuf> {
+    (!Rig::shipped().any(|shipped| shipped == name)).then(|| PathBuf::from(name))
+}
+
+impl RigArgs {
+    /// The file of the rig, if it is one: no output may replace it.
+    pub(super) fn file(&self) -> Option<PathBuf> {
+        self.rig.as_deref().and_then(rig_file)
+    }
+
+    /// The rig, with the way to show it to two eyes.
+    pub(super) fn open(&self) -> anyhow::Result<Option<(Rig, Stereo)>> {
+        let Some(name) = &self.rig else { return Ok(None) };
+        let mut rig = Rig::open(name)?;
+        if let Some(stereo) = self.stereo {
+            rig = rig.with_stereo(stereo)?;
+        }
+        let stereo = rig.stereo;
+        Ok(Some((rig, stereo)))
+    }
+
+    /// The room that a window shows.
+    #[cfg(feature = "window")]
+    pub(super) fn room(&self) -> anyhow::Result<osp_app::Room> {
+        let mut room = match self.open()? {
+            Some((rig, _)) => osp_app::Room::new(rig),
+            None if self.stereo == Some(Stereo::Windows) => {
+                bail!("--stereo windows needs a --rig: its screens are the windows")
+            }
+            None => osp_app::Room::default(),
+        };
+        if let Some(stereo) = self.stereo {
+            room.set_stereo(stereo);
+        }
+        Ok(room)
+    }
+}
+
+impl RigPathArgs {
+    /// No rig: one eye, one screen.
+    pub(super) const fn none() -> Self {
+        Self { screens: RigArgs { rig: None, stereo: None }, room: RoomMotion::Follows }
+    }
+
+    /// The screens before the first frame; `None` without a rig.
+    pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
+        let Some((rig, stereo)) = self.screens.open()? else {
+            if self.screens.stereo.is_some() {
+                bail!("--stereo needs a --rig: it says how its screens show the pictures for two eyes");
+            }
+            return Ok(None);
+        };
+        Ok(Some(RigPath::new(rig, stereo, self.room)))
+    }
+}

@@ -1,0 +1,60 @@
+//! How a command of a shared session reaches the server, and ends.
+
+#[cfg(unix)]
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
+
+use anyhow::Context;
+
+use super::shared_args::ServerArgs;
+use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
+use osp_session::small_file::read_text;
+
+impl ServerArgs {
+    /// An address as it was typed, with the credentials of a file. What is wrong with it is said without the password in it.
+    pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
+        let mut address: Address = typed.parse()?;
+        if let Some(path) = &self.credentials {
+            address.credentials = Credentials::read(path)?;
+        }
+        if !self.unencrypted {
+            address.check_way()?;
+        }
+        if let Some(path) = &self.tls_ca {
+            read_text(path, 1 << 20).with_context(|| path.display().to_string())?;
+        }
+        Ok(address)
+    }
+
+    /// How to connect, as an author of this name or to watch.
+    pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
+        let role = match watches {
+            true => Role::Watcher,
+            false => Role::Author(Who { name: name.to_owned(), color: None }),
+        };
+        LinkOptions { role, certificates: self.tls_ca.clone() }
+    }
+
+    /// Whether one of them was given.
+    #[cfg(feature = "window")]
+    pub(super) fn is_given(&self) -> bool {
+        self.credentials.is_some() || self.tls_ca.is_some() || self.unencrypted
+    }
+}
+
+/// Has Ctrl-C and others end the program as it ends by itself, in so much time.
+#[cfg(unix)]
+pub(super) fn end_on_signals(ending: &Arc<AtomicBool>, time: Duration) {
+    let ending = Arc::clone(ending);
+    osp_session::atomic_file::before_a_signal_ends(Some(Box::new(move || {
+        // The program ends by itself meanwhile; if it does not, the signal ends it.
+        ending.store(true, Ordering::Relaxed);
+        thread::sleep(time);
+    })));
+}

@@ -1,0 +1,185 @@
+//! `osp sketch`: the window to draw in.
+
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use super::{
+    Outcome,
+    output::complain,
+    outputs::Outputs,
+    sketch_args::{SketchArgs, WindowArgs},
+};
+use osp_app::{
+    Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening, Question,
+    Reading, Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
+    tracker::{Listening, TrackerAddress, TrackerOptions},
+};
+#[cfg(feature = "live")]
+use osp_app::{Shared, Unjoined};
+use osp_session::output_file::OutputKind;
+
+/// If reading a session takes longer than this, the window opens meanwhile, and says itself what is wrong with the session.
+pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
+
+impl SketchArgs {
+    /// Opens the session to draw on it; if another window has it, for reading only, and says who has it. A long session is
+    /// read beside the window.
+    fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
+        let access = match (self.read_only, self.copy) {
+            (true, _) => Access::ReadOnly,
+            (false, true) => Access::Copy,
+            (false, false) => Access::Write,
+        };
+        let how = Opening {
+            access,
+            lenient: self.lenient,
+            limits: self.limits.limits(),
+            of_several: self.tracker_authors,
+        };
+        let reading =
+            Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
+        match reading.wait(Some(BEFORE_THE_WINDOW)) {
+            Waited::Read(Ok((subject, opened))) => Ok(Start { subject, opened, held: None, reading: None }),
+            Waited::Read(Err(OpenError::Held(held))) => {
+                let (document, opened) = Document::look_at(path, autosaves, how)?;
+                Ok(Start { held: Some(held), ..Start::with(document, opened) })
+            }
+            Waited::Read(Err(OpenError::Recording(error))) => Err(error.into()),
+            Waited::Read(Err(error @ OpenError::Cancelled(_))) => Err(error.into()),
+            Waited::GoesOn(reading) => {
+                let empty = Start::with(Document::new(autosaves), Opened::default());
+                Ok(Start { reading: Some(reading), ..empty })
+            }
+        }
+    }
+}
+
+#[cfg(feature = "live")]
+impl SketchArgs {
+    /// Begins to take part in a shared session.
+    fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
+        let options = self.server.options(self.watch, &self.name);
+        let address = self.server.address(address)?;
+        let join = || Shared::join(&address, &options, autosaves);
+        let Some(path) = &self.file else {
+            return Ok(Start::with(Document::joining(join()?, autosaves)?, Opened::default()));
+        };
+        let (unjoined, opened) = Unjoined::open(path, address.session(), autosaves, self.limits.limits())?;
+        Ok(Start::with(unjoined.join(join()?), opened))
+    }
+}
+
+/// What a window begins with.
+struct Start {
+    subject: Subject,
+    opened: Opened,
+    held: Option<OpenElsewhere>,
+    /// The session that is to be shown instead, once it has been read.
+    reading: Option<Reading>,
+}
+
+impl Start {
+    fn with(document: Document, opened: Opened) -> Self {
+        Self { subject: Subject::Sketch(Box::new(document)), opened, held: None, reading: None }
+    }
+}
+
+impl WindowArgs {
+    /// How the window culls until somebody changes it.
+    fn culling(&self) -> CullingPlan {
+        let plan = CullingPlan::new(self.index, self.occlusion);
+        plan.with_tests(self.tests.node_test(), self.tests.score())
+    }
+
+    /// Refuses a trace that would replace a file of another kind.
+    fn check_trace(&self, session: Option<&PathBuf>, tracker: Option<&TrackerAddress>) -> anyhow::Result<()> {
+        let rig = self.rig.file();
+        let tracker = tracker.and_then(|tracker| match tracker {
+            TrackerAddress::File(path) => Some(path),
+            _ => None,
+        });
+        let mut outputs = Outputs::new(self.force).reads(session).reads(&rig).reads(tracker);
+        outputs.add_any("--trace", self.trace.as_ref(), OutputKind::Trace)?;
+        Ok(())
+    }
+
+    /// The screens.
+    fn room(&self) -> anyhow::Result<Room> {
+        let mut room = self.rig.room()?;
+        room.show_pattern(self.test_pattern);
+        Ok(room)
+    }
+
+    pub(super) fn options(&self, tracker: Option<TrackerAddress>) -> WindowOptions {
+        let tracker_options = TrackerOptions::default();
+        WindowOptions {
+            size: self.window,
+            tracker,
+            tracker_options,
+            trace: self.trace.clone(),
+            settings: Some(Settings::default_path()),
+        }
+    }
+}
+
+pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
+    let tracker = &args.tracker.tracker;
+    args.window.check_trace(args.file.as_ref(), tracker.as_ref())?;
+    args.tracker.check()?;
+    let mut tracker_options = args.tracker.options()?;
+    #[cfg(feature = "live")]
+    anyhow::ensure!(
+        args.join.is_some() || !args.server.is_given(),
+        "--credentials, --tls-ca, --unencrypted: expected --join ADDRESS"
+    );
+    #[cfg(feature = "live")]
+    anyhow::ensure!(
+        args.join.is_none() || !args.tracker_authors,
+        "--tracker-authors: expected no --join: in a shared session a window is one author"
+    );
+    let room = args.window.room()?;
+    let autosaves = Autosaves::new(args.autosave.clone());
+    #[cfg(feature = "live")]
+    let joined = match &args.join {
+        Some(address) => Some(args.join(address, &autosaves)?),
+        None => None,
+    };
+    #[cfg(not(feature = "live"))]
+    let joined: Option<Start> = None;
+    let Start { subject, opened, held, reading } = match (joined, &args.file) {
+        (Some(start), _) => start,
+        (None, Some(path)) => args.open(path, &autosaves)?,
+        (None, None) => {
+            let (mut document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
+            if args.tracker_authors && !opened.is_recovered {
+                document = Document::of_several(&autosaves);
+            }
+            Start::with(document, opened)
+        }
+    };
+    let mut studio = Studio::new(subject, autosaves, args.window.index);
+    studio.set_room(room);
+    studio.set_limits(args.limits.limits());
+    studio.set_tests(args.window.tests.node_test(), args.window.tests.score());
+    studio.command(Command::Occlusion(args.window.occlusion));
+    for remark in opened.remarks {
+        complain(&remark);
+        studio.say(remark);
+    }
+    if let Some(held) = held {
+        complain(&held.to_string());
+        studio.ask(Question::Held { held, is_shown: true });
+    }
+    if let Some(reading) = reading {
+        studio.take_over(reading);
+    }
+    let mut options = args.window.options(tracker.clone());
+    if args.tracker_authors {
+        tracker_options.listening = Listening::Authors;
+    }
+    options.tracker_options = tracker_options;
+    run_window(studio, options)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,127 @@
+//! The arguments of `osp sketch`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    numbers,
+    occlusion_tests::TestArgs,
+    parsers::{index_parser, occlusion_parser},
+    reading::LimitArgs,
+    rig_args::RigArgs,
+    shared_args::{self, ServerArgs},
+    tracker_args::TrackerArgs,
+};
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+
+/// Draw in a window: with a mouse or a pen, or with a tracker.
+///
+/// The window writes every sample to the session's file before it takes the next one, and flushes the file to the disk at
+/// the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp sketch`
+/// restores it. Nothing is written before something is drawn, and no file is replaced unless you say so.
+///
+/// The menus and F1 list all keys. The window remembers recent sessions, its colours and the size of its letters in
+/// osp/window.settings in the folder XDG_CONFIG_HOME (else ~/.config); you may delete that file.
+///
+/// Only one window at a time draws on a session. A second window says who has the session open, and asks whether you want
+/// to look at it or to draw on a copy (--read-only and --copy answer beforehand). If somebody removes or replaces the file,
+/// another program changes it, or the disk is full, the window leaves the file alone, says so, and goes on in an autosave
+/// file.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp sketch
+  osp sketch house.ron
+  osp sketch painting.tilt --index bvh-sah
+  osp sketch house.ron --read-only
+  osp sketch damaged.ron --lenient
+  osp sketch --tracker udp://127.0.0.1:9327
+  osp sketch --rig dual-wall --tracker poses.txt
+  osp sketch class.ron --tracker udp:// --tracker-authors
+
+A tracker sends lines of text (or the same as OSC), metres and unit quaternions, +y up:
+  head  X Y Z  QX QY QZ QW
+  hand  X Y Z  QX QY QZ QW  PRESSURE  [HAND]     draws while the pressure is above 0
+  brush TOOL WIDTH  R G B A  [HAND] [NORMAL]     ribbon, wall, tube or a brush, as Light
+  erase X Y Z | undo | redo
+  key WORD                                       first in each packet, if --tracker-key is given
+The window listens to the first sender until it has been silent for 5 s; it counts the packets of
+others and does not read them.
+Packets of ART's DTrack (ASCII) are understood, too: body 0 is the head, Flysticks are the hands, and a
+hand draws while the first button is pressed (--tracker udp://0.0.0.0:5000).
+As OSC: /osp/head, /osp/hand and so on; the key as /osp/key, the first message of a bundle.
+`osp send SESSION --to 127.0.0.1:9327` plays a session as such a tracker.")]
+pub(super) struct SketchArgs {
+    /// The session to continue, or a new one (.ron). A session that `osp sketch` did not draw (imported, shipped, of
+    /// another format, write-protected) is opened as a copy.
+    pub(super) file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) window: WindowArgs,
+    #[command(flatten)]
+    pub(super) tracker: TrackerArgs,
+    /// Each sender of the tracker's messages is an author of its own, 16 at a time: with strokes, undo and a colour of its own, in
+    /// a session that is new or of several authors. It joins with its first message and leaves after five seconds without one.
+    #[arg(long, requires = "tracker", conflicts_with = "tracker_any")]
+    pub(super) tracker_authors: bool,
+    /// Only look at the session.
+    #[arg(long, requires = "file", conflicts_with = "copy")]
+    pub(super) read_only: bool,
+    /// Draw on a copy of the session, in an autosave file.
+    #[arg(long, requires = "file")]
+    pub(super) copy: bool,
+    /// Skip damaged pieces and count them, instead of refusing the session, and draw on a copy.
+    #[arg(long, requires = "file")]
+    pub(super) lenient: bool,
+    /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
+    /// (`osp join --help` says how to start one). The recording of the whole session is saved as you draw, in FILE if it is
+    /// given: a new file, or one that is the beginning of this session, as it was left; what was drawn since is appended.
+    // Parsed later: what is wrong with it is said without the password in it.
+    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
+    pub(super) join: Option<String>,
+    /// Only watch the others.
+    #[arg(long, requires = "join")]
+    pub(super) watch: bool,
+    /// The name by which the others know you.
+    #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
+    #[arg(value_parser = shared_args::name)]
+    pub(super) name: String,
+    #[command(flatten)]
+    pub(super) server: ServerArgs,
+    #[command(flatten)]
+    pub(super) limits: LimitArgs,
+    /// The folder for autosave files [default: the user's own data folder].
+    #[arg(long, value_name = "DIR")]
+    pub(super) autosave: Option<PathBuf>,
+}
+
+/// The options of every window.
+#[derive(Args, Debug)]
+pub(super) struct WindowArgs {
+    /// The index that culls by the frustum (`osp replay --help` describes them); the window can change it.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    pub(super) index: IndexKind,
+    /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
+    #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
+    pub(super) occlusion: Occlusion,
+    #[command(flatten)]
+    pub(super) tests: TestArgs,
+    #[command(flatten)]
+    pub(super) rig: RigArgs,
+    /// Show a test pattern on the rig's screens: border, grid in metres, number of the screen, letter of the eye.
+    #[arg(long, requires = "rig")]
+    pub(super) test_pattern: bool,
+    /// Width and height of the window, in points.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) window: Option<(u32, u32)>,
+    /// Write one line of JSON for each frame to this file.
+    #[arg(long, value_name = "FILE")]
+    pub(super) trace: Option<PathBuf>,
+    /// Let --trace replace a file of another kind, but never the session.
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    numbers::sides(text, &(1..=16_384))
+}

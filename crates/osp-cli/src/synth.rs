@@ -1,0 +1,100 @@
+//! `osp synth`: a session made up from a seed.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use indicatif::HumanBytes;
+
+use super::{
+    Outcome,
+    new_recording::NewRecording,
+    output::{one_line, say},
+    outputs::Outputs,
+    progress,
+};
+use osp_lab::report::thousands;
+use osp_session::{
+    output_file::OutputKind,
+    recording::{Event, SynthKind, synthesize, synthesize_class},
+};
+
+/// Write a synthetic session: an invented person draws, as a seed decides.
+///
+/// The same kind, number of polygons and seed give the same file, byte for byte, on every machine.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  osp synth room --polygons 12000 --seed 1 room.ron
+  osp synth brushes --polygons 2400 brushes.ron
+  osp synth class --authors 5 --polygons 6000 class.ron
+  osp synth grow --polygons 1000000 --seed 7 long.ron.zst
+
+Kinds:
+  portrait   dense small strokes on a bust; the artist walks around it
+  room       walls, furniture and ribbons in several rooms; the artist walks through them
+  scribble   long loose strokes that fill the whole 4 m volume
+  grow       tendrils that leave the root cube and go on far beyond it
+  brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
+  nested     a planet with moons and a spaceship with engines: groups that move within groups
+  class      several artists scribble at once; one moves at times what another has drawn (--authors)")]
+pub(super) struct SynthArgs {
+    /// What is drawn.
+    #[arg(value_parser = kind_parser())]
+    kind: SynthKind,
+    /// File to write, `.ron` or `.ron.zst`.
+    out: PathBuf,
+    /// Number of polygons to draw: the session ends after the stroke that reaches it.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    polygons: u32,
+    /// Seed of the random numbers; another seed gives another session of the same kind.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Number of artists of `class`, who share the polygons; 3 if it is not said.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
+    authors: Option<u32>,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
+    PossibleValuesParser::new(SynthKind::ALL.map(SynthKind::name)).try_map(|name| name.parse::<SynthKind>())
+}
+
+pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {
+    let session = match (args.kind, args.authors) {
+        (SynthKind::Class, Some(authors)) => synthesize_class(authors, args.polygons, args.seed),
+        (kind, None) => synthesize(kind, args.polygons, args.seed),
+        (kind, Some(_)) => bail!("--authors: only `class` has several artists; found `{kind}`"),
+    };
+    let output = Outputs::new(args.force).add("OUT", &args.out, OutputKind::Recording)?;
+    let mut recording = NewRecording::create(output, &session.header)?;
+    let progress = progress::events(&args.out.to_string_lossy());
+    let (mut strokes, mut points, mut events) = (0, 0, 0);
+    for event in session {
+        let event = event?;
+        strokes += u64::from(matches!(event, Event::Begin { .. }));
+        points += u64::from(matches!(event, Event::Point { .. }));
+        events += 1;
+        recording.write(&event)?;
+        if events % 4096 == 0 {
+            progress.set_position(events);
+        }
+    }
+    progress.finish_and_clear();
+    let bytes = recording.finish()?;
+    say(&format!(
+        "{}: {}, {} strokes, {} points, {} events{}",
+        one_line(&args.out.to_string_lossy()),
+        args.kind,
+        thousands(strokes),
+        thousands(points),
+        thousands(events),
+        bytes.map_or_else(String::new, |bytes| format!(", {}", HumanBytes(bytes))),
+    ))?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,106 @@
+//! How a command listens to the tracker of its options, and the key that packets begin with.
+
+use std::{env, path::Path};
+
+use anyhow::{Context, anyhow};
+
+use super::{output::complain, tracker_args::TrackerArgs};
+use osp_app::tracker::{Listening, TrackerAddress, TrackerKey, TrackerOptions};
+use osp_session::small_file::{open_regular, read_text};
+
+/// The variable that gives a key where the command line does not.
+const KEY_VARIABLE: &str = "OSP_TRACKER_KEY";
+
+/// Longest file of a key, bytes: the key and some ends of lines.
+const KEY_FILE_BYTES: u64 = 2 * TrackerKey::MAX_BYTES as u64;
+
+impl TrackerArgs {
+    /// Refuses a file that cannot be read, before anything else begins.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        if let Some(TrackerAddress::File(path)) = &self.tracker {
+            open_regular(path).with_context(|| format!("tracker {}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// How to listen; what is dangerous about it is said. Without a tracker no key is read.
+    pub(super) fn options(&self) -> anyhow::Result<TrackerOptions> {
+        let key = match self.tracker {
+            Some(_) => key(self.tracker_key.as_ref(), self.tracker_key_file.as_deref())?,
+            None => None,
+        };
+        let options = TrackerOptions {
+            listening: if self.tracker_any { Listening::Everybody } else { Listening::First },
+            key,
+            z_up: self.tracker_z_up,
+        };
+        if let Some(warning) = self.tracker.as_ref().and_then(|from| from.warning(&options)) {
+            complain(&format!("warning: {warning}"));
+        }
+        Ok(options)
+    }
+}
+
+/// The key of the command line, else that of the file, else that of the variable. A variable that is set to no key is refused: to go
+/// on without one would let everybody in.
+pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
+    if word.is_some() {
+        return Ok(word.cloned());
+    }
+    let (from, text) = match (file, env::var_os(KEY_VARIABLE)) {
+        (Some(path), _) => {
+            let from = path.display().to_string();
+            (from.clone(), read_text(path, KEY_FILE_BYTES).context(from)?)
+        }
+        (None, Some(value)) => (KEY_VARIABLE.to_owned(), value.to_string_lossy().into_owned()),
+        (None, None) => return Ok(None),
+    };
+    // The error does not show the word.
+    text.trim_end_matches(['\r', '\n']).parse().map(Some).map_err(|why| anyhow!("{from}: {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        tracker: TrackerArgs,
+    }
+
+    #[test]
+    fn a_key_comes_from_a_word_or_a_file_of_one_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("key");
+        let line = |args: &[&str]| Line::try_parse_from([&["osp", "--tracker", "udp://"], args].concat());
+        let file = ["--tracker-key-file", path.to_str().expect("plain text")];
+        let key = |args: &[&str]| {
+            let options = line(args).expect("options that are known").tracker.options()?;
+            anyhow::Ok(options.key.map(|key| key.as_str().to_owned()))
+        };
+        for text in ["from-a-file", "from-a-file\n", "from-a-file\r\n"] {
+            std::fs::write(&path, text).expect("written");
+            assert_eq!(key(&file).expect("a key").as_deref(), Some("from-a-file"));
+        }
+        assert_eq!(key(&["--tracker-key", "a-word"]).expect("a key").as_deref(), Some("a-word"));
+        assert!(line(&[&file[..], &["--tracker-key", "a-word"]].concat()).is_err(), "one of them");
+        let long = "secret".repeat(1000);
+        for (text, expected) in [
+            ("", "expected 1 to 64"),
+            ("\n", "expected 1 to 64"),
+            ("two secrets", "expected 1 to 64"),
+            ("secret\nsecret", "expected 1 to 64"),
+            (long.as_str(), "expected at most 128 bytes"),
+        ] {
+            std::fs::write(&path, text).expect("written");
+            let error = format!("{:#}", key(&file).expect_err(text));
+            let is_clear = error.starts_with(&format!("{}: {expected}", path.display()));
+            assert!(is_clear && !error.contains("secret"), "{error}");
+        }
+        std::fs::remove_file(&path).expect("removed");
+        assert!(format!("{:#}", key(&file).expect_err("no file")).starts_with(&path.display().to_string()));
+    }
+}

@@ -1,0 +1,36 @@
+//! `--tracker` and how to listen to it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+#[cfg(feature = "window")]
+pub(super) use osp_app::tracker::{TrackerAddress, TrackerKey};
+
+/// Without the window nothing listens: any word will do until the option is refused.
+#[cfg(not(feature = "window"))]
+pub(super) type TrackerAddress = String;
+#[cfg(not(feature = "window"))]
+pub(super) type TrackerKey = String;
+
+#[derive(Args, Debug)]
+pub(super) struct TrackerArgs {
+    /// Listen to a tracker: udp://ADDRESS:PORT (udp:// is udp://127.0.0.1:9327), a file that grows, or - for standard
+    /// input.
+    #[arg(long, value_name = "FROM")]
+    pub(super) tracker: Option<TrackerAddress>,
+    /// Accept the messages of every sender, not only of the first.
+    #[arg(long, requires = "tracker")]
+    pub(super) tracker_any: bool,
+    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it. So does
+    /// everybody on this machine: the list of processes shows the word. A file or the variable OSP_TRACKER_KEY keeps it out of
+    /// there.
+    #[arg(long, value_name = "KEY", requires = "tracker")]
+    pub(super) tracker_key: Option<TrackerKey>,
+    /// Read the key from a file of one line. Without it and --tracker-key, the variable OSP_TRACKER_KEY gives the key, if it is set.
+    #[arg(long, value_name = "FILE", requires = "tracker", conflicts_with = "tracker_key")]
+    pub(super) tracker_key_file: Option<PathBuf>,
+    /// The room of the DTrack system that sends was calibrated with z up, not y.
+    #[arg(long, requires = "tracker")]
+    pub(super) tracker_z_up: bool,
+}

@@ -1,0 +1,532 @@
+//! `osp verify`: occlusion culling against the truth.
+
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use clap::Args;
+use comfy_table::{CellAlignment, Table, presets};
+
+use super::{
+    Outcome, allocations, numbers,
+    occlusion_tests::score_parser,
+    output::{complain, one_line, say},
+    parsers::{Size, camera_parser, index_parser},
+    progress,
+    reading::ReadArgs,
+    session::OpenSession,
+    verify_all::{Overview, Part, name_in, sessions},
+    verify_drawn::DrawnTrials,
+    verify_json,
+    verify_method::{Method, method_parser},
+};
+use osp::{
+    frame::StageClock,
+    index::IndexConfig,
+    occlusion::{
+        CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
+        PreviousFrameOccluders, Score, SelectConfig, Soundness,
+    },
+    view::View,
+};
+use osp_lab::{
+    literal,
+    oracle::OracleConfig,
+    pvs::Pvs,
+    report::thousands,
+    scenes::TestScene,
+    verify::{AtRest, Verifier, VerifyConfig},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, Player, root_cube, summarize},
+    scene::Scene,
+};
+
+/// Compare what occlusion culling leaves out with what really cannot be seen.
+///
+/// At evenly spaced frames of each session, the command draws a picture of polygon numbers at high resolution. A polygon
+/// is visible if it owns a pixel of it, or if a ray from the eye reaches it. Then each method culls the same view. If a
+/// conservative method, which promises never to do so, culls a visible polygon, the exit code is 1.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp verify recordings/room.ron
+  osp verify castle.obj --whole --camera inside --occluders 4,16,64,256
+  osp verify scene:rooms scene:panels --occlusion frusta,svbsp,msvbsp,depth,depth-last
+  osp verify sketch.tilt --occlusion msvbsp-paper,msvbsp-paper-capless --node-test sphere --score paper
+  osp verify room.ron --whole --pvs room.pvs
+  osp verify --all sketches --views 32 --lenient
+  osp verify sketch.tilt --occlusion hzb,hzb-16,hzb-4,hzb-1 --size 1920x1080
+
+The table has a line for each method and number of occluders (times of this machine, one thread):
+  used     occluders used in a view
+  wrong    visible polygons that were culled, sum over all frames
+  hidden   share of the really hidden polygons that were culled
+  tests    boxes tested in a view
+  planes   splitting planes of the tree, or tiles of the depth buffer that are covered
+  select, build, query   time to choose the occluders, to build the culler, and to take
+           what is hidden out of what the frustum may see, as a frame does: microseconds a view
+
+The figures of all methods are of the same frames. At each view the camera rests for --settle
+frames, which do not count, and then for --frames frames, which do; the table gives means over
+these frames of all views. The methods that depend on the previous frames (depth-last, hzb,
+queries, auto) cull in all of these frames; the others do the same in each, so they cull once.
+Errors (a visible polygon that is culled, a pixel that differs) count in the --settle frames,
+too.
+
+depth-last takes the polygons that were visible in the previous frame as occluders; its column
+`used` counts their outlines.
+
+For hzb, queries and auto (builds with the feature `render`) the command draws each of these
+frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
+`auto` uses hzb where that is faster (give it --settle 24). hzb-16, hzb-4 and hzb-1 test groups
+of 16, 4 or 1 polygons by the screen rectangle around their corners, hzb-16-box and so on by the
+rectangle around their bounding box. hzb-16-fine and hzb-4-fine also test each polygon by its
+triangles. hzb is short for hzb-1-fine. Columns:
+  pixels that differ   from the picture without culling, sum over all frames
+  hidden               share of the really hidden polygons that were not drawn
+  below a sample       visible polygons that were not drawn because no sample of a pixel shows them
+  depth pass, colour pass   polygons drawn
+  draw, GPU            milliseconds a frame, medians; mean: the mean of draw
+
+Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
+`osp replay --help` describes the indexes and the methods of occlusion culling.")]
+pub(super) struct VerifyArgs {
+    /// The sessions, of any format that replay reads, or `scene:NAME` for a built-in scene; with --all folders, too.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Verify every session in the folders named, go on after one that cannot be read (the exit code is 1 then), and end with
+    /// a table of all.
+    #[arg(long)]
+    all: bool,
+    /// Of the sessions of --all, sorted by path, only the K-th of N parts: each N-th session from the K-th on. A part that
+    /// changes from day to day is a rotating sample.
+    #[arg(long, value_name = "K/N", requires = "all")]
+    part: Option<Part>,
+    /// Number of views of each session.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    views: u64,
+    /// The methods, separated by commas [default: those that are conservative and run on the processor].
+    #[arg(long, value_delimiter = ',', value_parser = method_parser())]
+    occlusion: Vec<Method>,
+    /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
+    #[arg(long, default_value = "1920x1080")]
+    size: Size,
+    /// Number of frames of each view that are measured.
+    #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+    /// Number of frames of each view before those that are measured. In the first of them the methods that depend on the
+    /// previous frame know only the view before; `auto` first tries another method after 16 frames.
+    #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    settle: u32,
+    /// Largest number of occluders in a view; several numbers, separated by commas, are tried one after the other.
+    #[arg(long, value_delimiter = ',', default_value = "64", value_parser = numbers::occluders)]
+    occluders: Vec<usize>,
+    /// The index whose nodes are tested.
+    #[arg(long, default_value = "osp", value_parser = index_parser())]
+    index: IndexKind,
+    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    camera: CameraChoice,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pace: Pace,
+    /// Look from every view at the finished model, not at the model of that moment.
+    #[arg(long)]
+    whole: bool,
+    /// What an occluder is: a `patch` of neighbouring polygons, or a `single` polygon.
+    #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
+    grouping: String,
+    /// How a node is tested: by its `box`, by the `sphere` around it (as in the paper), by the `outline` of the box, by its
+    /// eight `corners` in one shadow, or by its `corners-apart`, each in any shadow (the paper's figure 14, on the left: not
+    /// conservative).
+    #[arg(long, alias = "test", default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
+    node_test: String,
+    /// What makes a good occluder: the `solid-angle` of what the picture shows of it, or equation (1) of the `paper`.
+    #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
+    score: Score,
+    /// Use no occluders that fill less than this share of the picture.
+    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
+    least_share: f64,
+    /// Do not test nodes with fewer polygons, but draw them.
+    #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
+    least_polygons: usize,
+    /// Also compare the sets that `osp bake` has written for the finished model (with --whole).
+    #[arg(long, value_name = "FILE", requires = "whole")]
+    pvs: Option<PathBuf>,
+    /// Test nodes only, not the polygons in them.
+    #[arg(long)]
+    nodes_only: bool,
+    /// Measure each stage this many times and report the fastest.
+    #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeats: u32,
+    /// Size of the picture that says what is visible, pixels.
+    #[arg(long, default_value = "2560x1440", value_name = "WxH")]
+    pixels: Pixels,
+    /// Do not find out what can be seen (which takes minutes in a model of a million polygons); report only times, counts and
+    /// pixels that differ.
+    #[arg(long)]
+    no_truth: bool,
+    /// Print one JSON object for each session instead of a table.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// The node test of the paper's figure 14, on the left.
+const CORNERS_APART: &str = "corners-apart";
+
+/// A resolution, `WxH`.
+#[derive(Clone, Copy, Debug)]
+struct Pixels {
+    width: usize,
+    height: usize,
+}
+
+impl FromStr for Pixels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = numbers::sides(text, &(16..=16_384))?;
+        Ok(Self { width: width as usize, height: height as usize })
+    }
+}
+
+impl VerifyArgs {
+    fn methods(&self) -> Vec<Method> {
+        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
+    }
+
+    fn tests_corners_apart(&self) -> bool {
+        self.node_test == CORNERS_APART
+    }
+
+    fn node_test(&self) -> NodeTest {
+        let named = NodeTest::ALL.into_iter().find(|test| test.name() == self.node_test);
+        named.unwrap_or(NodeTest::Corners)
+    }
+
+    /// Adds the methods that are as the paper has them, and wrong.
+    fn add_literal(&self, verifier: &mut Verifier) {
+        let apart = self.tests_corners_apart();
+        for method in self.methods().into_iter().filter(|method| method.capless || apart) {
+            if !Occlusion::CULLERS.contains(&method.occlusion) {
+                continue;
+            }
+            for &occluders in &self.occluders {
+                let culler = match method.capless {
+                    true => literal::msvbsp_without_caps(occluders),
+                    false => method.occlusion.create(occluders),
+                };
+                let culler = if apart { Box::new(literal::CornersApart::new(culler)) } else { culler };
+                verifier.add(culler, occluders);
+            }
+        }
+    }
+}
+
+/// Events of a file, or of a built-in scene.
+enum Source {
+    File(Box<OpenSession>),
+    Scene(std::vec::IntoIter<Event>),
+}
+
+impl Source {
+    fn open(path: &Path, reading: &ReadArgs) -> anyhow::Result<Self> {
+        match path.to_str().and_then(|name| name.strip_prefix("scene:")) {
+            Some(name) => {
+                let scene = TestScene::from_name(name).ok_or_else(|| {
+                    let names: Vec<_> = TestScene::ALL.iter().map(|scene| scene.name()).collect();
+                    anyhow::anyhow!("no scene is called {name}: expected {}", names.join(", "))
+                })?;
+                Ok(Self::Scene(scene.events().into_iter()))
+            }
+            None => Ok(Self::File(Box::new(OpenSession::open(path, reading)?))),
+        }
+    }
+
+    fn header(&self) -> Option<&Header> {
+        match self {
+            Self::File(session) => Some(&session.header),
+            Self::Scene(_) => None,
+        }
+    }
+}
+
+impl Iterator for Source {
+    type Item = Result<Event, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self {
+            Self::File(session) => session.next(),
+            Self::Scene(events) => events.next().map(Ok),
+        }
+    }
+}
+
+pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
+    let mut outcome = Outcome::Done;
+    let files = match args.all {
+        true => sessions(&args.files, args.part.unwrap_or(Part::WHOLE))?,
+        false => args.files.clone(),
+    };
+    let mut overview = args.all.then(Overview::new);
+    for file in &files {
+        let (verifier, drawn, polygons) = match (verify(args, file), &mut overview) {
+            (Ok(verified), _) => verified,
+            (Err(error), None) => return Err(error),
+            (Err(error), Some(overview)) => {
+                complain(&format!("{error:#}"));
+                overview.add_unread();
+                outcome = Outcome::CheckFailed;
+                continue;
+            }
+        };
+        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        say(&match args.json {
+            true => verify_json::line(
+                &name,
+                polygons,
+                [&args.node_test, args.score.name()],
+                &verifier,
+                drawn.as_ref(),
+            )?,
+            false => text(&name, polygons, &verifier, drawn.as_ref()),
+        })?;
+        if let Some((view, id)) = verifier.views().first_lost {
+            complain(&format!(
+                "{name}: frustum culling left out {} polygons that reach into the view; the first is polygon {} in view {view}",
+                verifier.views().lost,
+                id.0,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
+        for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
+            let totals = trial.totals();
+            let first = totals.first_false.map_or(String::new(), |(view, id)| {
+                format!("; the first is polygon {} in view {view}", id.0)
+            });
+            complain(&format!(
+                "{name}: {} with {} occluders culled {} visible polygons and misreported {}{first}",
+                trial.name(),
+                trial.occluders(),
+                totals.false_culls,
+                totals.misreported,
+            ));
+            outcome = Outcome::CheckFailed;
+        }
+        for (method, pixels) in drawn.iter().flat_map(DrawnTrials::failed) {
+            complain(&format!("{name}: {method} changed {pixels} pixels"));
+            outcome = Outcome::CheckFailed;
+        }
+        if let Some(overview) = &mut overview {
+            overview.add(&name_in(&args.files, file), polygons, &verifier);
+        }
+    }
+    if let Some(overview) = overview.filter(|_| !args.json) {
+        say(&overview.text())?;
+    }
+    Ok(outcome)
+}
+
+fn config(args: &VerifyArgs) -> VerifyConfig {
+    let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
+    let methods = args.methods();
+    // What is not a method of its own is added later.
+    let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
+    let methods = methods.map(|method| method.occlusion);
+    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
+    VerifyConfig {
+        kinds: kinds.collect(),
+        occluders: args.occluders.clone(),
+        pool: PoolConfig { grouping, ..PoolConfig::default() },
+        select: SelectConfig { score: args.score, least_share: args.least_share, ..SelectConfig::default() },
+        cull: CullConfig {
+            node_test: args.node_test(),
+            polygon_test: if args.nodes_only {
+                PolygonTest::Never
+            } else {
+                PolygonTest::InPartlyHiddenLeaves
+            },
+            least_polygons: args.least_polygons,
+        },
+        oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
+        repeats: args.repeats,
+    }
+}
+
+/// Verifies one view, with all methods.
+fn look(
+    verifier: &mut Verifier,
+    drawn: &mut Option<DrawnTrials>,
+    scene: &Scene,
+    view: &View,
+) -> anyhow::Result<()> {
+    let views = verifier.views().views;
+    verifier.look(scene, view);
+    if let Some(drawn) = drawn.as_mut().filter(|_| verifier.views().views > views) {
+        drawn.look(scene, view, verifier)?;
+    }
+    Ok(())
+}
+
+/// Plays a session and verifies its views; returns the verifier, the drawn trials, and the number of polygons.
+fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<DrawnTrials>, u64)> {
+    let mut source = Source::open(file, &args.reading)?;
+    let (summary, _, read) = summarize(&mut source, args.pace);
+    if let Source::File(session) = &source {
+        for warning in &session.notes().warnings {
+            complain(&format!("warning: {warning}"));
+        }
+    }
+    read?;
+    let source = Source::open(file, &args.reading)?;
+    let is_built_in = matches!(source, Source::Scene(_));
+    // Built-in scenes end with their views.
+    let has_own_views = is_built_in && args.camera == CameraChoice::Auto;
+    let whole = args.whole || is_built_in;
+    let header = source.header().cloned().unwrap_or_else(|| Header::new("", ""));
+    let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
+    let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
+    let index = args.index.create(&IndexConfig { root: root_cube(&header, &summary.bounds), capacity });
+    let at_rest = AtRest { settle: args.settle, frames: args.frames };
+    let mut verifier =
+        Verifier::new(index, config(args), StageClock::counting(allocations::count)).with_rest(at_rest);
+    args.add_literal(&mut verifier);
+    if args.no_truth {
+        verifier = verifier.without_truth();
+    }
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
+        verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
+    }
+
+    let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;
+    let mut player = Player::new(source, args.pace);
+    let (mut moments, mut looked) = (Vec::new(), 0);
+    let progress = progress::bar(args.views, "views", &file.to_string_lossy());
+    while player.step()? {
+        let (scene, changes) = (player.scene(), player.changes());
+        if has_own_views {
+            let heads = player.events().iter().filter(|event| matches!(event, Event::Head { .. }));
+            moments.extend(heads.map(|head| {
+                let mut moment = player.moment();
+                moment.note(head);
+                moment
+            }));
+        }
+        verifier.follow(scene, changes);
+        if let Some(drawn) = &mut drawn {
+            drawn.follow(changes);
+        }
+        let moment = Moment { frame: player.frames(), ..player.moment() };
+        // The last frame is always one of them.
+        if moment.frame * args.views / summary.frames.max(1) > looked {
+            looked += 1;
+            if whole && !has_own_views {
+                moments.push(moment);
+            } else if !whole {
+                look(&mut verifier, &mut drawn, scene, &camera.view(&moment))?;
+                progress.inc(1);
+            }
+        }
+    }
+    if let Some(path) = &args.pvs {
+        verifier = verifier.with_pvs(Pvs::read(path, player.scene())?);
+    }
+    if !moments.is_empty() {
+        verifier.finish(player.scene());
+    }
+    for moment in moments.iter().take(args.views as usize) {
+        look(&mut verifier, &mut drawn, player.scene(), &camera.view(moment))?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok((verifier, drawn, summary.counts.polygons))
+}
+
+fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTrials>) -> String {
+    let views = verifier.views();
+    let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
+    let truth = match verifier.has_truth() {
+        true => format!("visible {}, hidden {}", mean(views.visible), mean(views.hidden)),
+        false => "visible polygons not determined".to_owned(),
+    };
+    let mut lines = vec![format!(
+        "{}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
+        one_line(name),
+        thousands(polygons),
+        views.views,
+        mean(views.in_view),
+        mean(views.frustum_ns / 1000),
+    )];
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_MARKDOWN);
+    table.set_header([
+        "method",
+        "occluders",
+        "used",
+        "wrong",
+        "hidden %",
+        "tests",
+        "planes",
+        "select µs",
+        "build µs",
+        "query µs",
+    ]);
+    for trial in verifier.trials() {
+        let totals = trial.totals();
+        let micros = |ns: u64| format!("{:.1}", totals.mean(ns) / 1000.0);
+        table.add_row([
+            match trial.soundness() {
+                Soundness::Conservative => trial.name().to_owned(),
+                Soundness::Unsound(_) => format!("{} (not conservative)", trial.name()),
+            },
+            trial.occluders().to_string(),
+            format!("{:.0}", totals.mean(u64::from(totals.select.chosen))),
+            thousands(totals.false_culls),
+            format!("{:.1}", totals.hidden_culled_percent()),
+            format!("{:.0}", totals.mean(totals.cull.node_tests + totals.cull.polygon_tests)),
+            format!("{:.0}", totals.mean(u64::from(totals.build.nodes))),
+            micros(totals.select_ns),
+            micros(totals.build_ns),
+            micros(totals.query_ns),
+        ]);
+    }
+    if let Some((pvs, totals)) = verifier.pvs() {
+        let none = String::new;
+        table.add_row([
+            "pvs (sampled)".to_owned(),
+            none(),
+            none(),
+            thousands(totals.false_culls),
+            format!("{:.1}", totals.hidden_culled_percent()),
+            none(),
+            none(),
+            none(),
+            none(),
+            format!("{:.1}", totals.mean(totals.query_ns) / 1000.0),
+        ]);
+        lines.push(format!(
+            "pvs: {} cells of {:.2} m, {} samples each, {} bytes",
+            thousands(pvs.cells().len() as u64),
+            pvs.cells().side_m,
+            pvs.samples(),
+            thousands(pvs.bytes() as u64),
+        ));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    if !verifier.trials().is_empty() {
+        lines.push(table.to_string());
+    }
+    lines.extend(drawn.map(DrawnTrials::text));
+    lines.join("\n")
+}

@@ -1,0 +1,181 @@
+//! `osp verify --all`: every session of folders, and a table of all of them.
+
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use comfy_table::{CellAlignment, Table, presets};
+use walkdir::WalkDir;
+
+use super::output::one_line;
+use osp::occlusion::Soundness;
+use osp_lab::{
+    report::thousands,
+    study::{TableFormat, WorkFolder},
+    verify::{Trial, Verifier},
+};
+use osp_session::recording::looks_like_session;
+
+/// Bytes of a file that say whether it is a session.
+const START_BYTES: u64 = 4096;
+
+/// One of several parts of the sessions, `K/N`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    /// From 0.
+    number: usize,
+    parts: usize,
+}
+
+impl Part {
+    /// All sessions.
+    pub(super) const WHOLE: Self = Self { number: 0, parts: 1 };
+
+    fn holds(self, place: usize) -> bool {
+        place % self.parts == self.number
+    }
+
+    /// Whether the part holds what has this hash.
+    pub(super) fn holds_hash(self, hash: u128) -> bool {
+        hash % self.parts as u128 == self.number as u128
+    }
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+        match numbers {
+            Some((number, parts)) if (1..=parts).contains(&number) => Ok(Self { number: number - 1, parts }),
+            _ => Err("expected K/N, the K-th of N parts, such as 2/7".to_owned()),
+        }
+    }
+}
+
+/// The sessions that are named, and those of the folders that are, sorted by path; of these a part.
+pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for path in paths {
+        if !path.is_dir() || looks_like_session(path, &[]) {
+            found.push(path.clone());
+            continue;
+        }
+        let mut walk = WalkDir::new(path).sort_by_file_name().into_iter();
+        while let Some(entry) = walk.next() {
+            let entry = entry?;
+            let path = entry.path();
+            if entry.file_type().is_dir() {
+                // A .tilt may be a folder.
+                if WorkFolder::is_one(path) {
+                    // Results of a study: JSON, as some sessions are.
+                    walk.skip_current_dir();
+                } else if looks_like_session(path, &[]) {
+                    found.push(path.to_owned());
+                    walk.skip_current_dir();
+                }
+            } else if entry.file_type().is_file() && begins_like_session(path) {
+                found.push(path.to_owned());
+            }
+        }
+    }
+    anyhow::ensure!(!found.is_empty(), "expected sessions; found none in {}", join(paths));
+    Ok(found.into_iter().enumerate().filter(|(place, _)| part.holds(*place)).map(|(_, path)| path).collect())
+}
+
+/// The path of a session below the folder that was named.
+pub(super) fn name_in(paths: &[PathBuf], session: &Path) -> String {
+    let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
+    below.unwrap_or(session).to_string_lossy().into_owned()
+}
+
+fn join(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// A file that cannot be read counts as a session, so that the one who reads it says why.
+fn begins_like_session(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
+    // The table of a study is JSON, as some sessions are.
+    read.is_err() || (looks_like_session(path, &start) && TableFormat::of_start(&start).is_none())
+}
+
+/// The results of all sessions, a line each.
+pub(super) struct Overview {
+    table: Table,
+    sessions: usize,
+    views: u64,
+    wrong: u64,
+    unread: usize,
+}
+
+impl Overview {
+    pub(super) fn new() -> Self {
+        let mut table = Table::new();
+        table.load_preset(presets::ASCII_MARKDOWN);
+        table.set_header([
+            "session",
+            "polygons",
+            "views",
+            "in view",
+            "visible",
+            "hidden",
+            "most hidden %",
+            "by",
+            "wrong",
+        ]);
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        Self { table, sessions: 0, views: 0, wrong: 0, unread: 0 }
+    }
+
+    /// Takes the results of a session.
+    pub(super) fn add(&mut self, name: &str, polygons: u64, verifier: &Verifier) {
+        let views = verifier.views();
+        let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
+        let is_conservative = |trial: &&Trial| trial.soundness() == Soundness::Conservative;
+        let conservative = || verifier.trials().iter().filter(is_conservative);
+        let share = |trial: &Trial| trial.totals().hidden_culled_percent();
+        let best = conservative().max_by(|a, b| share(a).total_cmp(&share(b)));
+        let wrong = views.lost + conservative().map(|trial| trial.totals().false_culls).sum::<u64>();
+        let (percent, by) = match best.filter(|_| views.hidden > 0) {
+            Some(trial) if share(trial) > 0.0 => (format!("{:.1}", share(trial)), trial.name()),
+            Some(_) => ("0.0".to_owned(), ""),
+            None => (String::new(), ""),
+        };
+        self.table.add_row([
+            one_line(name).into_owned(),
+            thousands(polygons),
+            thousands(views.views),
+            mean(views.in_view),
+            mean(views.visible),
+            mean(views.hidden),
+            percent,
+            by.to_owned(),
+            thousands(wrong),
+        ]);
+        self.sessions += 1;
+        self.views += views.views;
+        self.wrong += wrong;
+    }
+
+    /// Counts a session that could not be read.
+    pub(super) fn add_unread(&mut self) {
+        self.unread += 1;
+    }
+
+    pub(super) fn text(&self) -> String {
+        let Self { sessions, views, wrong, unread, .. } = self;
+        let unread = if *unread > 0 { format!("; {unread} could not be read") } else { String::new() };
+        let views = thousands(*views);
+        format!(
+            "{}\n{sessions} sessions, {views} views: conservative methods culled {} visible polygons{unread}",
+            self.table,
+            thousands(*wrong)
+        )
+    }
+}

@@ -1,0 +1,73 @@
+//! The methods that `osp verify` compares with the truth, by name.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use osp::occlusion::Occlusion;
+#[cfg(feature = "render")]
+use osp_render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
+
+/// The paper's tree as it is printed.
+const CAPLESS: &str = "msvbsp-paper-capless";
+
+/// Names of depth pyramids with their settings.
+const PYRAMIDS: [&str; 9] =
+    ["hzb", "hzb-16", "hzb-4", "hzb-1", "hzb-16-box", "hzb-4-box", "hzb-1-box", "hzb-16-fine", "hzb-4-fine"];
+
+/// A method of occlusion culling, under the name that tables show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Method {
+    pub(super) name: &'static str,
+    pub(super) occlusion: Occlusion,
+    /// Whether it is the paper's tree without caps, which is no method of its own.
+    pub(super) capless: bool,
+}
+
+impl Method {
+    pub(super) fn new(occlusion: Occlusion) -> Self {
+        Self { name: occlusion.name(), occlusion, capless: false }
+    }
+
+    /// The conservative methods of the CPU.
+    pub(super) fn conservative() -> Vec<Self> {
+        let methods = Occlusion::conservative_cullers().into_iter().chain([Occlusion::DepthLast]);
+        methods.map(Self::new).collect()
+    }
+
+    /// Whether it culls while drawing.
+    pub(super) fn is_drawn(&self) -> bool {
+        self.occlusion.on_gpu() != Occlusion::None
+    }
+
+    /// All methods that can be compared.
+    fn all() -> impl Iterator<Item = Self> {
+        let methods = Occlusion::CULLERS.iter().copied().chain([Occlusion::DepthLast]).map(Self::new);
+        let capless = Self { name: CAPLESS, capless: true, ..Self::new(Occlusion::MsvbspPaper) };
+        let pyramids = PYRAMIDS.map(|name| Self { name, ..Self::new(Occlusion::Hzb) });
+        let drawn = pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Self::new));
+        methods.chain([capless]).chain(drawn)
+    }
+
+    /// The settings of a depth pyramid with this name: `hzb-GROUP-HOW`.
+    #[cfg(feature = "render")]
+    pub(super) fn hzb(&self) -> HzbConfig {
+        let mut parts = self.name.split('-').skip(1);
+        let group = match parts.next() {
+            Some("16") => HzbGroup::Sixteen,
+            Some("4") => HzbGroup::Four,
+            Some("1") => HzbGroup::One,
+            _ => return HzbConfig::default(),
+        };
+        match parts.next() {
+            Some("fine") => HzbConfig { group, ..HzbConfig::default() },
+            Some(_) => HzbConfig { group, bound: HzbBound::Box, fine: HzbFine::Off },
+            None => HzbConfig { group, bound: HzbBound::Corners, fine: HzbFine::Off },
+        }
+    }
+}
+
+pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::all().map(|method| method.name)).try_map(|name| {
+        let found = Method::all().find(|method| method.name == name);
+        found.ok_or_else(|| format!("no method is called {name}"))
+    })
+}

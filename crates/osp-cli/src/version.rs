@@ -1,0 +1,22 @@
+use std::sync::LazyLock;
+
+/// Version, commit and features, as `osp --version` prints them.
+pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let features: Vec<&str> = [
+        ("render", cfg!(feature = "render")),
+        ("window", cfg!(feature = "window")),
+        ("live", cfg!(feature = "live")),
+        ("gamepad", cfg!(feature = "gamepad")),
+        ("parquet", cfg!(feature = "parquet")),
+        ("peers", cfg!(feature = "peers")),
+        ("serve", cfg!(feature = "serve")),
+        ("worlds", cfg!(feature = "worlds")),
+        ("worlds-cloud", cfg!(feature = "worlds-cloud")),
+    ]
+    .into_iter()
+    .filter_map(|(name, is_built)| is_built.then_some(name))
+    .collect();
+    let commit = option_env!("OSP_COMMIT").map(|commit| format!(" ({commit})")).unwrap_or_default();
+    let features = if features.is_empty() { "none".to_owned() } else { features.join(", ") };
+    format!("{}{commit}\nfeatures: {features}", env!("CARGO_PKG_VERSION"))
+});

@@ -1,0 +1,209 @@
+//! `osp wall`: a wall of several machines that show one moment of one shared session.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use anyhow::bail;
+use glam::{Quat, Vec3};
+
+use super::{
+    Outcome,
+    output::{complain, say},
+    shared,
+    wall_args::{WallArgs, WayArgs, What},
+    wall_text::{counts_text, text},
+};
+use osp_net::{
+    live::Address,
+    wall::{Hub, HubOptions, Node, NodeCounts, NodeOptions, Step, ask},
+};
+use osp_session::{
+    platform::host_name,
+    replay::RoomMotion,
+    rig::{Rig, Stereo},
+};
+
+/// How long a node without a display waits for something to do, at most.
+const NAP: Duration = Duration::from_millis(20);
+
+pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
+    if let Some(What::Status { address, way }) = &args.what {
+        return status(address, way);
+    }
+    #[cfg(feature = "window")]
+    anyhow::ensure!(
+        args.hub || args.tracker.tracker.is_none(),
+        "--tracker: expected --hub, which tells the nodes where the head is"
+    );
+    let Some(address) = &args.address else { bail!("expected an ADDRESS") };
+    let address = args.way.server.address(address)?;
+    let Some((rig, stereo)) = args.rig.open()? else {
+        bail!("expected --rig, with the screens of the wall");
+    };
+    let ending = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    shared::end_on_signals(&ending, Duration::from_secs(2));
+    match &args.node {
+        Some(screen) => args.show(&address, rig, stereo, screen, &ending),
+        None => args.lead(&address, rig, stereo, &ending),
+    }
+}
+
+fn status(address: &str, way: &WayArgs) -> anyhow::Result<Outcome> {
+    let report = ask(&way.server.address(address)?, way.server.tls_ca.clone())?;
+    say(&if way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+    Ok(if report.is_well() { Outcome::Done } else { Outcome::CheckFailed })
+}
+
+impl WallArgs {
+    fn is_over(&self, started: Instant, ending: &AtomicBool) -> bool {
+        let is_late = |secs| started.elapsed() >= Duration::from_secs_f64(secs);
+        ending.load(Ordering::Relaxed) || self.for_secs.is_some_and(is_late)
+    }
+
+    fn hub_options(&self, rig: Rig, stereo: Stereo, motion: RoomMotion) -> HubOptions {
+        HubOptions {
+            certificates: self.way.server.tls_ca.clone(),
+            rig,
+            stereo,
+            motion,
+            rate_hz: self.rate,
+            most_patience: Duration::from_secs_f64(self.patience * 1.0e-3),
+        }
+    }
+
+    fn lead(
+        &self,
+        address: &Address,
+        rig: Rig,
+        stereo: Stereo,
+        ending: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        let mut head = TrackedHead::open(self, &rig)?;
+        let motion = if head.is_some() { RoomMotion::Stands } else { self.room };
+        let mut hub = Hub::open(address, &self.hub_options(rig, stereo, motion))?;
+        complain(&format!("the hub of {address}; osp wall status shows its nodes"));
+        let started = Instant::now();
+        let mut trouble = None;
+        while !self.is_over(started, ending) {
+            for said in hub.frame(|| head.as_mut().map(TrackedHead::now))? {
+                complain(&said.to_string());
+            }
+            let now = hub.trouble();
+            if now != trouble {
+                complain(now.as_deref().unwrap_or("the session is there"));
+                trouble = now;
+            }
+            if let Some(news) = head.as_mut().and_then(TrackedHead::news) {
+                complain(news);
+            }
+        }
+        let report = hub.report();
+        say(&if self.way.json { serde_json::to_string_pretty(&report)? } else { text(&report) })?;
+        Ok(Outcome::Done)
+    }
+
+    fn show(
+        &self,
+        address: &Address,
+        rig: Rig,
+        stereo: Stereo,
+        screen: &str,
+        ending: &AtomicBool,
+    ) -> anyhow::Result<Outcome> {
+        let certificates = self.way.server.tls_ca.clone();
+        let host = host_name();
+        let options = NodeOptions { certificates, rig, stereo, screen: screen.to_owned(), host };
+        let started = Instant::now();
+        let counts = match self.headless {
+            true => answer(address, &options, || self.is_over(started, ending))?,
+            #[cfg(feature = "window")]
+            false => osp_app::show_node(address, &options, || self.is_over(started, ending), complain)?,
+            #[cfg(not(feature = "window"))]
+            false => {
+                let needed = [super::built::Feature::Window];
+                super::built::refuse("osp wall --node without --headless", &needed)?
+            }
+        };
+        say(&if self.way.json { serde_json::to_string_pretty(&counts)? } else { counts_text(&counts) })?;
+        Ok(Outcome::Done)
+    }
+}
+
+/// A node that shows nothing.
+fn answer(
+    address: &Address,
+    options: &NodeOptions,
+    is_over: impl Fn() -> bool,
+) -> anyhow::Result<NodeCounts> {
+    let mut node = Node::open(address, options, || {})?;
+    while !is_over() {
+        if let Some(news) = node.news() {
+            complain(&news);
+        }
+        match node.step(NAP)? {
+            Step::Nothing => {}
+            Step::Draw => node.ready(),
+            Step::Show => node.shown(),
+        }
+    }
+    Ok(node.counts())
+}
+
+/// The head that a tracker in the hub's room sees.
+#[derive(Debug)]
+struct TrackedHead {
+    #[cfg(feature = "window")]
+    tracker: osp_app::tracker::Tracker,
+    #[cfg(feature = "window")]
+    rig: Rig,
+    head: (Vec3, Quat),
+    heard: Instant,
+    /// Whether it was said that nothing is heard.
+    is_missed: bool,
+}
+
+impl TrackedHead {
+    #[cfg(feature = "window")]
+    fn open(args: &WallArgs, rig: &Rig) -> anyhow::Result<Option<Self>> {
+        use osp_app::tracker::Tracker;
+        let Some(address) = &args.tracker.tracker else { return Ok(None) };
+        args.tracker.check()?;
+        let tracker = Tracker::open(address, &args.tracker.options()?, || {})?;
+        let head = (rig.head, Quat::IDENTITY);
+        Ok(Some(Self { tracker, rig: rig.clone(), head, heard: Instant::now(), is_missed: false }))
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn open(_: &WallArgs, _: &Rig) -> anyhow::Result<Option<Self>> {
+        Ok(None)
+    }
+
+    /// In the room.
+    fn now(&mut self) -> (Vec3, Quat) {
+        #[cfg(feature = "window")]
+        while let Some(message) = self.tracker.take() {
+            if let osp_app::tracker::Message::Head { p, q } = message {
+                let of_rig = self.rig.room_from_tracker;
+                self.head = (of_rig.point(p), of_rig.turn(q));
+                self.heard = Instant::now();
+            }
+        }
+        self.head
+    }
+
+    /// What is to be said of the tracker, if that is new.
+    fn news(&mut self) -> Option<&'static str> {
+        let is_missed = self.heard.elapsed() > Duration::from_secs(1);
+        let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;
+        is_new.then_some(match is_missed {
+            true => "no pose of the head has come from the tracker for a second",
+            false => "the tracker has the head",
+        })
+    }
+}

@@ -1,0 +1,107 @@
+//! The arguments of `osp wall`.
+
+use clap::{Args, Subcommand};
+
+use super::{
+    numbers,
+    rig_args::{RigArgs, room_parser},
+    shared_args::ServerArgs,
+    tracker_args::TrackerArgs,
+};
+use osp_session::replay::RoomMotion;
+
+/// Show a shared session on a wall of several machines, each frame on all screens at once.
+///
+/// A hub says which moment of the session is shown, and a node on each machine shows it on one screen of the rig. The hub
+/// waits until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a
+/// node that shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it
+/// has answered 20 frames in time.
+#[derive(Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:
+  nats-server -js -a 127.0.0.1 -sd sessions
+  osp wall --hub nats://127.0.0.1/house --rig cave4
+  osp wall --node front nats://127.0.0.1/house --rig cave4
+  osp wall --node left nats://127.0.0.1/house --rig cave4 --headless
+  osp wall status nats://127.0.0.1/house
+
+The session is one that several people may draw in (osp sketch --join, osp join). A recording is put into one
+by osp join ADDRESS --play FILE.
+The rig is the same on all machines, but for its outputs: each machine has monitors of its own.
+The screens show what the head of the session's artist sees (the first author who has recorded one), or with
+--tracker what the head in the hub's room sees.
+The displays are not locked to each other: that all show their picture at the same refresh is for the
+graphics driver (genlock)."
+)]
+pub(super) struct WallArgs {
+    #[command(subcommand)]
+    pub(super) what: Option<What>,
+    /// The session: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME.
+    // Parsed later: what is wrong with it is said without the password in it.
+    #[arg(value_name = "ADDRESS", required = true)]
+    pub(super) address: Option<String>,
+    /// Be the hub: say what is shown, and when.
+    #[arg(long, required_unless_present = "node", conflicts_with = "node")]
+    pub(super) hub: bool,
+    /// Be a node: show this screen of the rig.
+    #[arg(long, value_name = "SCREEN")]
+    pub(super) node: Option<String>,
+    #[command(flatten)]
+    pub(super) rig: RigArgs,
+    /// What the hub's room does: `follows`: it goes along with the head of the session's artist; `stands`: the room's space is
+    /// the world's, and the artist's head walks in it. With --tracker it stands.
+    #[arg(long, value_name = "HOW", default_value = "follows", conflicts_with = "node", value_parser = room_parser())]
+    pub(super) room: RoomMotion,
+    /// Most frames a second of the hub.
+    #[arg(long, default_value_t = 90.0, value_name = "FRAMES", conflicts_with = "node", value_parser = rate)]
+    pub(super) rate: f64,
+    /// The longest that a frame waits for a node, milliseconds: a node that takes longer is left out, so that it does not slow
+    /// the others down.
+    #[arg(long, default_value_t = 1000.0, value_name = "MS", conflicts_with = "node", value_parser = patience)]
+    pub(super) patience: f64,
+    #[command(flatten)]
+    pub(super) tracker: TrackerArgs,
+    /// A node that draws nothing: it culls its screen's views and answers.
+    #[arg(long, conflicts_with = "hub")]
+    pub(super) headless: bool,
+    /// End after so many seconds.
+    #[arg(long = "for", value_name = "SECS", value_parser = numbers::seconds)]
+    pub(super) for_secs: Option<f64>,
+    #[command(flatten)]
+    pub(super) way: WayArgs,
+}
+
+/// How to reach the server, and what is printed.
+#[derive(Args, Debug)]
+pub(super) struct WayArgs {
+    #[command(flatten)]
+    pub(super) server: ServerArgs,
+    /// Print what there was as one JSON object.
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub(super) enum What {
+    /// Ask the hub of a wall for its nodes, frames a second, skew and lag; exit code 1 if a screen has no node that is in, or
+    /// one that shows something else than the hub has.
+    Status {
+        /// The session.
+        #[arg(value_name = "ADDRESS")]
+        address: String,
+        #[command(flatten)]
+        way: WayArgs,
+    },
+}
+
+fn patience(text: &str) -> Result<f64, String> {
+    let ms = text.parse().ok().filter(|ms| (1.0..=10_000.0).contains(ms));
+    ms.ok_or_else(|| "expected 1 to 10000 milliseconds".to_owned())
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (1.0..=1000.0).contains(rate));
+    rate.ok_or_else(|| "expected 1 to 1000 frames a second".to_owned())
+}

@@ -1,0 +1,35 @@
+//! What the culler needs, three crates; and what the program does not need.
+
+use std::process::Command;
+
+/// The crates that `cargo tree` lists for these arguments, and its output.
+fn crates(arguments: &[&str]) -> (Vec<String>, String) {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--offline", "--edges", "normal", "--prefix", "none", "--format", "{p}"])
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs, as it did to build this");
+    let (tree, complaint) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{complaint}");
+    let names = tree.lines().filter_map(|line| line.split(' ').next()).map(str::to_owned);
+    (names.collect(), tree.into_owned())
+}
+
+#[test]
+fn the_culler_needs_three_crates() {
+    let (crates, tree) = crates(&["--package", "osp", "--depth", "1"]);
+    assert_eq!(crates, ["osp", "glam", "libm", "thiserror"], "{tree}");
+}
+
+#[test]
+fn the_program_as_it_is_built_by_default_has_no_server_and_no_parquet() {
+    let (crates, tree) = crates(&["--package", "osp-cli"]);
+    let has = |name: &str| crates.iter().any(|found| found == name);
+    assert!(has("clap"), "{tree}");
+    // These two, and what came with them.
+    for name in ["parquet", "chrono", "num-bigint", "zerocopy", "hyper", "tokio", "tower-http"] {
+        assert!(!has(name), "{name}: {tree}");
+    }
+}

@@ -1,0 +1,85 @@
+//! Times that are short beside the steps of the clock are measured over several runs at once.
+
+use std::sync::OnceLock;
+
+use osp::frame::shortest_step_ns;
+use osp_session::platform::time::Instant;
+
+/// Resolutions of the clock that a measurement lasts at least, where the work can be repeated: it is then off by 2 % at most.
+pub(super) const RESOLUTIONS: f64 = 50.0;
+/// Runs in one measurement at most, whatever the clock.
+const MOST_RUNS: f64 = 10_000.0;
+/// Steps that the resolution is found with.
+const STEPS: u32 = 1000;
+
+/// The least time between two readings of this machine's clock that differ, nanoseconds: its step, or what reading it takes.
+pub(super) fn resolution_ns() -> u64 {
+    static FOUND: OnceLock<u64> = OnceLock::new();
+    *FOUND.get_or_init(|| {
+        let start = Instant::now();
+        resolution_of(|| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
+    })
+}
+
+/// The same of any clock that says nanoseconds. A clock that stands still is taken for one of steps of a millisecond.
+fn resolution_of(now_ns: impl FnMut() -> u64) -> u64 {
+    match shortest_step_ns(STEPS, now_ns) {
+        0 => 1_000_000,
+        step_ns => step_ns,
+    }
+}
+
+/// How often work that takes so long has to be repeated, so that all runs together last [`RESOLUTIONS`].
+pub(super) fn runs_for(run_ns: f64, resolution_ns: u64) -> u32 {
+    let least_ns = RESOLUTIONS * resolution_ns as f64;
+    // What took no step at all is taken for one that lasts a tenth of it.
+    let run_ns = run_ns.max(resolution_ns as f64 / 10.0);
+    (least_ns / run_ns).ceil().clamp(1.0, MOST_RUNS) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// Measures work that takes `run_ns`, with a clock that shows only whole steps.
+    fn measured_ns(run_ns: f64, step_ns: u64, phase_ns: f64, runs: u32) -> f64 {
+        let time_ns = Cell::new(phase_ns);
+        let now = || (time_ns.get() as u64) / step_ns * step_ns;
+        let start = now();
+        (0..runs).for_each(|_| time_ns.set(time_ns.get() + run_ns));
+        (now() - start) as f64 / f64::from(runs)
+    }
+
+    #[test]
+    fn a_coarse_clock_is_read_around_many_runs() {
+        for (run_ns, step_ns) in
+            [(33.0, 100), (410.0, 100), (4_999.0, 100), (7.0, 1), (260.0, 41), (5_001.0, 100)]
+        {
+            let runs = runs_for(run_ns, step_ns);
+            assert_eq!(runs == 1, run_ns >= 50.0 * step_ns as f64, "{run_ns} ns, steps of {step_ns}");
+            for phase in 0..10 {
+                let phase_ns = f64::from(phase) * step_ns as f64 / 10.0;
+                let off = measured_ns(run_ns, step_ns, phase_ns, runs) / run_ns - 1.0;
+                assert!(off.abs() <= 0.021, "{run_ns} ns, steps of {step_ns}: {off}");
+            }
+        }
+        // One run alone would be far off.
+        assert!(measured_ns(33.0, 100, 0.0, 1) < 1.0);
+        assert_eq!(runs_for(0.0, 100), 500);
+    }
+
+    #[test]
+    fn the_resolution_is_the_least_step() {
+        let time_ns = Cell::new(0u64);
+        // Every reading takes 7 ns, and the clock shows whole hundreds.
+        let now = || {
+            time_ns.set(time_ns.get() + 7);
+            time_ns.get() / 100 * 100
+        };
+        assert_eq!(resolution_of(now), 100);
+        assert_eq!(resolution_of(|| 5), 1_000_000, "a clock that stands still");
+        assert!((1..1_000_000).contains(&resolution_ns()), "{}", resolution_ns());
+    }
+}

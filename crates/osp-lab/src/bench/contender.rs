@@ -1,0 +1,63 @@
+use osp::index::{IndexConfig, SpatialIndex};
+use osp_rivals::IndexKind;
+#[cfg(feature = "peers")]
+use osp_rivals::PeerKind;
+
+/// A structure that is measured: one of the crate's own, or (with the feature `peers`) another crate's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contender {
+    /// One of our own.
+    Own(IndexKind),
+    /// Another crate's.
+    #[cfg(feature = "peers")]
+    Peer(PeerKind),
+}
+
+impl Contender {
+    /// The names of the other crates' structures, which builds with the feature `peers` have.
+    pub const PEERS: [&'static str; 6] =
+        ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
+
+    /// All of them, our own first.
+    pub fn all() -> Vec<Self> {
+        let own = IndexKind::ALL.iter().copied().map(Self::Own);
+        #[cfg(feature = "peers")]
+        let all = own.chain(PeerKind::ALL.iter().copied().map(Self::Peer));
+        #[cfg(not(feature = "peers"))]
+        let all = own;
+        all.collect()
+    }
+
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own(kind) => kind.name(),
+            #[cfg(feature = "peers")]
+            Self::Peer(kind) => kind.name(),
+        }
+    }
+
+    /// The contender with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().into_iter().find(|contender| contender.name() == name)
+    }
+
+    /// An empty index of this kind.
+    pub fn create(self, config: &IndexConfig) -> Box<dyn SpatialIndex> {
+        match self {
+            Self::Own(kind) => kind.create(config),
+            #[cfg(feature = "peers")]
+            Self::Peer(kind) => kind.create(config),
+        }
+    }
+}
+
+#[cfg(all(test, feature = "peers"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_are_those_of_the_peers() {
+        assert!(PeerKind::ALL.iter().map(|kind| kind.name()).eq(Contender::PEERS));
+    }
+}

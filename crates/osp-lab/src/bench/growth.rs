@@ -1,0 +1,389 @@
+use osp_session::platform::time::Instant;
+use std::ops::Range;
+
+use serde::Serialize;
+
+use super::{
+    Contender, Estimate,
+    clock::{resolution_ns, runs_for},
+    estimate::quantile,
+};
+use osp::{
+    index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
+    math::{Aabb, Frustum},
+    polygon::{Change, ConvexPolygon, PolygonId},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{RecordingError, SynthKind, synthesize},
+    replay::{CameraChoice, CameraPath, Moment},
+    scene::Scene,
+};
+
+/// Frames that an index is measured on at most, for each of inserting and not inserting.
+const MOST_FRAMES: usize = 400;
+/// Frames that a budget leaves at least.
+const FEWEST_FRAMES: usize = 3;
+
+/// Budgets that filling an index, and drawing the fewest frames, may take.
+const LONGEST: f64 = 10.0;
+/// Polygons whose corners are kept for an index that wants them; of later ones it gets the boxes.
+const MOST_SHAPES: usize = 1_100_000;
+
+/// Settings of [`grow`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct GrowthConfig {
+    /// Numbers of polygons.
+    pub sizes: Vec<u32>,
+    /// The indexes.
+    pub kinds: Vec<Contender>,
+    /// The index that the others are compared with, frame by frame.
+    pub reference: IndexKind,
+    /// Polygons that a frame inserts: what a hand at 90 frames a second draws, and a little more.
+    pub batch: u32,
+    /// Time for the frames of an index at a size, seconds. An index that needs ten times as long to be filled and to
+    /// draw three frames, going by the size before, is left out.
+    pub budget_secs: f64,
+}
+
+/// One index at one size.
+#[derive(Clone, Debug, Serialize)]
+pub struct GrowthRow {
+    /// Name of the index.
+    pub index: String,
+    /// Polygons inserted.
+    pub polygons: u32,
+    /// Inserting all of them in order of drawing, with one commit at the end, nanoseconds a polygon.
+    pub fill_ns_per_polygon: f64,
+    /// Memory then, bytes a polygon.
+    pub bytes_per_polygon: f64,
+    /// A frame that inserts a batch and culls from inside the model, microseconds.
+    pub frame_us: Estimate,
+    /// The same at 99 and 100 per cent.
+    pub frame_high_us: [f64; 2],
+    /// Insertion of the batch at 50, 99 and 100 per cent, microseconds.
+    pub insert_us: [f64; 3],
+    /// Such frames of the reference beside it, microseconds.
+    pub reference_us: Estimate,
+    /// Time of such a frame, divided by the time that the reference took for the same frame.
+    pub ratio: Estimate,
+    /// A frame that inserts nothing, seen from inside, microseconds.
+    pub still_us: Estimate,
+    /// Such frames of the reference beside it, microseconds.
+    pub still_reference_us: Estimate,
+    /// Its time, divided by the time that the reference took for the same frame.
+    pub still_ratio: Estimate,
+    /// A frame that inserts nothing, all in view, microseconds.
+    pub still_all_us: Estimate,
+    /// Such frames of the reference beside it, microseconds.
+    pub still_all_reference_us: Estimate,
+    /// Its time, divided by the time that the reference took for the same frame.
+    pub still_all_ratio: Estimate,
+    /// Nodes visited in a frame from inside, mean.
+    pub nodes: f64,
+    /// Boxes tested in a frame from inside, mean.
+    pub boxes: f64,
+}
+
+/// An index that was left out at a size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Skipped {
+    /// Name of the index.
+    pub index: String,
+    /// The size.
+    pub polygons: u32,
+    /// Seconds that filling it and drawing three frames would have taken, going by the size before.
+    pub expected_secs: f64,
+}
+
+/// Measures indexes that hold ever more polygons of a synthetic session of loose strokes in a 4 m cube.
+///
+/// At each size the reference is filled once and then measured beside every other index in turn, frame by frame.
+/// `progress` is called with what is measured next.
+///
+/// # Errors
+/// Never, as synthetic sessions are whole.
+pub fn grow(
+    config: &GrowthConfig,
+    mut progress: impl FnMut(&str),
+) -> Result<(Vec<GrowthRow>, Vec<Skipped>), RecordingError> {
+    let (mut rows, mut skipped) = (Vec::new(), Vec::new());
+    let mut sizes = config.sizes.clone();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let Some(&largest) = sizes.last() else { return Ok((rows, skipped)) };
+    progress("drawing the synthetic session");
+    // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
+    let spare = config.batch * MOST_FRAMES as u32;
+    let wants_shapes =
+        |kind: &Contender| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
+    let shapes = if config.kinds.iter().any(wants_shapes) { MOST_SHAPES } else { 0 };
+    let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
+    // Nanoseconds that the last size took, and the size.
+    let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
+    for &size in &sizes {
+        let count = (size as usize).min(drawing.boxes.len());
+        let most = drawing.boxes.len().min(count + spare as usize);
+        let mut reference = Subject::filled(Contender::Own(config.reference), &drawing, count, most);
+        for (kind, before) in config.kinds.iter().zip(&mut took_before) {
+            if let Some((ns, polygons)) = *before {
+                let expected_secs = ns * 1.0e-9 * f64::from(size) / f64::from(polygons);
+                if expected_secs > config.budget_secs * LONGEST {
+                    let index = kind.name().to_owned();
+                    skipped.push(Skipped { index, polygons: size, expected_secs });
+                    continue;
+                }
+            }
+            progress(&format!("{} at {size} polygons", kind.name()));
+            let mut subject = Subject::filled(*kind, &drawing, count, most);
+            let row = measure(&mut subject, &mut reference, config);
+            *before = Some((subject.fill_ns + FEWEST_FRAMES as f64 * 1000.0 * row.frame_us.median, size));
+            rows.push(row);
+            reference.take_out();
+        }
+    }
+    Ok((rows, skipped))
+}
+
+/// A synthetic session's polygons in order of drawing.
+pub(super) struct Drawing {
+    boxes: Vec<Aabb>,
+    /// Of the first ones, the corners.
+    pub(super) shapes: Vec<ConvexPolygon>,
+}
+
+impl Drawing {
+    pub(super) fn new(polygons: u32, shapes: usize) -> Result<Self, RecordingError> {
+        let mut scene = Scene::new();
+        let mut changes = Vec::new();
+        let mut drawing = Self { boxes: Vec::with_capacity(polygons as usize), shapes: Vec::new() };
+        for event in synthesize(SynthKind::Scribble, polygons, 1) {
+            changes.clear();
+            scene.apply(&event?, &mut changes);
+            for change in &changes {
+                if let Change::Insert(id) = *change
+                    && id.index() >= drawing.boxes.len()
+                {
+                    drawing.boxes.push(scene.bounds(id));
+                    if drawing.shapes.len() < shapes {
+                        drawing.shapes.push(scene.polygon(id));
+                    }
+                }
+            }
+        }
+        Ok(drawing)
+    }
+}
+
+/// An index with what it needs to be measured.
+struct Subject<'a> {
+    index: Box<dyn SpatialIndex>,
+    drawing: &'a Drawing,
+    wants_shapes: bool,
+    draw_list: DrawList,
+    /// Polygons of the fill, and of those that there are.
+    filed: usize,
+    most: usize,
+    /// Polygons inserted since.
+    more: usize,
+    fill_ns: f64,
+    bytes: usize,
+}
+
+/// The time of a frame, nanoseconds, with the nodes and boxes that it tested.
+#[derive(Clone, Copy, Debug, Default)]
+struct Frame {
+    insert_ns: f64,
+    cull_ns: f64,
+    nodes: u64,
+    boxes: u64,
+}
+
+impl Frame {
+    fn total_ns(&self) -> f64 {
+        (self.insert_ns + self.cull_ns).max(1.0)
+    }
+}
+
+impl<'a> Subject<'a> {
+    fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
+        let index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
+        let mut draw_list = DrawList::new();
+        draw_list.reserve(most);
+        let wants_shapes = index.wants_shapes();
+        let mut subject =
+            Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };
+        let start = Instant::now();
+        subject.insert(0..filed);
+        subject.index.commit();
+        subject.fill_ns = start.elapsed().as_nanos() as f64;
+        subject.bytes = subject.index.bytes();
+        subject
+    }
+
+    fn insert(&mut self, range: Range<usize>) {
+        let first = range.start;
+        for (bounds, at) in self.drawing.boxes[range].iter().zip(first..) {
+            let id = PolygonId(at as u32);
+            // Boxes of a synthetic session are finite and each id comes once.
+            let filed = self.index.insert(id, bounds);
+            debug_assert_eq!(filed, Ok(()));
+            if self.wants_shapes
+                && let Some(shape) = self.drawing.shapes.get(at)
+            {
+                self.index.shape(id, shape);
+            }
+        }
+    }
+
+    /// How many polygons are left to be inserted.
+    fn left(&self) -> usize {
+        self.most - self.filed - self.more
+    }
+
+    /// A frame that inserts this many polygons.
+    fn frame(&mut self, batch: usize, frustum: &Frustum) -> Frame {
+        let first = self.filed + self.more;
+        let start = Instant::now();
+        self.insert(first..first + batch);
+        self.index.commit();
+        let insert_ns = start.elapsed().as_nanos() as f64;
+        self.more += batch;
+        self.draw_list.clear();
+        let start = Instant::now();
+        let work = self.index.frustum_cull(frustum, &mut self.draw_list);
+        let cull_ns = start.elapsed().as_nanos() as f64;
+        Frame { insert_ns, cull_ns, nodes: work.nodes, boxes: work.boxes }
+    }
+
+    /// A frame that inserts nothing, so often that the clock's steps do not matter: the mean of the runs.
+    fn still(&mut self, runs: u32, frustum: &Frustum) -> Frame {
+        let mut work = WorkCounts::default();
+        let start = Instant::now();
+        for _ in 0..runs {
+            self.index.commit();
+            self.draw_list.clear();
+            work = self.index.frustum_cull(frustum, &mut self.draw_list);
+        }
+        let cull_ns = start.elapsed().as_nanos() as f64 / f64::from(runs);
+        Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
+    }
+
+    /// Takes out what was inserted since the fill.
+    fn take_out(&mut self) {
+        for id in self.filed..self.filed + self.more {
+            let gone = self.index.remove(PolygonId(id as u32));
+            debug_assert_eq!(gone, Ok(()));
+        }
+        self.more = 0;
+        self.index.commit();
+    }
+}
+
+/// The frames of an index and those of the reference beside it.
+#[derive(Default)]
+struct Pairs(Vec<(Frame, Frame)>);
+
+impl Pairs {
+    fn measure(
+        subject: &mut Subject<'_>,
+        reference: &mut Subject<'_>,
+        batch: usize,
+        view: impl Fn(u64) -> Frustum,
+        budget_secs: f64,
+    ) -> Self {
+        let mut pairs = Vec::with_capacity(MOST_FRAMES);
+        // Frames that insert nothing can be repeated. Both are repeated as often, so that neither has warmer caches.
+        let runs = match batch {
+            0 => {
+                let first = view(0);
+                let ns = [subject.still(1, &first).total_ns(), reference.still(1, &first).total_ns()];
+                runs_for(ns[0].min(ns[1]), resolution_ns())
+            }
+            _ => 1,
+        };
+        let measured = |of: &mut Subject<'_>, frustum: &Frustum| match batch {
+            0 => of.still(runs, frustum),
+            batch => of.frame(batch, frustum),
+        };
+        let start = Instant::now();
+        for frame in 0..MOST_FRAMES {
+            if frame >= FEWEST_FRAMES && start.elapsed().as_secs_f64() > budget_secs {
+                break;
+            }
+            if batch > subject.left() {
+                break;
+            }
+            let frustum = view(frame as u64);
+            // Neither always runs first.
+            let pair = if frame % 2 == 0 {
+                let first = measured(subject, &frustum);
+                (first, measured(reference, &frustum))
+            } else {
+                let first = measured(reference, &frustum);
+                (measured(subject, &frustum), first)
+            };
+            pairs.push(pair);
+        }
+        Self(pairs)
+    }
+
+    fn estimate(&self, value: impl Fn(&(Frame, Frame)) -> f64) -> Estimate {
+        Estimate::of(&mut self.0.iter().map(value).collect::<Vec<_>>()).unwrap_or_default()
+    }
+
+    fn time_us(&self) -> Estimate {
+        self.estimate(|(frame, _)| frame.total_ns() / 1000.0)
+    }
+
+    fn reference_us(&self) -> Estimate {
+        self.estimate(|(_, reference)| reference.total_ns() / 1000.0)
+    }
+
+    fn ratio(&self) -> Estimate {
+        self.estimate(|(frame, reference)| frame.total_ns() / reference.total_ns())
+    }
+
+    fn quantiles<const N: usize>(&self, value: impl Fn(&Frame) -> f64, at: [f64; N]) -> [f64; N] {
+        let mut sorted: Vec<f64> = self.0.iter().map(|(frame, _)| value(frame)).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        at.map(|q| quantile(&sorted, q))
+    }
+
+    fn mean(&self, count: fn(&Frame) -> u64) -> f64 {
+        self.0.iter().map(|(frame, _)| count(frame) as f64).sum::<f64>() / self.0.len().max(1) as f64
+    }
+}
+
+fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &GrowthConfig) -> GrowthRow {
+    let path = |choice| {
+        let camera = CameraPath::new(choice, None, &IndexConfig::default().root);
+        // A quick turn, so that even a few frames see the model from every side.
+        move |frame: u64| camera.view(&Moment { frame: frame * 7, ..Moment::default() }).frustum()
+    };
+    let share = config.budget_secs / 3.0;
+    let batch = config.batch as usize;
+    let drawing = Pairs::measure(subject, reference, batch, path(CameraChoice::Inside), share);
+    let still = Pairs::measure(subject, reference, 0, path(CameraChoice::Inside), share);
+    let still_all = Pairs::measure(subject, reference, 0, path(CameraChoice::Orbit), share);
+    let polygons = subject.filed.max(1) as f64;
+    GrowthRow {
+        index: subject.index.name().to_owned(),
+        polygons: subject.filed as u32,
+        fill_ns_per_polygon: subject.fill_ns / polygons,
+        bytes_per_polygon: subject.bytes as f64 / polygons,
+        frame_us: drawing.time_us(),
+        frame_high_us: drawing.quantiles(|frame| frame.total_ns() / 1000.0, [0.99, 1.0]),
+        insert_us: drawing.quantiles(|frame| frame.insert_ns / 1000.0, [0.5, 0.99, 1.0]),
+        reference_us: drawing.reference_us(),
+        ratio: drawing.ratio(),
+        still_us: still.time_us(),
+        still_reference_us: still.reference_us(),
+        still_ratio: still.ratio(),
+        still_all_us: still_all.time_us(),
+        still_all_reference_us: still_all.reference_us(),
+        still_all_ratio: still_all.ratio(),
+        nodes: still.mean(|frame| frame.nodes),
+        boxes: still.mean(|frame| frame.boxes),
+    }
+}

@@ -1,0 +1,69 @@
+use std::{fs, thread};
+
+use serde::Serialize;
+
+use super::clock::resolution_ns;
+use osp::index::Backend;
+
+/// The machine and the program that the figures were measured with.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Machine {
+    /// Name of the processor, as the system gives it.
+    pub processor: String,
+    /// Hardware threads that this process may use.
+    pub threads: usize,
+    /// Operating system and architecture.
+    pub system: String,
+    /// Instruction set of the box tests.
+    pub simd: String,
+    /// Version of the program.
+    pub version: String,
+    /// Commit that the program was built from; `-dirty` if something was changed since.
+    pub commit: String,
+    /// The least time between two readings of the clock that differ, nanoseconds.
+    pub clock_resolution_ns: u64,
+    /// Whether the program was compiled with optimisation.
+    pub optimized: bool,
+}
+
+impl Machine {
+    /// This machine and this program.
+    pub fn here() -> Self {
+        Self {
+            processor: processor().unwrap_or_else(|| "unknown".to_owned()),
+            threads: thread::available_parallelism().map_or(1, usize::from),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            simd: Backend::detect().name().to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: option_env!("OSP_COMMIT").unwrap_or("unknown").to_owned(),
+            clock_resolution_ns: resolution_ns(),
+            optimized: !cfg!(debug_assertions),
+        }
+    }
+
+    /// All in one line.
+    pub fn text(&self) -> String {
+        format!(
+            "{}, {} threads, {}, box tests on {}, clock resolution {} ns; osp {}, commit {}{}",
+            self.processor,
+            self.threads,
+            self.system,
+            self.simd,
+            self.clock_resolution_ns,
+            self.version,
+            self.commit,
+            if self.optimized {
+                ""
+            } else {
+                ", NOT optimised: build with --release for figures that mean something"
+            }
+        )
+    }
+}
+
+/// The processor's name where the system keeps it in a file.
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name") || line.starts_with("Model"))?;
+    line.split_once(':').map(|(_, name)| name.trim().to_owned())
+}

@@ -1,0 +1,344 @@
+//! Fig. 20: a flight through the finished model, without culling, culled by the frustum, and by every culler.
+
+use osp_session::platform::time::Instant;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::{
+    PaperConfig, PaperError, PaperInput,
+    drawing::{Adapter, Drawer, Drawn},
+    mean,
+};
+use crate::{bench::Estimate, literal, lost_polygons, oracle::OracleConfig, verify};
+use osp::{
+    frame::{PassConfig, Pipeline, StageClock},
+    index::{IndexConfig, SpatialIndex},
+    occlusion::{
+        CullConfig, Grouping, NodeTest, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
+        PolygonTest, PoolConfig, Score, SelectConfig, Soundness,
+    },
+    polygon::{Change, VisibleBlocks},
+    view::{View, ViewWindow},
+};
+use osp_rivals::{CutNodes, IndexKind, OspGrid, OspPaper};
+use osp_session::scene::Scene;
+
+/// Time to draw a polygon where nothing is drawn, nanoseconds: what is worth a test.
+const POLYGON_NS: f64 = 10.0;
+
+/// One way to cull, over the flight. Times in microseconds.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlightRow {
+    /// What it is.
+    pub way: String,
+    /// Whether it draws all polygons of a cut node (Fig. 6).
+    pub as_printed: bool,
+    /// Why it may cull what is visible; `None`: it never does.
+    pub not_conservative: Option<&'static str>,
+    /// Culling, choosing occluders and building included.
+    pub cull_us: Estimate,
+    /// Sending and drawing, where something was drawn.
+    pub draw_us: Option<Estimate>,
+    /// The frame.
+    pub frame_us: Estimate,
+    /// Polygons handed to the renderer, mean.
+    pub drawn: f64,
+    /// Visible polygons that were culled, in the frames that were verified; `None` where only the renderer knows.
+    pub wrong: Option<u64>,
+    /// Share of the frames that took longer than with frustum culling alone, per cent.
+    pub slower_percent: f64,
+    /// The frames.
+    #[serde(skip)]
+    pub frames: Vec<FlownFrame>,
+}
+
+/// A frame of the flight.
+#[derive(Clone, Copy, Debug)]
+pub struct FlownFrame {
+    /// Culling, nanoseconds.
+    pub cull_ns: u64,
+    /// Drawing, nanoseconds; 0 where nothing was drawn.
+    pub draw_ns: u64,
+    /// Polygons handed to the renderer.
+    pub drawn: u64,
+}
+
+impl FlownFrame {
+    /// All of it, nanoseconds.
+    pub fn total_ns(&self) -> u64 {
+        self.cull_ns + self.draw_ns
+    }
+}
+
+/// The way that others are compared with.
+pub(super) const FRUSTUM: &str = "frustum (osp)";
+
+enum Means {
+    All,
+    Frustum(Arc<dyn SpatialIndex>),
+    /// The paper's tree and its kind of occluders.
+    Staged(Arc<dyn SpatialIndex>, Box<OcclusionStage>),
+    /// `osp` as it is used.
+    Piped(Box<Pipeline>),
+}
+
+struct Way {
+    name: String,
+    as_printed: bool,
+    not_conservative: Option<&'static str>,
+    means: Means,
+    /// Which of the drawers draws it.
+    while_drawing: Occlusion,
+    list: VisibleBlocks,
+    frames: Vec<FlownFrame>,
+    wrong: Option<u64>,
+}
+
+impl Way {
+    fn new(name: impl Into<String>, means: Means) -> Self {
+        Self {
+            name: name.into(),
+            as_printed: false,
+            not_conservative: None,
+            means,
+            while_drawing: Occlusion::None,
+            list: VisibleBlocks::new(),
+            frames: Vec::new(),
+            wrong: Some(0),
+        }
+    }
+
+    /// Culls; nanoseconds.
+    fn cull(&mut self, scene: &Scene, view: &View, window: &ViewWindow) -> u64 {
+        self.list.clear();
+        let start = Instant::now();
+        match &mut self.means {
+            Means::All => self.list.extend(scene.visible_ids()),
+            Means::Frustum(index) => {
+                index.frustum_cull_blocks(&view.frustum(), &mut self.list);
+            }
+            Means::Staged(index, stage) => {
+                stage.select(scene, window);
+                stage.build(window);
+                stage.cull(&**index, scene, &view.frustum(), &mut self.list);
+            }
+            Means::Piped(pipeline) => {
+                pipeline.frame(scene, &[], view);
+            }
+        }
+        let ns = start.elapsed().as_nanos() as u64;
+        if let Means::Piped(pipeline) = &self.means {
+            self.list.copy_from(pipeline.draw_list());
+        }
+        ns
+    }
+}
+
+/// What all ways are made of.
+struct Maker<'a> {
+    input: &'a PaperInput<'a>,
+    config: &'a PaperConfig,
+    changes: Vec<Change>,
+    polygon_ns: f64,
+}
+
+impl Maker<'_> {
+    fn index(&self) -> IndexConfig {
+        IndexConfig { root: self.input.root, capacity: self.changes.len() }
+    }
+
+    fn filled(&self, mut index: Box<dyn SpatialIndex>) -> Arc<dyn SpatialIndex> {
+        for &change in &self.changes {
+            if let Change::Insert(id) = change {
+                // What is beyond all range cannot be drawn and stays out.
+                let _ = index.insert(id, &self.input.scene.bounds(id));
+            }
+        }
+        index.commit();
+        Arc::from(index)
+    }
+
+    fn paper_tree(&self) -> Arc<dyn SpatialIndex> {
+        let cube = self.input.cube(self.config.cube());
+        let grid = OspGrid::new(cube.center(), cube.extent().max_element(), self.config.depth());
+        self.filled(Box::new(OspPaper::new(grid, self.changes.len()).with_cut_nodes(CutNodes::Drawn)))
+    }
+
+    /// The paper's tree with a culler: single polygons as occluders, no polygon tested by itself.
+    fn staged(
+        &self,
+        tree: &Arc<dyn SpatialIndex>,
+        name: String,
+        culler: Box<dyn OcclusionCuller>,
+        (node_test, score): (NodeTest, Score),
+    ) -> Way {
+        let select = SelectConfig { score, occluders: self.config.occluders, ..SelectConfig::default() };
+        let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, least_polygons: 1 };
+        let pool = PoolConfig { grouping: Grouping::Single, ..PoolConfig::default() };
+        let not_conservative = match culler.soundness() {
+            Soundness::Conservative => None,
+            Soundness::Unsound(why) => Some(why),
+        };
+        let mut stage = OcclusionStage::with_culler(culler, OcclusionConfig { pool, select, cull });
+        stage.follow(self.input.scene, &self.changes);
+        let means = Means::Staged(Arc::clone(tree), Box::new(stage));
+        Way { as_printed: true, not_conservative, ..Way::new(name, means) }
+    }
+
+    fn piped(&self, choice: Occlusion) -> Way {
+        let capacity = self.changes.len();
+        let pass = PassConfig {
+            occluders: Some(self.config.occluders),
+            polygon_ns: self.polygon_ns,
+            node_test: self.config.node_test,
+            score: self.config.score,
+            ..PassConfig::new(choice)
+        };
+        let index = IndexKind::Osp.create(&self.index());
+        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_occlusion(pass);
+        pipeline.load(self.input.scene);
+        pipeline.commit();
+        Way {
+            while_drawing: choice.on_gpu(),
+            // What is culled while drawing is not known here.
+            wrong: (!choice.is_while_drawing()).then_some(0),
+            ..Way::new(format!("osp, {}", choice.name()), Means::Piped(Box::new(pipeline)))
+        }
+    }
+
+    fn ways(&self, draws: bool) -> Vec<Way> {
+        let occluders = self.config.occluders;
+        let capped = || Occlusion::MsvbspPaper.create(occluders);
+        let capless = || literal::msvbsp_without_caps(occluders);
+        let apart = |culler| -> Box<dyn OcclusionCuller> { Box::new(literal::CornersApart::new(culler)) };
+        let sphere = (NodeTest::Sphere, Score::Paper);
+        let corners = (NodeTest::Corners, Score::Paper);
+        let own = (self.config.node_test, self.config.score);
+        let name = |what: &str| format!("paper, {what}");
+        let tree = &self.paper_tree();
+        let frustum = Way { as_printed: true, ..Way::new(name("frustum"), Means::Frustum(Arc::clone(tree))) };
+        let mut ways = vec![
+            Way::new("no culling", Means::All),
+            frustum,
+            self.staged(tree, name("msvbsp-paper, sphere, no caps"), capless(), sphere),
+            self.staged(tree, name("msvbsp-paper, sphere"), capped(), sphere),
+            self.staged(tree, name("msvbsp-paper, 8 corners, no caps"), apart(capless()), corners),
+            self.staged(tree, name("msvbsp-paper, 8 corners"), apart(capped()), corners),
+            self.staged(
+                tree,
+                name(&format!("msvbsp, {}, {}", own.0.name(), own.1.name())),
+                Occlusion::Msvbsp.create(occluders),
+                own,
+            ),
+            Way::new(FRUSTUM, Means::Frustum(self.filled(IndexKind::Osp.create(&self.index())))),
+        ];
+        let cullers = Occlusion::conservative_cullers();
+        ways.extend(cullers.into_iter().chain([Occlusion::DepthLast]).map(|choice| self.piped(choice)));
+        if draws {
+            ways.extend([Occlusion::Hzb, Occlusion::Queries].map(|choice| self.piped(choice)));
+        }
+        ways
+    }
+}
+
+/// Flies along some of these views, evenly spaced.
+pub(super) fn fly(
+    input: &PaperInput<'_>,
+    config: &PaperConfig,
+    views: &[View],
+    adapter: Option<&Adapter>,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<FlightRow>, PaperError> {
+    let changes: Vec<Change> = input.scene.visible_ids().map(Change::Insert).collect();
+    let mut drawers = Vec::new();
+    for occlusion in [Occlusion::None, Occlusion::Hzb, Occlusion::Queries] {
+        if let Some(adapter) = adapter {
+            let mut drawer = adapter.drawer(occlusion)?;
+            drawer.follow(&changes);
+            drawers.push((occlusion, drawer));
+        }
+    }
+    // Each drawer once before, so that no frame sends the model.
+    let mut drawn_ns = Vec::new();
+    for ((_, drawer), view) in drawers.iter_mut().zip(views.iter().cycle()) {
+        drawn_ns.push(polygon_ns(drawer, input.scene, view)?);
+    }
+    let polygon_ns = drawn_ns.first().copied().unwrap_or(POLYGON_NS);
+    let mut ways = Maker { input, config, changes, polygon_ns }.ways(adapter.is_some());
+    let frames = config.frames.min(views.len() as u64);
+    let mut verified = 0;
+    for frame in 0..frames {
+        let view = &views[(frame * views.len() as u64 / frames) as usize];
+        let Some(window) = view.window() else { continue };
+        progress(&format!("flight, frame {frame} of {frames}"));
+        let count = ways.len();
+        for i in 0..count {
+            // None always comes first, so that each finds the caches as the others leave them.
+            let way = &mut ways[(i + frame as usize) % count];
+            let cull_ns = way.cull(input.scene, view, &window);
+            let drawer = drawers.iter_mut().find(|(occlusion, _)| *occlusion == way.while_drawing);
+            let draw = match drawer {
+                Some((_, drawer)) => drawer.draw(input.scene, view, &way.list)?,
+                None => Drawn::default(),
+            };
+            let drawn = way.list.len() as u64;
+            way.frames.push(FlownFrame { cull_ns, draw_ns: draw.total_ns(), drawn });
+        }
+        if (frame + 1) * config.verified / frames > verified {
+            verified += 1;
+            verify_frame(&mut ways, input.scene, view, &window);
+        }
+    }
+    let us = |frame: &FlownFrame| frame.total_ns();
+    let reference: Vec<u64> = match ways.iter().find(|way| way.name == FRUSTUM) {
+        Some(way) => way.frames.iter().map(us).collect(),
+        None => Vec::new(),
+    };
+    Ok(ways.into_iter().map(|way| row(way, &reference, adapter.is_some())).collect())
+}
+
+/// What drawing a polygon takes: the fastest of three drawings of all of them.
+fn polygon_ns(drawer: &mut Drawer, scene: &Scene, view: &View) -> Result<f64, PaperError> {
+    let mut all = VisibleBlocks::new();
+    all.extend(scene.visible_ids());
+    let mut fastest = u64::MAX;
+    for _ in 0..3 {
+        fastest = fastest.min(drawer.draw(scene, view, &all)?.draw_ns);
+    }
+    Ok((fastest as f64 / all.len().max(1) as f64).clamp(0.001, 1.0e9))
+}
+
+/// Counts what each way has culled of what can be seen.
+fn verify_frame(ways: &mut [Way], scene: &Scene, view: &View, window: &ViewWindow) {
+    let Some(frustum) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
+    // What the frustum has culled wrongly is asked about, too.
+    let mut ids = lost_polygons(scene, view, &frustum.list.to_vec());
+    ids.extend(frustum.list.ids());
+    let visible = verify::visible_polygons(scene, window, &ids, OracleConfig::default());
+    for way in ways {
+        if let Some(wrong) = &mut way.wrong {
+            *wrong += verify::missing(&visible, &way.list.to_vec());
+        }
+    }
+}
+
+fn row(way: Way, reference: &[u64], draws: bool) -> FlightRow {
+    let estimate = |ns: &dyn Fn(&FlownFrame) -> u64| {
+        let mut us: Vec<f64> = way.frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
+        Estimate::of(&mut us).unwrap_or_default()
+    };
+    let slower = way.frames.iter().zip(reference).filter(|(frame, other)| frame.total_ns() > **other).count();
+    FlightRow {
+        as_printed: way.as_printed,
+        not_conservative: way.not_conservative,
+        cull_us: estimate(&|frame| frame.cull_ns),
+        draw_us: draws.then(|| estimate(&|frame| frame.draw_ns)),
+        frame_us: estimate(&FlownFrame::total_ns),
+        drawn: mean(way.frames.iter().map(|frame| frame.drawn).sum(), way.frames.len()),
+        wrong: way.wrong,
+        slower_percent: 100.0 * mean(slower as u64, way.frames.len()),
+        way: way.name,
+        frames: way.frames,
+    }
+}

@@ -1,0 +1,111 @@
+//! What rays are cast into: the polygons of a model, and where the questions about it lie.
+
+use glam::Vec3;
+
+use crate::{bench::Contender, scenes::Random};
+use osp::{
+    index::{IndexConfig, SpatialIndex},
+    math::{Aabb, Ray},
+    polygon::{ConvexPolygon, PolygonId},
+};
+use osp_session::{recording::RecordingError, scene::Scene};
+
+/// Polygons numbered in the order in which they were drawn.
+#[derive(Clone, Debug)]
+pub struct RaysModel {
+    /// What it is called.
+    pub recording: String,
+    pub(in crate::bench) polygons: Vec<ConvexPolygon>,
+    pub(in crate::bench) boxes: Vec<Aabb>,
+    pub(in crate::bench) root: Aabb,
+}
+
+impl RaysModel {
+    /// What is visible in a scene.
+    pub fn of_scene(recording: &str, scene: &Scene, root: Aabb) -> Self {
+        let ids = (0..scene.polygon_count()).map(|id| PolygonId(id as u32));
+        let polygons: Vec<ConvexPolygon> =
+            ids.filter(|&id| scene.is_visible(id)).map(|id| scene.polygon(id)).collect();
+        Self::new(recording, polygons, root)
+    }
+
+    /// The first polygons of a synthetic session of loose strokes in a 4 m cube.
+    ///
+    /// # Errors
+    /// Never, as synthetic sessions are whole.
+    pub fn synthetic(polygons: u32) -> Result<Self, RecordingError> {
+        let drawing = super::super::growth::Drawing::new(polygons, polygons as usize)?;
+        let mut shapes = drawing.shapes;
+        shapes.truncate(polygons as usize);
+        Ok(Self::new("scribble", shapes, IndexConfig::default().root))
+    }
+
+    pub(super) fn new(recording: &str, polygons: Vec<ConvexPolygon>, root: Aabb) -> Self {
+        let boxes = polygons.iter().map(ConvexPolygon::bounds).collect();
+        Self { recording: recording.to_owned(), polygons, boxes, root }
+    }
+
+    pub(in crate::bench) fn around(&self) -> Aabb {
+        self.boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b))
+    }
+
+    /// An index of a kind with the first `count` polygons in it, and room for all.
+    pub(super) fn filled(&self, kind: Contender, count: usize) -> Box<dyn SpatialIndex> {
+        let config = IndexConfig { root: self.root, capacity: self.boxes.len() };
+        let mut index = kind.create(&config);
+        (0..count).for_each(|at| self.insert(index.as_mut(), at));
+        index.commit();
+        index
+    }
+
+    pub(super) fn insert(&self, index: &mut dyn SpatialIndex, at: usize) {
+        let id = PolygonId(at as u32);
+        // The boxes of a scene are finite and each id comes once.
+        let filed = index.insert(id, &self.boxes[at]);
+        debug_assert_eq!(filed, Ok(()));
+        if index.wants_shapes() {
+            index.shape(id, &self.polygons[at]);
+        }
+    }
+}
+
+/// The questions, the same for every structure.
+pub(super) struct Questions {
+    /// From a sphere around the model to the middles of polygons.
+    pub(super) outside: Vec<Ray>,
+    /// From places in the model in all directions.
+    pub(super) inside: Vec<Ray>,
+    /// A tenth as long as the model, each around a polygon.
+    pub(super) boxes: Vec<Aabb>,
+    pub(super) points: Vec<Vec3>,
+}
+
+impl Questions {
+    pub(super) fn new(model: &RaysModel, count: usize) -> Self {
+        let around = model.around();
+        let mut random = Random::new(1);
+        let place =
+            |random: &mut Random| random.within(around.min.as_dvec3(), around.max.as_dvec3()).as_vec3();
+        let last = model.boxes.len() - 1;
+        let polygon = |random: &mut Random| ((random.unit() * (last + 1) as f64) as usize).min(last);
+        let far_m = around.extent().length();
+        let mut questions = Self {
+            outside: Vec::with_capacity(count),
+            inside: Vec::with_capacity(count),
+            boxes: Vec::with_capacity(count),
+            points: Vec::with_capacity(count),
+        };
+        for _ in 0..count {
+            let from = around.center() + random.direction().as_vec3() * far_m;
+            let aim = model.boxes[polygon(&mut random)].center();
+            questions.outside.push(Ray::new(from, aim - from));
+            let from = place(&mut random);
+            questions.inside.push(Ray::new(from, random.direction().as_vec3()));
+            let half = around.extent() * 0.05;
+            let middle = model.boxes[polygon(&mut random)].center();
+            questions.boxes.push(Aabb::new(middle - half, middle + half));
+            questions.points.push(place(&mut random));
+        }
+        questions
+    }
+}

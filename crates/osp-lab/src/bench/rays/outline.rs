@@ -1,0 +1,226 @@
+//! The tree that any structure is, as its traversal shows it: the same code walks all of them, in two orders, and counts.
+
+use std::{collections::BinaryHeap, ops::Range};
+
+use osp::{
+    index::{
+        Node, SpatialIndex, Visit, Visitor,
+        kernels::{Nearest, Waiting, is_wanted},
+    },
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// In which order the nodes that a ray enters are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Down into the nearest child first.
+    InOrder,
+    /// Always the nearest of all nodes that wait.
+    BestFirst,
+}
+
+/// What a ray cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Steps {
+    pub(super) nodes: u64,
+    /// Of nodes and of polygons.
+    pub(super) boxes: u64,
+    /// Polygons that the exact test was asked about.
+    pub(super) asked: u64,
+}
+
+#[derive(Clone, Debug)]
+struct OutlineNode {
+    bounds: Aabb,
+    /// One past the last node below: nodes lie in the order of a walk from the top.
+    end: u32,
+    /// Its own polygons.
+    polygons: Range<u32>,
+}
+
+/// See [the module](self). The first node is no node of the structure: it is around everything.
+#[derive(Clone, Debug)]
+pub(super) struct Outline {
+    nodes: Vec<OutlineNode>,
+    ids: Vec<PolygonId>,
+    /// The boxes of `ids`.
+    boxes: Vec<Aabb>,
+}
+
+/// Gathers the nodes of a traversal.
+struct Gatherer<'a> {
+    boxes: &'a [Aabb],
+    nodes: Vec<OutlineNode>,
+    parents: Vec<u32>,
+    depths: Vec<u32>,
+    /// The node that the walk is in.
+    at: u32,
+    /// Of each polygon found its node.
+    owners: Vec<(u32, PolygonId)>,
+}
+
+impl Visitor for Gatherer<'_> {
+    fn node(&mut self, node: &Node<'_>) -> Visit {
+        // The one around everything is above depth 0.
+        let depth = node.depth + 1;
+        let mut parent = self.at;
+        while self.depths[parent as usize] >= depth {
+            parent = self.parents[parent as usize];
+        }
+        self.at = self.nodes.len() as u32;
+        self.nodes.push(OutlineNode { bounds: *node.bounds, end: 0, polygons: 0..0 });
+        self.parents.push(parent);
+        self.depths.push(depth);
+        Visit::Descend
+    }
+
+    fn polygons(&mut self, ids: &[PolygonId], _asked: Visit) {
+        for &id in ids {
+            // Some structures name the polygons of a node after those below it.
+            let mut owner = self.at as usize;
+            while owner > 0 && !self.nodes[owner].bounds.contains(&self.boxes[id.index()]) {
+                owner = self.parents[owner] as usize;
+            }
+            self.owners.push((owner as u32, id));
+        }
+    }
+}
+
+impl Outline {
+    /// The outline of a structure that holds polygons with these boxes, by id.
+    pub(super) fn of(index: &dyn SpatialIndex, boxes: &[Aabb]) -> Self {
+        let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+        let top = OutlineNode { bounds: around, end: 0, polygons: 0..0 };
+        let mut gatherer = Gatherer {
+            boxes,
+            nodes: vec![top],
+            parents: vec![0],
+            depths: vec![0],
+            at: 0,
+            owners: Vec::with_capacity(boxes.len()),
+        };
+        index.traverse(&Frustum::everything(), &mut gatherer);
+        let Gatherer { mut nodes, parents, mut owners, .. } = gatherer;
+        for at in (0..nodes.len()).rev() {
+            let end = nodes[at].end.max(at as u32 + 1);
+            nodes[at].end = end;
+            let parent = &mut nodes[parents[at] as usize];
+            parent.end = parent.end.max(end);
+        }
+        owners.sort_by_key(|&(owner, _)| owner);
+        for (i, &(owner, _)) in owners.iter().enumerate() {
+            let polygons = &mut nodes[owner as usize].polygons;
+            if polygons.start == polygons.end {
+                polygons.start = i as u32;
+            }
+            polygons.end = i as u32 + 1;
+        }
+        let ids: Vec<PolygonId> = owners.into_iter().map(|(_, id)| id).collect();
+        let boxes = ids.iter().map(|id| boxes[id.index()]).collect();
+        Self { nodes, ids, boxes }
+    }
+
+    /// Polygons in it.
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    fn children(&self, at: u32) -> impl Iterator<Item = u32> + '_ {
+        let end = self.nodes[at as usize].end;
+        let mut next = at + 1;
+        std::iter::from_fn(move || {
+            let child = (next < end).then_some(next)?;
+            next = self.nodes[child as usize].end;
+            Some(child)
+        })
+    }
+
+    /// Gives the polygons these boxes, by id, and makes the nodes fit from below, without changing what is in which.
+    pub(super) fn refit(&mut self, boxes: &[Aabb]) {
+        for (bounds, id) in self.boxes.iter_mut().zip(&self.ids) {
+            *bounds = boxes[id.index()];
+        }
+        for at in (0..self.nodes.len()).rev() {
+            let own = self.nodes[at].polygons.clone();
+            let own = self.boxes[own.start as usize..own.end as usize].iter();
+            let below = self.children(at as u32).map(|child| &self.nodes[child as usize].bounds);
+            self.nodes[at].bounds = own.chain(below).fold(Aabb::EMPTY, |all, b| all.union(b));
+        }
+    }
+
+    /// The nearest hit of a ray, found in an order.
+    pub(super) fn nearest(
+        &self,
+        order: Order,
+        ray: &Ray,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+        steps: &mut Steps,
+    ) -> Option<(PolygonId, f32)> {
+        let mut asked = 0;
+        let mut count = |id| {
+            asked += 1;
+            hit(id)
+        };
+        let mut nearest = Nearest::new(f32::INFINITY, &mut count);
+        match order {
+            Order::InOrder => self.in_order(ray, &mut nearest, steps),
+            Order::BestFirst => self.best_first(ray, &mut nearest, steps),
+        }
+        let found = nearest.found();
+        steps.asked += asked;
+        found
+    }
+
+    fn in_order(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
+        let mut stack = Vec::with_capacity(64);
+        stack.push(Waiting { t: 0.0, place: 0 });
+        while let Some(Waiting { t, place: node }) = stack.pop() {
+            if is_wanted(t, nearest.reach()) {
+                let before = stack.len();
+                self.look(node, ray, nearest, steps, |waiting| stack.push(waiting));
+                stack[before..].sort_unstable();
+            }
+        }
+    }
+
+    fn best_first(&self, ray: &Ray, nearest: &mut Nearest<'_>, steps: &mut Steps) {
+        let mut heap = BinaryHeap::with_capacity(64);
+        heap.push(Waiting { t: 0.0, place: 0 });
+        while let Some(Waiting { t, place: node }) = heap.pop() {
+            // All others that wait are farther.
+            if !is_wanted(t, nearest.reach()) {
+                return;
+            }
+            self.look(node, ray, nearest, steps, |waiting| heap.push(waiting));
+        }
+    }
+
+    /// Asks about the polygons of a node and has its children wait.
+    fn look(
+        &self,
+        at: u32,
+        ray: &Ray,
+        nearest: &mut Nearest<'_>,
+        steps: &mut Steps,
+        mut wait: impl FnMut(Waiting<u32>),
+    ) {
+        // The one around everything is none of the structure's.
+        steps.nodes += u64::from(at > 0);
+        let own = &self.nodes[at as usize].polygons;
+        let own = own.start as usize..own.end as usize;
+        steps.boxes += own.len() as u64;
+        for (bounds, &id) in self.boxes[own.clone()].iter().zip(&self.ids[own]) {
+            if ray.enter_box(bounds, nearest.reach()).is_some() {
+                nearest.ask(id);
+            }
+        }
+        for child in self.children(at) {
+            steps.boxes += 1;
+            if let Some(t) = ray.enter_box(&self.nodes[child as usize].bounds, nearest.reach()) {
+                wait(Waiting { t, place: child });
+            }
+        }
+    }
+}

@@ -1,0 +1,247 @@
+use std::{
+    collections::BTreeSet,
+    error::Error,
+    path::{Path, PathBuf},
+};
+
+use plotters::{coord::Shift, prelude::*};
+use thiserror::Error;
+
+use super::{
+    ReplayReport,
+    palette::{LineStyle, SAMPLE_PIXELS},
+    picture::{Picture, encode},
+    printable::one_line,
+    run::{Measured, RunReport},
+    table::thousands,
+};
+use osp_session::atomic_file::write_atomically;
+
+/// Size of a chart, pixels.
+const SIZE: (u32, u32) = (1280, 720);
+/// Width of a median's line.
+const LINE_PIXELS: u32 = 3;
+/// Points of a curve: frames are gathered into this many groups, of which the median is drawn.
+const GROUPS: u64 = 400;
+/// A chart that was not drawn.
+#[derive(Debug, Error)]
+pub enum ChartError {
+    /// The ending of the file name names no kind of picture.
+    #[error("{}: expected a file name ending in .png or .svg", .0.display())]
+    Ending(PathBuf),
+    /// Nothing was measured.
+    #[error("{}: there is no frame to draw", .0.display())]
+    Empty(PathBuf),
+    /// The picture could not be drawn or written.
+    #[error("{}: {message}", path.display())]
+    Draw {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        message: String,
+    },
+}
+
+/// The kinds of picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChartFormat {
+    /// Pixels.
+    Png,
+    /// Lines.
+    Svg,
+}
+
+impl ChartFormat {
+    /// The kind that the ending of a file name asks for.
+    ///
+    /// # Errors
+    /// [`ChartError::Ending`].
+    pub fn of(path: &Path) -> Result<Self, ChartError> {
+        match path
+            .extension()
+            .map(|ending| ending.to_ascii_lowercase())
+            .as_deref()
+            .and_then(|ending| ending.to_str())
+        {
+            Some("png") => Ok(Self::Png),
+            Some("svg") => Ok(Self::Svg),
+            _ => Err(ChartError::Ending(path.to_owned())),
+        }
+    }
+}
+
+/// Draws the frame times over the session, a line for each index on a logarithmic scale, with the number of polygons
+/// on the right-hand axis. PNG or SVG by the ending of `path`; the file is whole or not there.
+///
+/// # Errors
+/// The ending is another one, there is nothing to draw, or the file cannot be written.
+pub fn draw_frame_times(report: &ReplayReport, path: &Path) -> Result<(), ChartError> {
+    if report.runs.iter().all(|run| run.curve().is_empty()) {
+        return Err(ChartError::Empty(path.to_owned()));
+    }
+    let failed = |message: String| ChartError::Draw { path: path.to_owned(), message };
+    let format = ChartFormat::of(path)?;
+    register_font();
+    let bytes = encode(&FrameTimes(report), format, SIZE).map_err(|error| failed(error.to_string()))?;
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|error| failed(error.to_string()))
+}
+
+struct FrameTimes<'a>(&'a ReplayReport);
+
+impl Picture for FrameTimes<'_> {
+    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        draw(self.0, area)
+    }
+}
+
+/// Text is measured and drawn with a font of our own; the machine may have none. In a browser it is the browser's.
+pub(crate) fn register_font() {
+    #[cfg(not(target_arch = "wasm32"))]
+    register_own_font();
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn register_own_font() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        // Fails only for a font that is not one, and then the text is missing from the picture.
+        let _ = plotters::style::register_font(
+            "sans-serif",
+            FontStyle::Normal,
+            epaint_default_fonts::UBUNTU_LIGHT,
+        );
+    });
+}
+
+/// A group of neighbouring frames.
+struct Group {
+    frame: f64,
+    median_us: f64,
+    max_us: f64,
+}
+
+fn groups(run: &RunReport, frames: u64) -> Vec<Group> {
+    let width = frames.div_ceil(GROUPS).max(1);
+    run.curve()
+        .chunk_by(|a, b| a.frame / width == b.frame / width)
+        .map(|chunk: &[Measured]| {
+            let mut times: Vec<u64> = chunk.iter().map(|p| p.total_ns.max(1)).collect();
+            times.sort_unstable();
+            let us = |ns: u64| ns as f64 / 1000.0;
+            Group {
+                frame: chunk[chunk.len() / 2].frame as f64,
+                median_us: us(times[(times.len() - 1) / 2]),
+                max_us: us(times[times.len() - 1]),
+            }
+        })
+        .collect()
+}
+
+/// How the runs look: structures as in all charts, and one structure's methods of culling by occlusion each in a way of
+/// its own.
+fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
+    let style = |run: &RunReport| {
+        let Some(occlusion) = &run.occlusion else { return LineStyle::of_structure(&run.index) };
+        LineStyle::of_method(&run.index, number_of(&run.index, runs), occlusion.method)
+    };
+    runs.iter().map(style).collect()
+}
+
+/// The position of its structure among the structures of the runs.
+fn number_of(index: &str, runs: &[RunReport]) -> usize {
+    let before = runs.iter().take_while(|run| run.index != index);
+    before.map(|run| &run.index).collect::<BTreeSet<_>>().len()
+}
+
+fn draw<B: DrawingBackend>(report: &ReplayReport, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+where
+    B::ErrorType: 'static,
+{
+    area.fill(&WHITE)?;
+    let curves: Vec<Vec<Group>> = report.runs.iter().map(|run| groups(run, report.frames)).collect();
+    let all = || curves.iter().flatten();
+    let lowest = all().map(|g| g.median_us).fold(f64::INFINITY, f64::min);
+    let highest = all().map(|g| g.max_us).fold(0.0, f64::max);
+    let polygons = report.runs.iter().max_by_key(|run| run.curve().len());
+    let most = polygons.and_then(|run| run.curve().iter().map(|p| p.polygons).max()).unwrap_or(0).max(1);
+    let frames = 0.0..report.frames.max(1) as f64;
+
+    let mut chart = ChartBuilder::on(area)
+        .caption(format!("{}: time of a frame", one_line(&report.recording)), ("sans-serif", 26))
+        .margin(16)
+        .x_label_area_size(48)
+        .y_label_area_size(80)
+        .right_y_label_area_size(90)
+        .build_cartesian_2d(frames.clone(), (lowest * 0.6..highest * 1.8).log_scale())?
+        .set_secondary_coord(frames, 0.0..most as f64 * 1.05);
+    let whole = |x: &f64| thousands(x.round().max(0.0) as u64);
+    let tick = |us: &f64| match *us {
+        us if us >= 1.0e6 => format!("{} s", us / 1.0e6),
+        us if us >= 1.0e3 => format!("{} ms", us / 1.0e3),
+        us => format!("{us} µs"),
+    };
+    let occludes = report.runs.iter().any(|run| run.occlusion.is_some());
+    let what = match occludes {
+        true => "insert + cull + occlusion (median line, slowest frame thin)",
+        false => "insert + cull (median line, slowest frame thin)",
+    };
+    chart
+        .configure_mesh()
+        .light_line_style(RGBColor(240, 240, 240))
+        .bold_line_style(RGBColor(220, 220, 220))
+        .x_desc("frame")
+        .y_desc(what)
+        .x_label_formatter(&whole)
+        .y_label_formatter(&tick)
+        .label_style(("sans-serif", 16))
+        .axis_desc_style(("sans-serif", 18))
+        .draw()?;
+    chart
+        .configure_secondary_axes()
+        .y_desc("polygons")
+        .y_label_formatter(&whole)
+        .label_style(("sans-serif", 16))
+        .axis_desc_style(("sans-serif", 18))
+        .draw()?;
+
+    if let Some(run) = polygons {
+        let step = (run.curve().len() / GROUPS as usize).max(1);
+        let area = AreaSeries::new(
+            run.curve().iter().step_by(step).map(|p| (p.frame as f64, p.polygons as f64)),
+            0.0,
+            RGBColor(150, 150, 150).mix(0.15),
+        );
+        chart.draw_secondary_series(area)?.label("polygons (right)").legend(|(x, y)| {
+            Rectangle::new(
+                [(x, y - 5), (x + SAMPLE_PIXELS, y + 5)],
+                RGBColor(150, 150, 150).mix(0.3).filled(),
+            )
+        });
+    }
+    let styles = styles(&report.runs);
+    for (style, curve) in styles.iter().zip(&curves) {
+        chart.draw_series(LineSeries::new(curve.iter().map(|g| (g.frame, g.max_us)), style.faint()))?;
+    }
+    // The first line lies on top.
+    for (&style, curve) in styles.iter().zip(&curves).rev() {
+        let points: Vec<_> = curve.iter().map(|g| (g.frame, g.median_us)).collect();
+        style.draw(&mut chart, &points, LINE_PIXELS)?;
+    }
+    for (run, style) in report.runs.iter().zip(styles) {
+        let nothing: [PathElement<(f64, f64)>; 0] = [];
+        chart.draw_series(nothing)?.label(run.name()).legend(move |at| style.sample(at, LINE_PIXELS));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 200, 200))
+        .legend_area_size(SAMPLE_PIXELS + 8)
+        .label_font(("sans-serif", 18))
+        .draw()?;
+    area.present()?;
+    Ok(())
+}

@@ -1,0 +1,10 @@
+use comfy_table::{Table, TableComponent, presets};
+
+/// An empty table of columns, without lines but one below its header.
+pub fn columns_table() -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.remove_style(TableComponent::HorizontalLines);
+    table.remove_style(TableComponent::MiddleIntersections);
+    table
+}

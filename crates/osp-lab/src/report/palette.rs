@@ -1,0 +1,306 @@
+//! How lines look in charts: a structure has the same colour and mark in all of them, and no two structures are alike.
+//!
+//! The colours can be told apart also by people who confuse red and green; they are after Okabe and Ito, "Color Universal
+//! Design", 2008. There are more structures than colours: those of one family share a colour and differ by their mark.
+
+use std::error::Error;
+
+use plotters::{
+    chart::ChartContext,
+    coord::{
+        cartesian::Cartesian2d,
+        ranged1d::{Ranged, ValueFormatter},
+    },
+    element::{ComposedElement, DashedPathElement},
+    prelude::*,
+};
+
+use super::themes::css_name;
+use osp::occlusion::Occlusion;
+
+/// The colour of `osp`; no other structure has it.
+pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const VERMILION: RGBColor = RGBColor(213, 94, 0);
+pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const SKY: RGBColor = RGBColor(86, 180, 233);
+pub(crate) const INK: RGBColor = RGBColor(0, 0, 0);
+pub(super) const GRAY: RGBColor = RGBColor(130, 130, 130);
+
+/// The mark that a line bears in a few places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Mark {
+    None,
+    Disc,
+    Square,
+    Triangle,
+    Ring,
+    HollowSquare,
+    HollowTriangle,
+    HollowDiamond,
+}
+
+use Mark::{Disc, Square, Triangle};
+
+/// Structures with their colours and marks; those that are usually seen together have colours of their own.
+const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
+    ("osp", BLUE, Mark::None),
+    ("osp-paper", SKY, Mark::None),
+    ("bsp", SKY, Disc),
+    ("octree-rebuild", VERMILION, Mark::None),
+    ("octree-paper", PURPLE, Triangle),
+    ("loose-octree", VERMILION, Disc),
+    ("quadtree", VERMILION, Square),
+    ("kd-tree", VERMILION, Triangle),
+    ("brute-force", INK, Mark::None),
+    ("brute-simd", INK, Disc),
+    ("time-order", INK, Square),
+    ("bvh-sah", GREEN, Mark::None),
+    ("bvh-sah-sweep", GREEN, Disc),
+    ("bvh-median", GREEN, Square),
+    ("bvh-midpoint", GREEN, Triangle),
+    ("bvh-two-level", ORANGE, Mark::None),
+    ("lbvh", ORANGE, Disc),
+    ("hlbvh", ORANGE, Square),
+    ("dynamic-bvh", PURPLE, Mark::None),
+    ("bvh-crate", PURPLE, Disc),
+    ("rstar", PURPLE, Square),
+    ("parry3d", GRAY, Mark::None),
+    ("parry3d-rebuilt", GRAY, Disc),
+    ("obvhs", GRAY, Square),
+    ("obvhs-rebuilt", GRAY, Triangle),
+];
+
+/// The same for methods of occlusion culling, when one structure is shown with several.
+const METHOD_COLORS: [RGBColor; 7] = [VERMILION, GREEN, ORANGE, PURPLE, INK, SKY, GRAY];
+const METHOD_MARKS: [Mark; 4] = [Mark::Ring, Mark::HollowSquare, Mark::HollowTriangle, Mark::HollowDiamond];
+
+/// Length of the dashes and of the gaps between them, pixels.
+const DASHES: [Option<(u32, u32)>; 3] = [None, Some((9, 5)), Some((2, 4))];
+
+/// Length of a line in a legend, pixels.
+pub(crate) const SAMPLE_PIXELS: i32 = 36;
+/// Marks on a line.
+const MARKS: usize = 8;
+/// Up to this many points of a line are drawn as dots.
+const FEW_POINTS: usize = 12;
+
+type Point = (i32, i32);
+type MarkElement<DB> = ComposedElement<Point, DB, Polygon<Point>, PathElement<Point>>;
+/// A piece of line with its mark.
+pub(crate) type Sample<DB> =
+    ComposedElement<Point, DB, DashedPathElement<std::array::IntoIter<Point, 2>, u32>, MarkElement<DB>>;
+
+/// How a line looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct LineStyle {
+    color: RGBColor,
+    mark: Mark,
+    /// Length of dash and gap, pixels; a whole line without.
+    dash: Option<(u32, u32)>,
+}
+
+impl LineStyle {
+    /// A plain line, for what is no structure.
+    pub(crate) const fn plain(color: RGBColor) -> Self {
+        Self { color, mark: Mark::None, dash: None }
+    }
+
+    /// The look of a structure; a structure without an entry gets one that no other has.
+    pub(crate) fn of_structure(name: &str) -> Self {
+        match STRUCTURES.iter().find(|(other, ..)| *other == name) {
+            Some(&(_, color, mark)) => Self { color, mark, dash: None },
+            None => Self { color: GRAY, mark: Mark::None, dash: DASHES[1] },
+        }
+    }
+
+    /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.
+    pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
+        let methods: Vec<_> = Occlusion::all().chain([Occlusion::Pvs]).map(Occlusion::name).collect();
+        match methods.iter().position(|other| *other == method) {
+            // The method `none` is the structure alone.
+            Some(0) | None => Self::of_structure(structure),
+            Some(method) => {
+                let at = number * (methods.len() - 1) + method - 1;
+                let (color, at) = (METHOD_COLORS[at % METHOD_COLORS.len()], at / METHOD_COLORS.len());
+                let (mark, at) = (METHOD_MARKS[at % METHOD_MARKS.len()], at / METHOD_MARKS.len());
+                Self { color, mark, dash: DASHES[at % DASHES.len()] }
+            }
+        }
+    }
+
+    /// The name that a page's style sheet has for the colour.
+    pub(crate) fn css_name(self) -> &'static str {
+        css_name(self.color).unwrap_or("--ink")
+    }
+
+    /// Length of dash and gap, pixels; `None` for a whole line.
+    pub(crate) fn dash(self) -> Option<(u32, u32)> {
+        self.dash
+    }
+
+    /// The mark as a character.
+    pub(crate) fn mark_character(self) -> &'static str {
+        match self.mark {
+            Mark::None => "",
+            Disc => "●",
+            Square => "■",
+            Triangle => "▲",
+            Mark::Ring => "○",
+            Mark::HollowSquare => "□",
+            Mark::HollowTriangle => "△",
+            Mark::HollowDiamond => "◇",
+        }
+    }
+
+    /// A faint line beside the line itself.
+    pub(crate) fn faint(self) -> ShapeStyle {
+        self.color.mix(0.3).into()
+    }
+
+    /// Draws a line through points.
+    pub(crate) fn draw<'b, DB, X, Y>(
+        self,
+        chart: &mut ChartContext<'b, DB, Cartesian2d<X, Y>>,
+        points: &[(f64, f64)],
+        width: u32,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        DB: DrawingBackend + 'b,
+        DB::ErrorType: 'static,
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let stroke = self.color.stroke_width(width);
+        let line = points.iter().copied();
+        match self.dash {
+            None => chart.draw_series(LineSeries::new(line, stroke))?,
+            Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(line, dash, gap, stroke))?,
+        };
+        let marked: Vec<_> = if points.len() <= FEW_POINTS {
+            points.iter().collect()
+        } else {
+            // Each line in other places: lines lie upon each other.
+            let first = self.mark as usize * points.len() / (MARKS * METHOD_MARKS.len() * 2);
+            points.iter().skip(first).step_by(points.len().div_ceil(MARKS)).collect()
+        };
+        let is_dot = self.mark == Mark::None && points.len() <= FEW_POINTS;
+        if self.mark != Mark::None || is_dot {
+            let marker = |&point: &(f64, f64)| {
+                let (area, outline) = self.marker((0, 0));
+                EmptyElement::at(point) + area + outline
+            };
+            chart.draw_series(marked.into_iter().map(marker))?;
+        }
+        Ok(())
+    }
+
+    /// A piece of the line, for a legend.
+    pub(crate) fn sample<DB: DrawingBackend>(self, at: Point, width: u32) -> Sample<DB> {
+        // A line that is whole is one dash.
+        let (dash, gap) = self.dash.unwrap_or((2 * SAMPLE_PIXELS as u32, 1));
+        let ends = [(0, 0), (SAMPLE_PIXELS, 0)];
+        let line = DashedPathElement::new(ends, dash, gap, self.color.stroke_width(width));
+        // The dots of a line without a mark are no part of its look.
+        let (area, outline) = match self.mark {
+            Mark::None => (Polygon::new([], self.color.filled()), PathElement::new([], self.color)),
+            _ => self.marker((SAMPLE_PIXELS / 2, 0)),
+        };
+        EmptyElement::at(at) + line + area + outline
+    }
+
+    /// The mark's area and outline, some pixels away from a point.
+    fn marker(self, (x, y): Point) -> (Polygon<Point>, PathElement<Point>) {
+        let corners: &[Point] = match self.mark {
+            Mark::None => &[(-2, -2), (2, -2), (2, 2), (-2, 2)],
+            Disc | Mark::Ring => &[
+                (5, 0),
+                (4, 3),
+                (3, 4),
+                (0, 5),
+                (-3, 4),
+                (-4, 3),
+                (-5, 0),
+                (-4, -3),
+                (-3, -4),
+                (0, -5),
+                (3, -4),
+                (4, -3),
+            ],
+            Square | Mark::HollowSquare => &[(-4, -4), (4, -4), (4, 4), (-4, 4)],
+            Triangle | Mark::HollowTriangle => &[(0, -6), (5, 4), (-5, 4)],
+            Mark::HollowDiamond => &[(0, -6), (6, 0), (0, 6), (-6, 0)],
+        };
+        // A line without a mark has dots where there are few points.
+        let mut corners: Vec<_> = corners.iter().map(|&(dx, dy)| (x + dx, y + dy)).collect();
+        let is_hollow = !matches!(self.mark, Mark::None | Disc | Square | Triangle);
+        let inside = if is_hollow { WHITE } else { self.color };
+        let area = Polygon::new(corners.clone(), inside.filled());
+        corners.push(corners[0]);
+        (area, PathElement::new(corners, self.color.stroke_width(2)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::bench::Contender;
+
+    #[test]
+    fn no_two_structures_are_alike_and_each_is_known() {
+        let mut seen = HashSet::new();
+        for contender in Contender::all() {
+            let name = contender.name();
+            assert!(STRUCTURES.iter().any(|(known, ..)| *known == name), "{name} has no colour and mark");
+            assert!(seen.insert(LineStyle::of_structure(name)), "{name} looks like another structure");
+        }
+        let names: HashSet<_> = STRUCTURES.iter().map(|(name, ..)| name).collect();
+        let styles: HashSet<_> = STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
+        assert_eq!((names.len(), styles.len()), (STRUCTURES.len(), STRUCTURES.len()));
+        assert!(!styles.contains(&LineStyle::of_structure("unheard of")));
+    }
+
+    #[test]
+    fn every_colour_has_a_name_on_a_page() {
+        let all = STRUCTURES.iter().map(|(_, color, _)| color).chain(&METHOD_COLORS);
+        for color in all {
+            assert!(css_name(*color).is_some(), "{color:?}");
+        }
+    }
+
+    #[test]
+    fn blue_is_osp_and_nothing_else() {
+        let blue: Vec<_> = STRUCTURES.iter().filter(|(_, color, _)| *color == BLUE).collect();
+        assert_eq!(blue, [&("osp", BLUE, Mark::None)]);
+        assert!(!METHOD_COLORS.contains(&BLUE));
+    }
+
+    #[test]
+    fn methods_are_told_apart_from_each_other_and_from_structures() {
+        let methods: Vec<_> = Occlusion::all().map(Occlusion::name).chain(["pvs"]).collect();
+        let mut seen: HashSet<_> =
+            STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
+        for number in 0..4 {
+            for method in &methods[1..] {
+                assert!(seen.insert(LineStyle::of_method("osp", number, method)), "{number} {method}");
+            }
+            assert_eq!(LineStyle::of_method("osp", number, "none"), LineStyle::of_structure("osp"));
+        }
+        assert_eq!(methods[0], "none");
+    }
+
+    #[test]
+    fn colours_are_far_apart() {
+        let all = [BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, INK, GRAY];
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[..i] {
+                let square = |a: u8, b: u8| (f64::from(a) - f64::from(b)).powi(2);
+                let apart = (square(a.0, b.0) + square(a.1, b.1) + square(a.2, b.2)).sqrt();
+                assert!(apart > 60.0, "{a:?} and {b:?}: {apart}");
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+use std::{error::Error, path::Path};
+
+use glam::Vec3;
+use plotters::{coord::Shift, prelude::*};
+
+use super::{
+    ChartFormat, VERMILION, chart::register_font, picture::Picture, picture::encode, printable::one_line,
+};
+use osp::math::Aabb;
+use osp_session::{
+    atomic_file::write_atomically,
+    rig::{Rig, Screen},
+};
+
+/// Size of the picture, pixels.
+const SIZE: (u32, u32) = (1280, 640);
+/// Room around what is drawn, pixels.
+const MARGIN: f32 = 60.0;
+
+/// A rig's room from above and from the front: the screens, the head, and what it sees through them.
+#[derive(Clone, Copy, Debug)]
+pub struct RigPlan<'a>(pub &'a Rig);
+
+impl RigPlan<'_> {
+    /// Draws it to an `.svg` or `.png` file; the file is whole or not there.
+    ///
+    /// # Errors
+    /// The name ends otherwise, or the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+        register_font();
+        let bytes = encode(self, ChartFormat::of(path)?, SIZE)?;
+        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
+    }
+
+    fn draw_side<B: DrawingBackend>(
+        &self,
+        title: &str,
+        project: fn(Vec3) -> (f32, f32),
+        area: &DrawingArea<B, Shift>,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let rig = self.0;
+        let area = area.titled(title, ("sans-serif", 22))?;
+        let corners = rig.screens.iter().flat_map(corners_of).chain([rig.head]);
+        let bounds = corners.fold(Aabb::EMPTY, |all, p| all.union(&Aabb { min: p, max: p }));
+        let ((left, bottom), (right, top)) = (project(bounds.min), project(bounds.max));
+        let (left, right) = (left.min(right), left.max(right));
+        let (bottom, top) = (bottom.min(top), bottom.max(top));
+        let (w, h) = area.dim_in_pixel();
+        let (w, h) = (w as f32, h as f32);
+        let scale = ((w - 2.0 * MARGIN) / (right - left).max(1.0e-3))
+            .min((h - 2.0 * MARGIN) / (top - bottom).max(1.0e-3));
+        let pixel = |p: Vec3| {
+            let (x, y) = project(p);
+            let (x, y) = (x - (left + right) * 0.5, y - (bottom + top) * 0.5);
+            ((w * 0.5 + x * scale) as i32, (h * 0.5 - y * scale) as i32)
+        };
+        let head = pixel(rig.head);
+        for screen in &rig.screens {
+            let corners = corners_of(screen);
+            for corner in corners {
+                area.draw(&PathElement::new([head, pixel(corner)], BLACK.mix(0.15)))?;
+            }
+            let outline: Vec<(i32, i32)> = corners.iter().chain([&corners[0]]).map(|&p| pixel(p)).collect();
+            area.draw(&Polygon::new(outline.clone(), BLUE.mix(0.08)))?;
+            area.draw(&PathElement::new(outline, BLUE.stroke_width(3)))?;
+            let middle = pixel(corners.iter().sum::<Vec3>() * 0.25);
+            // Beside the line that a screen is from its edge.
+            let middle = (middle.0 + 8, middle.1 + 6);
+            area.draw(&Text::new(one_line(&screen.name), middle, ("sans-serif", 18).into_font()))?;
+        }
+        area.draw(&Circle::new(head, 6, VERMILION.filled()))?;
+        area.draw(&Text::new("head", (head.0 + 9, head.1 - 6), ("sans-serif", 18).into_font()))?;
+        // A length to compare with.
+        let lengths = [(1.0, "1 m"), (0.1, "10 cm"), (0.01, "1 cm")];
+        let (length_m, name) =
+            lengths.into_iter().find(|(m, _)| m * scale <= w - MARGIN).unwrap_or((0.001, "1 mm"));
+        let (y, x) = ((h - 18.0) as i32, 20);
+        let end = x + (length_m * scale) as i32;
+        area.draw(&PathElement::new([(x, y), (end, y)], BLACK.stroke_width(2)))?;
+        area.draw(&Text::new(name, (x, y - 20), ("sans-serif", 16).into_font()))?;
+        Ok(())
+    }
+}
+
+impl Picture for RigPlan<'_> {
+    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        area.fill(&WHITE)?;
+        let name = one_line(&self.0.name);
+        let halves = area.split_evenly((1, 2));
+        self.draw_side(&format!("{name} from above"), |p| (p.x, -p.z), &halves[0])?;
+        self.draw_side(&format!("{name} from the front"), |p| (p.x, p.y), &halves[1])?;
+        area.present()?;
+        Ok(())
+    }
+}
+
+/// Around the screen.
+fn corners_of(screen: &Screen) -> [Vec3; 4] {
+    let opposite = screen.lower_right + screen.upper_left - screen.lower_left;
+    [screen.lower_left, screen.lower_right, opposite, screen.upper_left]
+}

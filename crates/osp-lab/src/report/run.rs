@@ -1,0 +1,495 @@
+use std::collections::BTreeMap;
+
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+use super::{
+    DrawReport,
+    views::{JsonViews, RigReport, ViewsReport},
+};
+use osp::{
+    frame::{FrameRecord, OcclusionRecord},
+    occlusion::{NodeTest, Score},
+};
+use osp_session::replay::{LaneFrame, STRETCHES, SessionFingerprint, stretch_of_frame};
+
+/// Frames before which allocations count as warm-up, as a fraction of the session.
+const WARM_UP: (u64, u64) = (1, 2);
+
+/// The replay of a session through one index, gathered frame by frame.
+///
+/// An index that exceeds its budget is measured on fewer frames of the late, expensive stretches than of the early ones. Hence
+/// each measured frame counts for its share of its stretch, and all rows of a table describe the same session.
+#[derive(Clone, Debug)]
+pub struct RunReport {
+    /// Name of the index.
+    pub index: String,
+    /// Frames of the session.
+    session_frames: u64,
+    measured: Vec<Measured>,
+    allocations_steady: u64,
+    fingerprint: SessionFingerprint,
+    frames: Vec<(u64, u64)>,
+    /// Memory of the index at the end, bytes.
+    pub bytes: usize,
+    /// Changes that the index refused.
+    pub refused: u64,
+    /// Occlusion culling, if the run had it.
+    pub occlusion: Option<OcclusionReport>,
+    /// Drawing, if the run drew.
+    pub draw: Option<DrawReport>,
+    /// The views of the rig, if the frames were those of one.
+    pub views: Option<ViewsReport>,
+}
+
+/// The report on occlusion culling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OcclusionReport {
+    /// Name of the method.
+    pub method: &'static str,
+    /// How it tests nodes, and scores occluders.
+    pub tests: (NodeTest, Score),
+    /// The assumed cost of drawing a polygon, nanoseconds.
+    pub polygon_ns: f64,
+    /// Visible polygons that were culled, in the frames that were verified; `None` where none was.
+    pub false_culls: Option<u64>,
+    /// Fingerprint of the drawn polygons, over all frames that were replayed.
+    pub fingerprint: SessionFingerprint,
+}
+
+impl OcclusionReport {
+    /// A report without frames.
+    pub fn new(method: &'static str, polygon_ns: f64) -> Self {
+        Self {
+            method,
+            tests: (NodeTest::Box, Score::default()),
+            polygon_ns,
+            false_culls: None,
+            fingerprint: SessionFingerprint::new(),
+        }
+    }
+}
+
+/// A frame whose times were taken.
+#[derive(Clone, Debug)]
+pub(super) struct Measured {
+    pub(super) frame: u64,
+    pub(super) polygons: u64,
+    culled: u64,
+    pub(super) total_ns: u64,
+    cull_ns: u64,
+    visible: u64,
+    /// Nanoseconds for each polygon of a frame that only inserted.
+    insert_ns: Option<f64>,
+    /// Apart, so that a frame without takes little room: a session may have millions.
+    occlusion: Option<Box<OcclusionRecord>>,
+}
+
+impl Measured {
+    fn occlusion(&self) -> OcclusionRecord {
+        self.occlusion.as_deref().copied().unwrap_or_default()
+    }
+}
+
+impl RunReport {
+    /// A report without frames.
+    pub fn new(index: impl Into<String>, session_frames: u64) -> Self {
+        Self {
+            index: index.into(),
+            session_frames,
+            measured: Vec::new(),
+            allocations_steady: 0,
+            fingerprint: SessionFingerprint::new(),
+            frames: Vec::new(),
+            bytes: 0,
+            refused: 0,
+            occlusion: None,
+            draw: None,
+            views: None,
+        }
+    }
+
+    /// The name of the run: its index, and its method of occlusion culling if it has one.
+    pub fn name(&self) -> String {
+        match &self.occlusion {
+            Some(occlusion) => format!("{} + {}", self.index, occlusion.method),
+            None => self.index.clone(),
+        }
+    }
+
+    /// Adds a frame.
+    pub fn add(&mut self, frame: &LaneFrame) {
+        let record = &frame.record;
+        self.fingerprint.add(record.frame, frame.in_view);
+        self.frames.push((record.frame, frame.in_view));
+        if let Some(occlusion) = &mut self.occlusion {
+            occlusion.fingerprint.add(record.frame, frame.drawn);
+        }
+        if !frame.catches_up {
+            self.measure(record);
+        }
+    }
+
+    fn measure(&mut self, record: &FrameRecord) {
+        if record.frame * WARM_UP.1 >= self.session_frames * WARM_UP.0 {
+            self.allocations_steady += record.allocations();
+        }
+        let only_inserts = record.inserted > 0 && record.removed + record.updated == 0;
+        self.measured.push(Measured {
+            frame: record.frame,
+            polygons: record.polygons,
+            culled: record.culled(),
+            total_ns: record.total_ns(),
+            cull_ns: record.cull.ns,
+            visible: record.visible,
+            insert_ns: only_inserts.then(|| record.insert.ns as f64 / record.inserted as f64),
+            occlusion: (record.occlusion != OcclusionRecord::default()).then(|| Box::new(record.occlusion)),
+        });
+    }
+
+    /// Frames whose times were taken.
+    pub fn measured_frames(&self) -> u64 {
+        self.measured.len() as u64
+    }
+
+    /// For how many frames of the session each measured frame stands.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
+        let mut of_session = vec![0u32; STRETCHES as usize];
+        (0..self.session_frames).for_each(|frame| of_session[stretch(frame)] += 1);
+        let mut measured = vec![0u32; STRETCHES as usize];
+        self.measured.iter().for_each(|m| measured[stretch(m.frame)] += 1);
+        self.measured
+            .iter()
+            .map(|m| f64::from(of_session[stretch(m.frame)]) / f64::from(measured[stretch(m.frame)]))
+            .collect()
+    }
+
+    /// A quantile from 0 to 1 over the session's frames; 0 where nothing was measured.
+    fn quantile(&self, quantile: f64, value: impl Fn(&Measured) -> Option<f64>) -> f64 {
+        // Tenths of a nanosecond, three digits; resizes by itself.
+        let Ok(mut histogram) = Histogram::<u64>::new(3) else { return 0.0 };
+        for (m, weight) in self.measured.iter().zip(self.weights()) {
+            if let Some(ns) = value(m) {
+                // Weights to a hundredth of a frame. Recording fails only beyond the largest number there is.
+                let _ =
+                    histogram.record_n((ns * 10.0).round() as u64, (weight * 100.0).round().max(1.0) as u64);
+            }
+        }
+        histogram.value_at_quantile(quantile) as f64 / 10.0
+    }
+
+    fn mean(&self, value: impl Fn(&Measured) -> u64) -> f64 {
+        let weights = self.weights();
+        let sum: f64 = self.measured.iter().zip(&weights).map(|(m, w)| value(m) as f64 * w).sum();
+        sum / weights.iter().sum::<f64>().max(1.0)
+    }
+
+    /// Inserting a polygon, a rebuild included: median over the frames that only inserted, nanoseconds.
+    pub fn insert_ns_per_polygon(&self) -> f64 {
+        self.quantile(0.5, |m| m.insert_ns)
+    }
+
+    /// Culling a frame, median, microseconds.
+    pub fn cull_us(&self) -> f64 {
+        self.quantile(0.5, |m| Some(m.cull_ns as f64)) / 1000.0
+    }
+
+    /// A whole frame at a quantile from 0 to 1, microseconds.
+    pub fn frame_us(&self, quantile: f64) -> f64 {
+        self.quantile(quantile, |m| Some(m.total_ns as f64)) / 1000.0
+    }
+
+    /// Polygons to draw, of all views together, mean over the session.
+    pub fn visible_mean(&self) -> f64 {
+        self.mean(|m| m.visible)
+    }
+
+    /// Polygons culled, mean over the session.
+    pub fn culled_mean(&self) -> f64 {
+        self.mean(|m| m.culled)
+    }
+
+    /// Polygons culled by occlusion, mean over the session.
+    pub fn occluded_mean(&self) -> f64 {
+        if let Some(draw) = self.draw.as_ref().filter(|draw| draw.has_culling()) {
+            return draw.culling_mean(|drawn| drawn.hidden);
+        }
+        self.mean(|m| m.occlusion().occluded)
+    }
+
+    /// A stage of culling by occlusion: median over the frames in which it was used, microseconds.
+    fn occlusion_us(&self, stage: impl Fn(&OcclusionRecord) -> u64) -> f64 {
+        self.quantile(0.5, |m| m.occlusion().used.then(|| stage(&m.occlusion()) as f64)) / 1000.0
+    }
+
+    /// All of culling by occlusion, median over the frames in which it was used, microseconds.
+    pub fn occlusion_total_us(&self) -> f64 {
+        self.occlusion_us(OcclusionRecord::total_ns)
+    }
+
+    /// Share of the session's frames in which occlusion was used, per cent.
+    pub fn occlusion_used_percent(&self) -> f64 {
+        self.mean(|m| 100 * u64::from(m.occlusion().used))
+    }
+
+    /// Share of the session's frames whose occluders were the polygons visible in the last frame, per cent.
+    pub fn occlusion_by_last_percent(&self) -> f64 {
+        self.mean(|m| 100 * u64::from(m.occlusion().by_last))
+    }
+
+    /// A whole frame and the drawing of what is left in it, by the cost of a polygon; at a quantile from 0 to 1,
+    /// microseconds.
+    pub fn drawn_frame_us(&self, quantile: f64, polygon_ns: f64) -> f64 {
+        let drawn = |m: &Measured| m.visible - m.occlusion().occluded.min(m.visible);
+        self.quantile(quantile, |m| Some(m.total_ns as f64 + drawn(m) as f64 * polygon_ns)) / 1000.0
+    }
+
+    /// Allocations in insertion and culling over the second half of the session.
+    pub fn allocations_steady(&self) -> u64 {
+        self.allocations_steady
+    }
+
+    /// Whether every frame of the session was replayed.
+    pub fn is_complete(&self) -> bool {
+        self.frames.len() as u64 == self.session_frames
+    }
+
+    /// Fingerprint of all frames that were replayed.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint.value()
+    }
+
+    /// Number and fingerprint of each frame that was replayed.
+    pub fn frames(&self) -> &[(u64, u64)] {
+        &self.frames
+    }
+
+    pub(super) fn curve(&self) -> &[Measured] {
+        &self.measured
+    }
+}
+
+/// A session's replay through several indexes.
+#[derive(Clone, Debug)]
+pub struct ReplayReport {
+    /// Name of the file.
+    pub recording: String,
+    /// Strokes of the session.
+    pub strokes: u64,
+    /// Control points.
+    pub points: u64,
+    /// Polygons made.
+    pub polygons: u64,
+    /// Frames played.
+    pub frames: u64,
+    /// The pace, as on the command line.
+    pub pace: String,
+    /// The camera, as on the command line; on a rig with its name and settings.
+    pub camera: String,
+    /// The rig, if the frames were culled for its screens.
+    pub rig: Option<RigReport>,
+    /// One for each index.
+    pub runs: Vec<RunReport>,
+}
+
+#[derive(Serialize)]
+struct JsonReport<'a> {
+    recording: &'a str,
+    strokes: u64,
+    points: u64,
+    polygons: u64,
+    frames: u64,
+    pace: &'a str,
+    camera: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rig: Option<&'a RigReport>,
+    indexes_agree: bool,
+    runs: Vec<JsonRun<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonRun<'a> {
+    index: &'a str,
+    insert_ns_per_polygon: f64,
+    cull_us: f64,
+    frame_us: JsonQuantiles,
+    visible_mean: f64,
+    culled_mean: f64,
+    fingerprint: String,
+    bytes: usize,
+    allocations_steady: u64,
+    frames_measured: u64,
+    frames_fingerprinted: usize,
+    refused: u64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    occlusion: Option<JsonOcclusion>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    draw: Option<JsonDraw>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    views: Option<JsonViews>,
+}
+
+/// The keys that a run has where drawing was asked for.
+#[derive(Serialize)]
+struct JsonDraw {
+    draw_us: JsonQuantiles,
+    send_us: JsonQuantiles,
+    frames_drawn: u64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    culling: Option<JsonDrawnWhileCulling>,
+}
+
+/// The keys that a run has where hidden polygons were looked for while drawing.
+#[derive(Serialize)]
+struct JsonDrawnWhileCulling {
+    groups_tested_mean: f64,
+    first_pass_mean: f64,
+    second_pass_mean: f64,
+    hidden_mean: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gpu_us: Option<JsonGpu>,
+}
+
+/// Median times of the passes.
+#[derive(Serialize)]
+struct JsonGpu {
+    depth: f64,
+    test: f64,
+    colors: f64,
+}
+
+impl JsonDrawnWhileCulling {
+    fn of(draw: &DrawReport) -> Option<Self> {
+        draw.has_culling().then(|| Self {
+            groups_tested_mean: draw.culling_mean(|drawn| drawn.groups_tested),
+            first_pass_mean: draw.culling_mean(|drawn| drawn.first_pass),
+            second_pass_mean: draw.culling_mean(|drawn| drawn.second_pass),
+            hidden_mean: draw.culling_mean(|drawn| drawn.hidden),
+            gpu_us: draw.gpu_us().map(|[depth, test, colors]| JsonGpu { depth, test, colors }),
+        })
+    }
+}
+
+impl JsonDraw {
+    fn of(draw: &DrawReport) -> Self {
+        Self {
+            draw_us: JsonQuantiles::of(|quantile| draw.draw_us(quantile)),
+            send_us: JsonQuantiles::of(|quantile| draw.send_us(quantile)),
+            frames_drawn: draw.frames(),
+            culling: JsonDrawnWhileCulling::of(draw),
+        }
+    }
+}
+
+/// The keys that a run has where occlusion was asked for.
+#[derive(Serialize)]
+struct JsonOcclusion {
+    occlusion: &'static str,
+    node_test: &'static str,
+    score: &'static str,
+    occluded_mean: f64,
+    occlusion_used_percent: f64,
+    /// The polygons visible in the last frame: `depth-last`, and `auto` where that takes least time.
+    occlusion_by_last_percent: f64,
+    occlusion_us: f64,
+    occlusion_select_us: f64,
+    occlusion_build_us: f64,
+    occlusion_query_us: f64,
+    polygon_ns: f64,
+    frame_drawn_us: JsonQuantiles,
+    drawn_fingerprint: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    false_culls: Option<u64>,
+}
+
+impl JsonOcclusion {
+    fn of(run: &RunReport) -> Option<Self> {
+        let occlusion = run.occlusion.as_ref()?;
+        let drawn = |quantile| run.drawn_frame_us(quantile, occlusion.polygon_ns);
+        Some(Self {
+            occlusion: occlusion.method,
+            node_test: occlusion.tests.0.name(),
+            score: occlusion.tests.1.name(),
+            occluded_mean: run.occluded_mean(),
+            occlusion_used_percent: run.occlusion_used_percent(),
+            occlusion_by_last_percent: run.occlusion_by_last_percent(),
+            occlusion_us: run.occlusion_total_us(),
+            occlusion_select_us: run.occlusion_us(|o| o.select.ns),
+            occlusion_build_us: run.occlusion_us(|o| o.build.ns),
+            occlusion_query_us: run.occlusion_us(|o| o.query.ns),
+            polygon_ns: occlusion.polygon_ns,
+            frame_drawn_us: JsonQuantiles::of(drawn),
+            drawn_fingerprint: format!("{:016x}", occlusion.fingerprint.value()),
+            false_culls: occlusion.false_culls,
+        })
+    }
+}
+
+#[derive(Serialize)]
+struct JsonQuantiles {
+    p50: f64,
+    p95: f64,
+    p99: f64,
+    max: f64,
+}
+
+impl JsonQuantiles {
+    fn of(quantile: impl Fn(f64) -> f64) -> Self {
+        Self { p50: quantile(0.5), p95: quantile(0.95), p99: quantile(0.99), max: quantile(1.0) }
+    }
+}
+
+impl ReplayReport {
+    /// The report as one JSON object on one line.
+    pub fn to_json(&self) -> String {
+        let runs = self
+            .runs
+            .iter()
+            .map(|run| JsonRun {
+                index: &run.index,
+                insert_ns_per_polygon: run.insert_ns_per_polygon(),
+                cull_us: run.cull_us(),
+                frame_us: JsonQuantiles::of(|quantile| run.frame_us(quantile)),
+                visible_mean: run.visible_mean(),
+                culled_mean: run.culled_mean(),
+                fingerprint: format!("{:016x}", run.fingerprint()),
+                bytes: run.bytes,
+                allocations_steady: run.allocations_steady(),
+                frames_measured: run.measured_frames(),
+                frames_fingerprinted: run.frames().len(),
+                refused: run.refused,
+                occlusion: JsonOcclusion::of(run),
+                draw: run.draw.as_ref().map(JsonDraw::of),
+                views: JsonViews::of(self.rig.as_ref(), run),
+            })
+            .collect();
+        let report = JsonReport {
+            recording: &self.recording,
+            strokes: self.strokes,
+            points: self.points,
+            polygons: self.polygons,
+            frames: self.frames,
+            pace: &self.pace,
+            camera: &self.camera,
+            rig: self.rig.as_ref(),
+            indexes_agree: self.first_disagreement().is_none(),
+            runs,
+        };
+        serde_json::to_string(&report).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+    }
+
+    /// Two indexes that found different polygons in a frame that both replayed, and the frame.
+    pub fn first_disagreement(&self) -> Option<(&str, &str, u64)> {
+        let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
+        for run in &self.runs {
+            for &(frame, fingerprint) in run.frames() {
+                let &mut (first, expected) = seen.entry(frame).or_insert((&run.index, fingerprint));
+                if fingerprint != expected {
+                    return Some((first, &run.index, frame));
+                }
+            }
+        }
+        None
+    }
+}

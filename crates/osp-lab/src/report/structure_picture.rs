@@ -1,0 +1,396 @@
+//! Pictures of indexes: cells in projection over the polygons, and trees.
+
+use std::{error::Error, fmt::Write, path::Path};
+
+use glam::Vec3;
+use plotters::{coord::Shift, prelude::*};
+
+use super::{
+    ChartFormat,
+    chart::register_font,
+    picture::{Picture, encode},
+    printable::one_line,
+    structure::{MOST_TREE_NODES, Structure, StructureNode},
+    table::thousands,
+};
+use osp::math::{Aabb, Ray};
+use osp_session::{atomic_file::write_atomically, scene::Scene};
+
+/// Size of the picture of an index, pixels.
+const SIZE: (u32, u32) = (1280, 960);
+/// Room around what is drawn, pixels.
+const MARGIN: f32 = 40.0;
+/// Nodes that a picture of cells shows at most.
+const MOST_CELLS: usize = 20_000;
+/// Places side by side up to which the nodes of a tree bear numbers.
+const MOST_LABELS: usize = 24;
+/// Levels that a legend names at most.
+const MOST_LEGEND: usize = 14;
+
+/// The side from which a picture shows the cells of an index, without perspective.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Along -z: x to the right, y up.
+    Front,
+    /// From above: x to the right, z down.
+    Top,
+    /// Along -x: z to the left, y up.
+    Right,
+}
+
+impl Side {
+    /// All sides.
+    pub const ALL: [Self; 3] = [Self::Front, Self::Top, Self::Right];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Top => "top",
+            Self::Right => "right",
+        }
+    }
+
+    /// Right and up in the picture.
+    fn project(self, p: Vec3) -> (f32, f32) {
+        match self {
+            Self::Front => (p.x, p.y),
+            Self::Top => (p.x, -p.z),
+            Self::Right => (-p.z, p.y),
+        }
+    }
+}
+
+/// The two kinds of picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StructureView {
+    /// Cells over the polygons, in projection.
+    Space(Side),
+    /// The tree, with the root at the top.
+    Tree,
+}
+
+/// What the colours of a picture of cells tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CellColors {
+    /// The level of a cell.
+    #[default]
+    Level,
+    /// The lowest node that holds a polygon.
+    Leaf,
+}
+
+/// A plane that splits a node, cut off where the node ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitOutline {
+    /// Level of the node; 0 at the top.
+    pub depth: u32,
+    /// What is left of the plane, in order around it.
+    pub corners: Vec<Vec3>,
+}
+
+/// One index, and its title.
+#[derive(Clone, Debug)]
+pub struct StructurePanel {
+    /// Above the picture.
+    pub title: String,
+    /// The nodes.
+    pub structure: Structure,
+    /// Planes of the nodes, drawn in place of the cells if there are any.
+    pub splits: Vec<SplitOutline>,
+}
+
+/// A picture of one index, or of several side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct StructurePicture<'a> {
+    /// From the left.
+    pub panels: &'a [StructurePanel],
+    /// What is shown.
+    pub view: StructureView,
+    /// The polygons.
+    pub scene: &'a Scene,
+    /// What the colours tell.
+    pub colors: CellColors,
+    /// A ray, and where it meets the first polygon: the nodes that it enters stand out.
+    pub ray: Option<(Ray, Option<f32>)>,
+}
+
+impl StructurePicture<'_> {
+    /// Draws it to an `.svg` or `.png` file; the file is whole or not there.
+    ///
+    /// # Errors
+    /// The name ends otherwise, or the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+        register_font();
+        let size = (SIZE.0 * self.panels.len().max(1) as u32, SIZE.1);
+        let bytes = encode(self, ChartFormat::of(path)?, size)?;
+        Ok(write_atomically(path, |out| out.write_all(&bytes))?)
+    }
+
+    fn draw_panel<B: DrawingBackend>(
+        &self,
+        panel: &StructurePanel,
+        area: &DrawingArea<B, Shift>,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let structure = &panel.structure;
+        let shown = structure.collapsed(match self.view {
+            StructureView::Space(_) => MOST_CELLS,
+            StructureView::Tree => MOST_TREE_NODES,
+        });
+        let mut title = format!(
+            "{}: {} nodes, {} levels",
+            one_line(&panel.title),
+            thousands(structure.nodes().len() as u64),
+            if structure.nodes().is_empty() { 0 } else { structure.depth() + 1 }
+        );
+        if shown.nodes().len() < structure.nodes().len() {
+            let _ = write!(title, "; the upper {} are shown", shown.depth() + 1);
+        }
+        if let Some((ray, hit)) = &self.ray {
+            let entered = structure.nodes().iter().filter(|node| enters(ray, node)).count();
+            let _ = write!(title, "; the ray enters {}", thousands(entered as u64));
+            match hit {
+                Some(t) => write!(title, ", meets a polygon at {t:.2} m")?,
+                None => title.push_str(", meets nothing"),
+            }
+        }
+        let area = area.titled(&title, ("sans-serif", 22))?;
+        match self.view {
+            StructureView::Space(side) => {
+                self.draw_cells(&shown, &panel.splits, side, &area)?;
+                legend(&legend_lines(&shown, &panel.splits, self.colors), &area)?;
+            }
+            StructureView::Tree => self.draw_tree(&shown, &area)?,
+        }
+        Ok(())
+    }
+
+    fn draw_cells<B: DrawingBackend>(
+        &self,
+        shown: &Structure,
+        splits: &[SplitOutline],
+        side: Side,
+        area: &DrawingArea<B, Shift>,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let all = shown.nodes().iter().fold(Aabb::EMPTY, |all, node| all.union(&node.bounds));
+        if all.is_empty() {
+            return Ok(());
+        }
+        let (a, b) = (side.project(all.min), side.project(all.max));
+        let (left, bottom) = (a.0.min(b.0), a.1.min(b.1));
+        let (width, height) = ((a.0 - b.0).abs().max(1.0e-9), (a.1 - b.1).abs().max(1.0e-9));
+        let (w, h) = area.dim_in_pixel();
+        let (w, h) = (w as f32, h as f32);
+        let scale = ((w - 2.0 * MARGIN) / width).min((h - 2.0 * MARGIN) / height);
+        let (x0, y0) = ((w - width * scale) * 0.5, (h + height * scale) * 0.5);
+        let pixel = |p: Vec3| {
+            let (x, y) = side.project(p);
+            ((x0 + (x - left) * scale) as i32, (y0 - (y - bottom) * scale) as i32)
+        };
+        let outline_of = |id| -> Vec<(i32, i32)> {
+            self.scene.polygon(id).vertices().iter().map(|&corner| pixel(corner)).collect()
+        };
+        match self.colors {
+            CellColors::Level => {
+                for id in self.scene.visible_ids() {
+                    area.draw(&Polygon::new(outline_of(id), RGBColor(190, 190, 190).mix(0.6)))?;
+                }
+            }
+            CellColors::Leaf => {
+                for &(id, node) in shown.members() {
+                    area.draw(&Polygon::new(outline_of(id), color_of_leaf(node).mix(0.8)))?;
+                }
+            }
+        }
+        if splits.is_empty() {
+            // The lowest first, so that the few high ones stay to be seen.
+            let mut order: Vec<&StructureNode> = shown.nodes().iter().collect();
+            order.sort_by_key(|node| std::cmp::Reverse(node.depth));
+            for node in order {
+                let (a, b) = (pixel(node.bounds.min), pixel(node.bounds.max));
+                let (opacity, width) = match &self.ray {
+                    Some((ray, _)) if enters(ray, node) => (1.0, 2),
+                    Some(_) => (0.12, 1),
+                    None if self.colors == CellColors::Leaf => (0.25, 1),
+                    None => (0.8, 1),
+                };
+                let style = color_of_depth(node.depth).mix(opacity).stroke_width(width);
+                // Not a rectangle: in an SVG that has always thin lines.
+                area.draw(&PathElement::new([a, (b.0, a.1), b, (a.0, b.1), a], style))?;
+            }
+        }
+        for split in splits.iter().rev() {
+            let mut outline: Vec<(i32, i32)> = split.corners.iter().map(|&p| pixel(p)).collect();
+            outline.extend(outline.first().copied());
+            let style =
+                color_of_depth(split.depth).mix(0.8).stroke_width(if split.depth < 3 { 2 } else { 1 });
+            area.draw(&PathElement::new(outline, style))?;
+        }
+        if let Some((ray, hit)) = &self.ray {
+            let end_m = hit.unwrap_or_else(|| {
+                (all.extent().length() + all.distance_squared(ray.origin).sqrt()) / ray.direction.length()
+            });
+            let end = ray.origin + ray.direction * end_m;
+            area.draw(&PathElement::new([pixel(ray.origin), pixel(end)], BLACK.stroke_width(3)))?;
+            area.draw(&Circle::new(pixel(ray.origin), 5, BLACK.filled()))?;
+            if hit.is_some() {
+                area.draw(&Circle::new(pixel(end), 6, RED.filled()))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn draw_tree<B: DrawingBackend>(
+        &self,
+        shown: &Structure,
+        area: &DrawingArea<B, Shift>,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let nodes = shown.nodes();
+        let mut has_child = vec![false; nodes.len()];
+        nodes.iter().filter_map(|node| node.parent).for_each(|parent| has_child[parent] = true);
+        let places = has_child.iter().filter(|&&has| !has).count().max(1);
+        let (w, h) = area.dim_in_pixel();
+        let step_x = (w as f32 - 2.0 * MARGIN) / places as f32;
+        let step_y = (h as f32 - 2.0 * MARGIN) / (shown.depth() + 1) as f32;
+        // Ends stand side by side, others in the middle above those below them.
+        let mut spans: Vec<(f32, f32)> = vec![(f32::INFINITY, f32::NEG_INFINITY); nodes.len()];
+        let mut next = 0.5;
+        for (span, _) in spans.iter_mut().zip(&has_child).filter(|&(_, &has)| !has) {
+            *span = (next, next);
+            next += 1.0;
+        }
+        for i in (0..nodes.len()).rev() {
+            if let Some(parent) = nodes[i].parent {
+                let middle = f32::midpoint(spans[i].0, spans[i].1);
+                spans[parent] = (spans[parent].0.min(middle), spans[parent].1.max(middle));
+            }
+        }
+        let pixel = |i: usize| {
+            let x = MARGIN + f32::midpoint(spans[i].0, spans[i].1) * step_x;
+            let y = MARGIN + (nodes[i].depth as f32 + 0.5) * step_y;
+            (x as i32, y as i32)
+        };
+        let is_on_the_way = |node| self.ray.as_ref().is_none_or(|(ray, _)| enters(ray, node));
+        for (i, node) in nodes.iter().enumerate() {
+            if let Some(parent) = node.parent {
+                let style = match self.ray.is_some() && is_on_the_way(node) {
+                    true => BLACK.stroke_width(2),
+                    false => RGBColor(170, 170, 170).stroke_width(1),
+                };
+                area.draw(&PathElement::new([pixel(parent), pixel(i)], style))?;
+            }
+        }
+        let most = nodes.iter().map(|node| node.polygons).max().unwrap_or(1).max(2);
+        for (i, node) in nodes.iter().enumerate() {
+            // By the logarithm of what is below, as far as there is room.
+            let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
+            let radius = (2.0 + 8.0 * share).min(step_x.max(3.0) * 0.45) as i32;
+            let (x, y) = pixel(i);
+            let opacity = if is_on_the_way(node) { 1.0 } else { 0.25 };
+            area.draw(&Circle::new((x, y), radius, color_of_depth(node.depth).mix(opacity).filled()))?;
+            if places <= MOST_LABELS {
+                let mut label = thousands(node.polygons as u64);
+                if node.left_out > 0 {
+                    let _ = write!(label, " (+{})", thousands(node.left_out as u64));
+                }
+                area.draw(&Text::new(label, (x + radius + 3, y - 6), ("sans-serif", 13)))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Picture for StructurePicture<'_> {
+    fn draw_on<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        area.fill(&WHITE)?;
+        let areas = area.split_evenly((1, self.panels.len().max(1)));
+        for (panel, area) in self.panels.iter().zip(&areas) {
+            self.draw_panel(panel, area)?;
+        }
+        area.present()?;
+        Ok(())
+    }
+}
+
+fn enters(ray: &Ray, node: &StructureNode) -> bool {
+    ray.enter_box(&node.bounds, f32::INFINITY).is_some()
+}
+
+/// A line of a legend: its colour, if it has one, and what it says.
+type LegendLine = (Option<HSLColor>, String);
+
+fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) -> Vec<LegendLine> {
+    let plural =
+        |n: usize, one: &str| format!("{} {one}{}", thousands(n as u64), if n == 1 { "" } else { "s" });
+    let mut lines = Vec::new();
+    if colors == CellColors::Leaf {
+        let mut held = std::collections::BTreeMap::<usize, usize>::new();
+        shown.members().iter().for_each(|&(_, node)| *held.entry(node).or_default() += 1);
+        let mut counts: Vec<usize> = held.values().copied().collect();
+        counts.sort_unstable();
+        lines.push((
+            None,
+            format!("a colour for each of {} that {}", plural(counts.len(), "node"), "hold polygons"),
+        ));
+        if let (Some(least), Some(most)) = (counts.first(), counts.last()) {
+            let middle = counts[counts.len() / 2];
+            lines.push((None, format!("polygons in one: {least} to {most}, median {middle}")));
+        }
+        return lines;
+    }
+    let (what, depths): (_, Vec<u32>) = match splits.is_empty() {
+        true => ("node", shown.nodes().iter().map(|node| node.depth).collect()),
+        false => ("plane", splits.iter().map(|split| split.depth).collect()),
+    };
+    let deepest = depths.iter().copied().max().unwrap_or(0);
+    for depth in (0..=deepest).take(MOST_LEGEND) {
+        let count = depths.iter().filter(|&&d| d == depth).count();
+        lines.push((Some(color_of_depth(depth)), format!("level {depth}: {}", plural(count, what))));
+    }
+    if deepest as usize >= MOST_LEGEND {
+        lines.push((None, format!("and levels {MOST_LEGEND} to {deepest}")));
+    }
+    lines
+}
+
+fn legend<B: DrawingBackend>(lines: &[LegendLine], area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
+where
+    B::ErrorType: 'static,
+{
+    const LINE: i32 = 17;
+    let height = area.dim_in_pixel().1 as i32;
+    let top = height - 8 - LINE * lines.len() as i32;
+    let widest = lines.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0) as i32;
+    let back = [(4, top - 4), (34 + widest * 8, height - 4)];
+    area.draw(&Rectangle::new(back, WHITE.mix(0.85).filled()))?;
+    for (i, (color, text)) in lines.iter().enumerate() {
+        let y = top + LINE * i as i32;
+        if let Some(color) = color {
+            area.draw(&Rectangle::new([(10, y + 2), (22, y + 12)], color.filled()))?;
+        }
+        area.draw(&Text::new(text.clone(), (28, y), ("sans-serif", 14)))?;
+    }
+    Ok(())
+}
+
+fn color_of_depth(depth: u32) -> HSLColor {
+    // Neighbouring levels lie far apart on the colour wheel.
+    HSLColor((0.6 + f64::from(depth) * 0.382).fract(), 0.75, 0.42)
+}
+
+fn color_of_leaf(node: usize) -> HSLColor {
+    let lightness = [0.35, 0.5, 0.62][node % 3];
+    HSLColor((node as f64 * 0.618_034).fract(), 0.7, lightness)
+}

@@ -1,0 +1,283 @@
+use comfy_table::CellAlignment;
+use serde::Serialize;
+
+use super::{RunReport, columns_table, one_line, short};
+use osp::frame::Pipeline;
+use osp_session::{
+    replay::{LaneFrame, RigPath, RigView},
+    rig::Eye,
+};
+
+/// The rig whose screens the frames of a replay are culled for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RigReport {
+    /// Its name.
+    pub name: String,
+    /// How the two eyes' pictures reach the eyes.
+    pub stereo: &'static str,
+    /// What its room does while the head moves.
+    pub room: &'static str,
+    /// Its screens and eyes.
+    pub views: Vec<RigViewReport>,
+}
+
+/// A screen and an eye of a rig.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RigViewReport {
+    /// The screen.
+    pub screen: String,
+    /// The eye: `eye`, `left eye` or `right eye`.
+    pub eye: &'static str,
+    /// Frames in which the eye was not in front of the screen.
+    pub frames_without_view: u64,
+}
+
+impl RigViewReport {
+    /// `left, right eye`; of a rig with one eye `left`.
+    pub fn name(&self) -> String {
+        if self.eye == Eye::Middle.name() {
+            self.screen.clone()
+        } else {
+            format!("{}, {}", self.screen, self.eye)
+        }
+    }
+}
+
+impl RigReport {
+    /// A report without frames.
+    pub fn new(path: &RigPath) -> Self {
+        let views = path.slots().map(|(screen, eye)| RigViewReport {
+            screen: path.rig().screens[screen].name.clone(),
+            eye: eye.name(),
+            frames_without_view: 0,
+        });
+        Self {
+            name: path.rig().name.clone(),
+            stereo: path.stereo().name(),
+            room: path.motion().name(),
+            views: views.collect(),
+        }
+    }
+
+    /// Adds a frame.
+    pub fn add(&mut self, views: &[RigView]) {
+        for (report, seen) in self.views.iter_mut().zip(views) {
+            report.frames_without_view += u64::from(seen.view.is_none());
+        }
+    }
+
+    /// The camera of the report: a replay on a rig sees something else than one without.
+    pub fn camera(&self, camera: &str) -> String {
+        format!("{camera} on {}, {}, room {}", self.name, self.stereo, self.room)
+    }
+
+    /// A line for each screen that an eye had no view of.
+    pub fn blind(&self, frames: u64) -> Vec<String> {
+        let blind = self.views.iter().filter(|view| view.frames_without_view > 0);
+        let line = |view: &RigViewReport| {
+            format!(
+                "{}: no view in {} of {frames} frames: the {} was not in front of the screen.",
+                one_line(&view.name()),
+                view.frames_without_view,
+                view.eye
+            )
+        };
+        blind.map(line).collect()
+    }
+}
+
+/// Counts of a view in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct ViewCounts {
+    pub(super) in_view: u32,
+    pub(super) drawn: u32,
+}
+
+/// What one index found in each view of its measured frames.
+#[derive(Clone, Debug, Default)]
+pub struct ViewsReport {
+    /// Of each measured frame, the counts of each screen and eye that had a view.
+    pub(super) frames: Vec<Box<[Option<ViewCounts>]>>,
+    /// Of each measured frame, the time of all stages with all views, and that of the same frame with one view for each
+    /// view, nanoseconds. `None`: one of them was not measured.
+    against_one: Vec<Option<(u64, u64)>>,
+    last: Vec<Option<ViewCounts>>,
+    one_view_ns: Option<u64>,
+}
+
+/// What a replay has found in one view of a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewMeans {
+    /// Polygons in the frustum, mean of the frames with this view.
+    pub in_view: f64,
+    /// Polygons drawn, mean of the frames with this view.
+    pub drawn: f64,
+}
+
+impl ViewsReport {
+    /// Adds a frame. `one` is the same frame with one of its views alone.
+    pub fn add(
+        &mut self,
+        views: &[RigView],
+        pipeline: &Pipeline,
+        frame: &LaneFrame,
+        one: Option<&LaneFrame>,
+    ) {
+        let count = |len: usize| u32::try_from(len).unwrap_or(u32::MAX);
+        let mut lists = pipeline.in_view_lists().iter().zip(pipeline.draw_lists());
+        self.last.clear();
+        self.last.extend(views.iter().map(|seen| {
+            let (in_view, drawn) = seen.view.and_then(|_| lists.next())?;
+            Some(ViewCounts { in_view: count(in_view.len()), drawn: count(drawn.len()) })
+        }));
+        let one = one.filter(|one| !one.catches_up && one.record.views > 0);
+        self.one_view_ns = one.map(|one| one.record.total_ns());
+        if !frame.catches_up {
+            self.frames.push(self.last.as_slice().into());
+            let views = frame.record.views;
+            let both = self.one_view_ns.map(|one_ns| (frame.record.total_ns(), one_ns * views));
+            self.against_one.push(both);
+        }
+    }
+
+    /// The counts of the last frame: polygons in the frustum and polygons drawn, of each screen and eye that had a view.
+    pub fn last(&self) -> impl Iterator<Item = Option<(u32, u32)>> + '_ {
+        self.last.iter().map(|view| view.map(|counts| (counts.in_view, counts.drawn)))
+    }
+
+    /// The time of the last frame with one of its views alone, nanoseconds, where it was measured.
+    pub fn one_view_ns(&self) -> Option<u64> {
+        self.one_view_ns
+    }
+}
+
+impl RunReport {
+    /// What was found in a view of the rig; `None` if no measured frame had it.
+    pub fn view_means(&self, number: usize) -> Option<ViewMeans> {
+        let views = self.views.as_ref()?;
+        let (mut frames, mut in_view, mut drawn) = (0.0, 0.0, 0.0);
+        for (frame, weight) in views.frames.iter().zip(self.weights()) {
+            let Some(counts) = frame.get(number).copied().flatten() else { continue };
+            frames += weight;
+            in_view += f64::from(counts.in_view) * weight;
+            drawn += f64::from(counts.drawn) * weight;
+        }
+        (frames > 0.0).then(|| ViewMeans { in_view: in_view / frames, drawn: drawn / frames })
+    }
+
+    /// What the frames cost with all views beside one view times their number; `None` if no frame was measured with both.
+    pub fn against_one_view(&self) -> Option<AgainstOneView> {
+        AgainstOneView::of(self.views.as_ref()?.against_one.iter().copied().flatten().collect())
+    }
+}
+
+/// Frames with all views of a rig beside the same frames with one of the views, each view in turn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AgainstOneView {
+    /// A frame with all views, mean, microseconds.
+    pub all_views_us: f64,
+    /// A frame with one view, times the number of views, mean, microseconds.
+    pub views_times_one_us: f64,
+    /// The first divided by the second.
+    pub ratio: f64,
+}
+
+impl AgainstOneView {
+    /// Of the two times of each frame, nanoseconds. Views differ, so that only means can be compared; the slowest hundredth of
+    /// each, in which the machine did something else, is left out.
+    pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
+        let slowest = |values: &mut dyn Iterator<Item = u64>| {
+            let mut values: Vec<u64> = values.collect();
+            values.sort_unstable();
+            values.get(values.len().saturating_sub(1 + values.len() / 100)).copied()
+        };
+        let all_ns = slowest(&mut pairs.iter().map(|pair| pair.0))?;
+        let times_one_ns = slowest(&mut pairs.iter().map(|pair| pair.1))?;
+        pairs.retain(|&(all, times_one)| all <= all_ns && times_one <= times_one_ns);
+        let us = |sum: u64| sum as f64 / 1000.0 / pairs.len().max(1) as f64;
+        let all_views_us = us(pairs.iter().map(|pair| pair.0).sum());
+        let views_times_one_us = us(pairs.iter().map(|pair| pair.1).sum());
+        let ratio = all_views_us.max(1.0e-3) / views_times_one_us.max(1.0e-3);
+        Some(Self { all_views_us, views_times_one_us, ratio })
+    }
+}
+
+/// The keys that a run has on a rig.
+#[derive(Serialize)]
+pub(super) struct JsonViews {
+    views: Vec<JsonView>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    against_one_view: Option<AgainstOneView>,
+}
+
+#[derive(Serialize)]
+struct JsonView {
+    screen: String,
+    eye: &'static str,
+    in_view_mean: Option<f64>,
+    drawn_mean: Option<f64>,
+}
+
+impl JsonViews {
+    pub(super) fn of(rig: Option<&RigReport>, run: &RunReport) -> Option<Self> {
+        let view = |(number, view): (usize, &RigViewReport)| {
+            let means = run.view_means(number);
+            JsonView {
+                screen: view.screen.clone(),
+                eye: view.eye,
+                in_view_mean: means.map(|means| means.in_view),
+                drawn_mean: means.map(|means| means.drawn),
+            }
+        };
+        Some(Self {
+            views: rig?.views.iter().enumerate().map(view).collect(),
+            against_one_view: run.against_one_view(),
+        })
+    }
+}
+
+/// The table of the views: a line for each run, with the polygons in view and drawn of each screen and eye.
+pub(super) fn views_table(rig: &RigReport, runs: &[RunReport]) -> String {
+    let mut table = columns_table();
+    let names = rig.views.iter().map(|view| one_line(&view.name()).replacen(", ", "\n", 1));
+    let mut header = vec![format!("in view / drawn\n(means)")];
+    header.extend(names);
+    header.extend(["all views\nµs", "views x one\nµs", "ratio"].map(str::to_owned));
+    table.set_header(header);
+    for run in runs {
+        let mut row = vec![run.name()];
+        row.extend((0..rig.views.len()).map(|number| match run.view_means(number) {
+            Some(means) => format!("{} / {}", short(means.in_view), short(means.drawn)),
+            None => "no view".to_owned(),
+        }));
+        match run.against_one_view() {
+            Some(of) => row.extend([of.all_views_us, of.views_times_one_us, of.ratio].map(short)),
+            None => row.extend(["-"; 3].map(str::to_owned)),
+        }
+        table.add_row(row);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_that_differ_are_compared_by_their_means() {
+        // Two views of 10 and 30 us in turns: both together take as long as their sum.
+        let mut pairs: Vec<(u64, u64)> =
+            (0..400).map(|i| (40_000, if i % 2 == 0 { 20_000 } else { 60_000 })).collect();
+        let of = AgainstOneView::of(pairs.clone()).expect("frames");
+        assert_eq!((of.all_views_us, of.views_times_one_us, of.ratio), (40.0, 40.0, 1.0));
+        // A pause of the machine does not count.
+        pairs[7].0 = 90_000_000;
+        pairs[9].1 = 90_000_000;
+        assert!((AgainstOneView::of(pairs).expect("frames").ratio - 1.0).abs() < 0.01);
+        assert_eq!(AgainstOneView::of(Vec::new()), None);
+        assert!(AgainstOneView::of(vec![(5, 7)]).is_some());
+    }
+}

@@ -1,0 +1,577 @@
+//! Compares occlusion culling with the truth: which visible polygons a method culls, which share of the hidden ones it finds,
+//! and what that costs.
+
+use crate::{
+    lost_polygons,
+    oracle::{Oracle, OracleConfig, Sight, Subject},
+    pvs::Pvs,
+};
+use osp::{
+    frame::StageClock,
+    index::{DrawList, SpatialIndex},
+    math::Frustum,
+    occlusion::{
+        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness, thin_out,
+    },
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
+    view::{View, ViewWindow},
+};
+use osp_session::scene::Scene;
+
+/// Settings of a [`Verifier`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerifyConfig {
+    /// The methods.
+    pub kinds: Vec<Occlusion>,
+    /// Numbers of occluders, each with every method.
+    pub occluders: Vec<usize>,
+    /// Which polygons become candidates for occluders.
+    pub pool: PoolConfig,
+    /// How the occluders of a view are chosen, except for their number.
+    pub select: SelectConfig,
+    /// How nodes are tested.
+    pub cull: CullConfig,
+    /// Resolution of the [`Oracle`], which finds the truth.
+    pub oracle: OracleConfig,
+    /// Each stage is timed this many times, and the fastest counts.
+    pub repeats: u32,
+}
+
+/// How many frames a camera rests at each view, for methods that depend on the previous frames. The measured frames are
+/// the same for all of these methods. Other methods do the same work in each of them, so they are given one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AtRest {
+    /// Frames before the measured ones; of these only culled visible polygons are counted.
+    pub settle: u32,
+    /// Measured frames, at least 1.
+    pub frames: u32,
+}
+
+impl Default for AtRest {
+    /// One frame without a previous one, then three measured ones.
+    fn default() -> Self {
+        Self { settle: 1, frames: 3 }
+    }
+}
+
+/// One method with one number of occluders, over all views so far.
+pub struct Trial {
+    occluders: usize,
+    means: Means,
+    totals: Totals,
+}
+
+/// Which occluders a method takes.
+enum Means {
+    /// The best of the large polygons.
+    Chosen(Selector, Box<dyn OcclusionCuller>),
+    /// The polygons that were visible in the last frame.
+    Last(Box<PreviousFrameOccluders>),
+}
+
+impl std::fmt::Debug for Trial {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Trial")
+            .field("method", &self.name())
+            .field("totals", &self.totals)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Sums over the views.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Views verified.
+    pub views: u64,
+    /// Measured frames of these views: the sums are over them.
+    pub frames: u64,
+    /// Visible polygons that were culled, in all frames, measured or not.
+    pub false_culls: u64,
+    /// The first of them, with the number of its view.
+    pub first_false: Option<(u64, PolygonId)>,
+    /// Hidden polygons that were culled.
+    pub hidden_culled: u64,
+    /// Hidden polygons.
+    pub hidden: u64,
+    /// Polygons that the method left to draw.
+    pub drawn: u64,
+    /// Polygons that it left more than once, or that are not in the view.
+    pub misreported: u64,
+    /// Counts of the tests of nodes and polygons.
+    pub cull: CullCounts,
+    /// Counts of the choice of occluders.
+    pub select: SelectCounts,
+    /// Counts of building the culler.
+    pub build: BuildCounts,
+    /// Choosing occluders, nanoseconds.
+    pub select_ns: u64,
+    /// Building the culler, nanoseconds.
+    pub build_ns: u64,
+    /// Taking what is hidden out of what the frustum may see, with all tests, nanoseconds: as a frame does it.
+    pub query_ns: u64,
+}
+
+impl Totals {
+    /// Share of the hidden polygons that was culled, per cent.
+    pub fn hidden_culled_percent(&self) -> f64 {
+        if self.hidden == 0 { 0.0 } else { self.hidden_culled as f64 * 100.0 / self.hidden as f64 }
+    }
+
+    /// The mean of a sum, over the measured frames.
+    pub fn mean(&self, sum: u64) -> f64 {
+        sum as f64 / self.frames.max(1) as f64
+    }
+}
+
+impl Trial {
+    /// The method's name.
+    pub fn name(&self) -> &'static str {
+        match &self.means {
+            Means::Chosen(_, culler) => culler.name(),
+            Means::Last(_) => Occlusion::DepthLast.name(),
+        }
+    }
+
+    /// Whether the method promises to cull nothing visible.
+    pub fn soundness(&self) -> Soundness {
+        match &self.means {
+            Means::Chosen(_, culler) => culler.soundness(),
+            Means::Last(last) => last.soundness(),
+        }
+    }
+
+    /// Most occluders a view.
+    pub fn occluders(&self) -> usize {
+        self.occluders
+    }
+
+    /// The sums so far.
+    pub fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// Whether a method that must not has culled what is visible, or has lost or doubled a polygon.
+    pub fn failed(&self) -> bool {
+        let broken = self.totals.false_culls > 0 && self.soundness() == Soundness::Conservative;
+        broken || self.totals.misreported > 0
+    }
+}
+
+/// Sums over the views that do not depend on a method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ViewTotals {
+    /// Views verified.
+    pub views: u64,
+    /// Views with a degenerate projection, which are left out.
+    pub unusable: u64,
+    /// Polygons in the frustum.
+    pub in_view: u64,
+    /// Of these, polygons that can be seen.
+    pub visible: u64,
+    /// Of these, polygons in the window that cannot be seen.
+    pub hidden: u64,
+    /// Polygons that reach into a view, hidden or not, but that its frustum has culled.
+    pub lost: u64,
+    /// The first of them, with the number of its view.
+    pub first_lost: Option<(u64, PolygonId)>,
+    /// Culling by the frustum alone, nanoseconds.
+    pub frustum_ns: u64,
+}
+
+/// Culls a model by each method in several views and compares what is left with the truth.
+pub struct Verifier {
+    config: VerifyConfig,
+    index: Box<dyn SpatialIndex>,
+    pool: OccluderPool,
+    trials: Vec<Trial>,
+    pvs: Option<(Pvs, Totals)>,
+    views: ViewTotals,
+    has_truth: bool,
+    at_rest: AtRest,
+    clock: StageClock,
+    in_view: DrawList,
+    /// The same as a frame has it, and what a method leaves of it.
+    blocks: [VisibleBlocks; 2],
+    drawn: DrawList,
+    /// By polygon, for one view: what the truth says, and how often it was drawn.
+    truth: Vec<(Option<Sight>, u8)>,
+}
+
+impl std::fmt::Debug for Verifier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Verifier").field("trials", &self.trials).finish_non_exhaustive()
+    }
+}
+
+impl Verifier {
+    /// A verifier around an empty index.
+    pub fn new(index: Box<dyn SpatialIndex>, config: VerifyConfig, clock: StageClock) -> Self {
+        let mut verifier = Self {
+            pool: OccluderPool::new(config.pool),
+            config,
+            index,
+            trials: Vec::new(),
+            pvs: None,
+            views: ViewTotals::default(),
+            has_truth: true,
+            at_rest: AtRest::default(),
+            clock,
+            in_view: DrawList::new(),
+            blocks: Default::default(),
+            drawn: DrawList::new(),
+            truth: Vec::new(),
+        };
+        for kind in verifier.config.kinds.clone() {
+            for occluders in verifier.config.occluders.clone() {
+                verifier.add(kind.create(occluders), occluders);
+            }
+        }
+        verifier
+    }
+
+    /// Adds the caller's own method, with this many occluders a view; before the first view.
+    pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
+        let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
+        let means = Means::Chosen(selector, culler);
+        self.trials.push(Trial { occluders, means, totals: Totals::default() });
+    }
+
+    /// Adds culling by the polygons that were visible in the last frame; before the first view. The camera then rests at each
+    /// view.
+    pub fn add_last(&mut self, last: PreviousFrameOccluders) {
+        let means = Means::Last(Box::new(last));
+        self.trials.push(Trial {
+            occluders: PreviousFrameOccluders::MOST_OUTLINES,
+            means,
+            totals: Totals::default(),
+        });
+    }
+
+    /// Also verifies potentially visible sets; they must belong to the model that is verified.
+    #[must_use]
+    pub fn with_pvs(mut self, pvs: Pvs) -> Self {
+        self.pvs = Some((pvs, Totals::default()));
+        self
+    }
+
+    /// Does not find the truth, which takes minutes in a model of a million polygons: culled polygons are counted and timed, but
+    /// not compared.
+    #[must_use]
+    pub fn without_truth(mut self) -> Self {
+        self.has_truth = false;
+        self
+    }
+
+    /// How long the camera rests at each view.
+    #[must_use]
+    pub fn with_rest(mut self, at_rest: AtRest) -> Self {
+        self.at_rest = at_rest;
+        self
+    }
+
+    /// Whether what is culled is compared with the truth.
+    pub fn has_truth(&self) -> bool {
+        self.has_truth
+    }
+
+    /// The potentially visible sets, with the result of verifying them.
+    pub fn pvs(&self) -> Option<&(Pvs, Totals)> {
+        self.pvs.as_ref()
+    }
+
+    /// Follows the scene by one frame's changes.
+    pub fn follow(&mut self, scene: &Scene, changes: &[Change]) {
+        for &change in changes {
+            // A box that the index refuses is not finite: it cannot be drawn, so it cannot be culled wrongly.
+            let _ = match change {
+                Change::Insert(id) => self.index.insert(id, &scene.bounds(id)),
+                Change::Remove(id) => self.index.remove(id),
+                Change::Update(id) => self.index.update(id, &scene.bounds(id)),
+                // The scenes that are verified tell of each polygon.
+                Change::Repaint(_) | Change::Place(_) => Ok(()),
+            };
+        }
+        self.pool.follow(scene, changes);
+    }
+
+    /// Does what a program does once a model is loaded and before it is looked at: joins walls that are cut small.
+    pub fn finish(&mut self, scene: &Scene) {
+        self.pool.join_walls(scene);
+    }
+
+    /// Verifies one view: finds the truth, then runs every method.
+    pub fn look(&mut self, scene: &Scene, view: &View) {
+        let Some(window) = view.window() else {
+            self.views.unusable += 1;
+            return;
+        };
+        self.index.commit();
+        let frustum = view.frustum();
+        fastest(&self.clock, self.config.repeats, &mut self.views.frustum_ns, &mut || {
+            self.in_view.clear();
+            self.index.frustum_cull(&frustum, &mut self.in_view);
+        });
+        let [blocks, left] = &mut self.blocks;
+        blocks.clear();
+        self.index.frustum_cull_blocks(&frustum, blocks);
+        self.truth.clear();
+        self.truth.resize(scene.polygon_count(), (None, 0));
+        if self.has_truth {
+            let lost = lost_polygons(scene, view, self.in_view.ids());
+            self.views.lost += lost.len() as u64;
+            self.views.first_lost = self.views.first_lost.or(lost.first().map(|&id| (self.views.views, id)));
+            let oracle =
+                Oracle::new(&window, subjects(scene, &window, self.in_view.ids()), self.config.oracle);
+            for (id, sight) in oracle.answers() {
+                self.truth[id.index()].0 = Some(sight);
+                self.views.visible += u64::from(sight == Sight::Visible);
+                self.views.hidden += u64::from(sight == Sight::Hidden);
+            }
+        } else {
+            // Neither wrong to cull nor found if culled.
+            self.in_view.ids().iter().for_each(|id| self.truth[id.index()].0 = Some(Sight::Outside));
+        }
+        self.views.in_view += self.in_view.len() as u64;
+        let look = Look {
+            scene,
+            window: &window,
+            frustum: &frustum,
+            index: &*self.index,
+            in_view: &self.in_view,
+            clock: &self.clock,
+            repeats: self.config.repeats,
+            at_rest: self.at_rest,
+            number: self.views.views,
+        };
+        for Trial { means, totals, .. } in &mut self.trials {
+            totals.views += 1;
+            match means {
+                Means::Chosen(selector, culler) => {
+                    // Each view is a jump, and each repeat the first look at it.
+                    let select = &mut || {
+                        selector.forget();
+                        selector.select(&self.pool, scene, &window)
+                    };
+                    let select = look.fastest(&mut totals.select_ns, select);
+                    let build = &mut || culler.build(&window, selector.chosen());
+                    let build = look.fastest(&mut totals.build_ns, build);
+                    let has_none = selector.chosen().is_empty();
+                    let culler = (!has_none).then_some(&**culler);
+                    let cull = &mut || {
+                        thin_out(culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
+                    };
+                    let cull = look.fastest(&mut totals.query_ns, cull);
+                    self.drawn.clear();
+                    self.drawn.extend(left.ids());
+                    totals.add_counts(&select, &build, &cull);
+                    totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
+                }
+                Means::Last(last) => look.at_rest(last, totals, &mut self.drawn, &mut self.truth),
+            }
+        }
+        if let Some((pvs, totals)) = &mut self.pvs {
+            fastest(&self.clock, self.config.repeats, &mut totals.query_ns, &mut || {
+                self.drawn.clear();
+                pvs.cull(view.eye_in_world, self.in_view.ids().iter().copied(), &mut self.drawn);
+            });
+            totals.views += 1;
+            totals.add(self.views.views, &self.drawn, &mut self.truth, &self.in_view);
+        }
+        self.views.views += 1;
+    }
+
+    /// The polygons in the frustum of the last view.
+    pub fn in_view(&self) -> &[PolygonId] {
+        self.in_view.ids()
+    }
+
+    /// Compares what another method draws in a frame of the last view with the truth. The caller counts
+    /// the views.
+    pub fn judge(&mut self, drawn: &DrawList, totals: &mut Totals) {
+        let view = self.views.views.saturating_sub(1);
+        totals.add(view, drawn, &mut self.truth, &self.in_view);
+    }
+
+    /// The methods with their results.
+    pub fn trials(&self) -> &[Trial] {
+        &self.trials
+    }
+
+    /// The sums over the views that do not depend on a method.
+    pub fn views(&self) -> &ViewTotals {
+        &self.views
+    }
+
+    /// The candidates.
+    pub fn pool(&self) -> &OccluderPool {
+        &self.pool
+    }
+}
+
+/// A view with what culling it needs.
+struct Look<'a> {
+    scene: &'a Scene,
+    window: &'a ViewWindow,
+    frustum: &'a Frustum,
+    index: &'a dyn SpatialIndex,
+    in_view: &'a DrawList,
+    clock: &'a StageClock,
+    repeats: u32,
+    at_rest: AtRest,
+    number: u64,
+}
+
+impl Look<'_> {
+    fn fastest<T: Default>(&self, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
+        fastest(self.clock, self.repeats, ns, stage)
+    }
+
+    /// The frames of a camera at rest.
+    fn at_rest(
+        &self,
+        last: &mut PreviousFrameOccluders,
+        totals: &mut Totals,
+        drawn: &mut DrawList,
+        truth: &mut [(Option<Sight>, u8)],
+    ) {
+        let ids = &self.in_view.ids().iter().copied().collect();
+        for _ in 0..self.at_rest.settle {
+            drawn.clear();
+            let mut counts = last.build(0, self.scene, self.window, ids);
+            last.cull(0, self.scene, ids, drawn, &mut counts);
+            totals.add_faults(self.number, drawn, truth, self.in_view);
+        }
+        for _ in 0..self.at_rest.frames.max(1) {
+            let build = &mut || last.build(0, self.scene, self.window, ids);
+            let built = self.fastest(&mut totals.build_ns, build);
+            // This frame's polygons replace those of the last frame; the buffer stays, so every repeat does the same work.
+            let cull = &mut || {
+                drawn.clear();
+                let mut counts = built;
+                last.cull(0, self.scene, ids, drawn, &mut counts);
+                counts
+            };
+            let counts = self.fastest(&mut totals.query_ns, cull);
+            totals.select.chosen += counts.occluders as u32;
+            totals.build.occluders += counts.occluders as u32;
+            totals.build.nodes += counts.tiles as u32;
+            totals.cull.polygon_tests += counts.tests;
+            totals.add(self.number, drawn, truth, self.in_view);
+        }
+    }
+}
+
+impl Totals {
+    fn add(&mut self, view: u64, drawn: &DrawList, truth: &mut [(Option<Sight>, u8)], in_view: &DrawList) {
+        self.drawn += drawn.len() as u64;
+        for &id in drawn.ids() {
+            let (sight, times) = &mut truth[id.index()];
+            *times += 1;
+            self.misreported += u64::from(sight.is_none() || *times > 1);
+        }
+        for &id in in_view.ids() {
+            let (sight, times) = &mut truth[id.index()];
+            let culled = std::mem::take(times) == 0;
+            match sight {
+                Some(Sight::Visible) if culled => {
+                    self.false_culls += 1;
+                    self.first_false.get_or_insert((view, id));
+                }
+                Some(Sight::Hidden) => {
+                    self.hidden += 1;
+                    self.hidden_culled += u64::from(culled);
+                }
+                _ => {}
+            }
+        }
+        self.frames += 1;
+    }
+
+    /// Adds only the culled visible polygons of a frame that is not measured.
+    fn add_faults(
+        &mut self,
+        view: u64,
+        drawn: &DrawList,
+        truth: &mut [(Option<Sight>, u8)],
+        in_view: &DrawList,
+    ) {
+        let mut frame = Self { first_false: self.first_false, ..Self::default() };
+        frame.add(view, drawn, truth, in_view);
+        self.first_false = frame.first_false;
+        self.false_culls += frame.false_culls;
+        self.misreported += frame.misreported;
+    }
+
+    fn add_counts(&mut self, select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) {
+        self.select.candidates += select.candidates;
+        self.select.seen += select.seen;
+        self.select.measured += select.measured;
+        self.select.covered += select.covered;
+        self.select.chosen += select.chosen;
+        self.build.occluders += build.occluders;
+        self.build.nodes += build.nodes;
+        self.build.depth = self.build.depth.max(build.depth);
+        self.build.pieces += build.pieces;
+        self.build.left_out += build.left_out;
+        self.cull.node_tests += cull.node_tests;
+        self.cull.hidden += cull.hidden;
+        self.cull.unoccluded += cull.unoccluded;
+        self.cull.polygon_tests += cull.polygon_tests;
+        self.cull.hidden_polygons += cull.hidden_polygons;
+        self.cull.skipped += cull.skipped;
+        self.cull.steps += cull.steps;
+    }
+}
+
+/// The polygons of a view that the oracle finds visible, in order of their numbers.
+pub fn visible_polygons(
+    scene: &Scene,
+    window: &ViewWindow,
+    in_view: &[PolygonId],
+    config: OracleConfig,
+) -> Vec<PolygonId> {
+    let is_visible = |&(_, sight): &(PolygonId, Sight)| sight == Sight::Visible;
+    let mut visible: Vec<PolygonId> = Oracle::new(window, subjects(scene, window, in_view), config)
+        .answers()
+        .filter(is_visible)
+        .map(|(id, _)| id)
+        .collect();
+    visible.sort_unstable();
+    visible
+}
+
+/// How many of these polygons are not drawn.
+pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
+    let mut drawn = drawn.to_vec();
+    drawn.sort_unstable();
+    visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
+}
+
+fn subjects<'a>(
+    scene: &'a Scene,
+    window: &ViewWindow,
+    ids: &'a [PolygonId],
+) -> impl Iterator<Item = Subject> + use<'a> {
+    let (eye, up) = (window.eye_in_world().as_vec3(), (window.corners()[3] - window.corners()[0]).as_vec3());
+    ids.iter().map(move |&id| {
+        let polygon = scene.polygon_from(id, eye, up);
+        Subject { id, polygon, occluder: scene.occluder(id) }
+    })
+}
+
+/// Runs `work` several times, adds the shortest time, and returns the last result.
+fn fastest<T: Default>(clock: &StageClock, repeats: u32, ns: &mut u64, stage: &mut impl FnMut() -> T) -> T {
+    let (mut outcome, mut least_ns) = (T::default(), u64::MAX);
+    for _ in 0..repeats.max(1) {
+        let start = clock.start();
+        outcome = stage();
+        least_ns = least_ns.min(clock.since(start).ns);
+    }
+    *ns += least_ns;
+    outcome
+}
+
+#[cfg(test)]
+#[path = "verify_tests.rs"]
+mod tests;

@@ -1,0 +1,367 @@
+//! A member of a shared session, without the network: what comes in the log and what the member draws go in; the session's
+//! events and the messages to publish come out. There is no clock in it.
+
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+
+use super::{
+    counts::Counts,
+    log::{Judged, Log, Passed},
+    outbox::{Outbox, Outgoing, Who},
+    packet,
+    presence::{Presence, SAY_EVERY},
+};
+use osp_session::recording::{Author, Event, Sender};
+
+/// What a member learns.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// The session's next events. If they are own ones, so many of those that were handed over are among them, in their
+    /// order.
+    Events {
+        /// The events.
+        events: Vec<Event>,
+        /// Own ones that were handed over.
+        own: usize,
+    },
+    /// So many own events that were handed over will never be in the session.
+    Refused {
+        /// Why.
+        why: String,
+        /// How many, the oldest ones that are not in the session.
+        own: usize,
+    },
+    /// This member has joined, perhaps again, as this author.
+    Joined(Author),
+    /// This member has left, as it wished.
+    Left,
+}
+
+/// See the [module](self).
+#[derive(Debug)]
+pub(super) struct Member {
+    log: Log,
+    outbox: Option<Outbox>,
+    presence: Presence,
+    pub(super) counts: Counts,
+    pub(super) latency_us: Histogram<u64>,
+    pub(super) news: Vec<News>,
+    last_sequence: u64,
+    /// When the server took the first message.
+    first_stamp_nanos: Option<u64>,
+    /// The session's time less this member's, seconds.
+    later_secs: f64,
+    is_leaving: bool,
+    has_left: bool,
+    is_full: bool,
+    /// Whether the last answer to joining was that too many have joined.
+    is_crowded: bool,
+    /// Since when an answer is awaited, or the last one came.
+    progress: Duration,
+    said: Duration,
+    /// What the last faulty message was.
+    pub(super) last_passed: Option<String>,
+}
+
+impl Member {
+    /// A member that draws, if it says who it is and by which number it speaks, or one that watches.
+    pub(super) fn new(speaks: Option<(Who, Sender)>) -> Self {
+        Self {
+            log: Log::default(),
+            outbox: speaks.map(|(who, sender)| Outbox::new(who, sender)),
+            presence: Presence::default(),
+            counts: Counts::default(),
+            latency_us: Histogram::new_with_bounds(1, 3_600_000_000, 3).expect("bounds and digits that fit"),
+            news: Vec::new(),
+            last_sequence: 0,
+            first_stamp_nanos: None,
+            later_secs: 0.0,
+            is_leaving: false,
+            has_left: false,
+            is_full: false,
+            is_crowded: false,
+            progress: Duration::ZERO,
+            said: Duration::ZERO,
+            last_passed: None,
+        }
+    }
+
+    /// The last message of the log that was taken; 0: none.
+    pub(super) fn last_sequence(&self) -> u64 {
+        self.last_sequence
+    }
+
+    pub(super) fn author(&self) -> Option<Author> {
+        self.outbox.as_ref()?.author()
+    }
+
+    /// Authors that are there.
+    pub(super) fn authors(&self) -> usize {
+        self.presence.authors()
+    }
+
+    /// Own events that are not in the log.
+    pub(super) fn pending(&self) -> usize {
+        self.outbox.as_ref().map_or(0, Outbox::pending)
+    }
+
+    pub(super) fn is_full(&self) -> bool {
+        self.is_full
+    }
+
+    /// Whether this member waits until it may join.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.is_crowded
+    }
+
+    /// Whether this member draws.
+    pub(super) fn speaks(&self) -> bool {
+        self.outbox.is_some() && !self.has_left
+    }
+
+    /// The session is so old, as far as one knows before the first message of one's own comes back.
+    pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
+        if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author().is_none()) {
+            outbox.set_later_secs(age_secs - now.as_secs_f64());
+        }
+    }
+
+    /// The server takes no longer messages than this.
+    pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
+        if let Some(outbox) = &mut self.outbox {
+            outbox.set_limit_bytes(bytes);
+        }
+    }
+
+    /// Own events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
+    pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
+        if let Some(outbox) = &mut self.outbox {
+            outbox.hand_over(events, now);
+        }
+        self.note_done();
+    }
+
+    fn note_done(&mut self) {
+        let own = self.outbox.as_mut().map_or(0, Outbox::take_done);
+        if own > 0 {
+            self.news.push(News::Events { events: Vec::new(), own });
+        }
+    }
+
+    /// Leaves after what was handed over.
+    pub(super) fn leave(&mut self, now: Duration) {
+        if let Some(outbox) = self.outbox.as_mut().filter(|_| !self.is_leaving) {
+            self.is_leaving = true;
+            outbox.leave(now);
+        }
+    }
+
+    /// What to publish now.
+    pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
+        let Some(outbox) = self.outbox.as_mut().filter(|_| !self.has_left && !self.is_full) else {
+            return Vec::new();
+        };
+        if !outbox.awaits_answers() {
+            self.progress = now;
+        }
+        let out = outbox.pump(now);
+        let too_long = outbox.take_too_long();
+        if too_long > 0 {
+            let why = "an event is too long for a message".to_owned();
+            self.news.push(News::Refused { why, own: usize::try_from(too_long).unwrap_or(usize::MAX) });
+        }
+        if !out.is_empty() {
+            self.said = now;
+        }
+        out
+    }
+
+    /// For how long an answer has been awaited.
+    pub(super) fn waits_for(&self, now: Duration) -> Option<Duration> {
+        let outbox = self.outbox.as_ref().filter(|outbox| outbox.awaits_answers() && !self.is_full)?;
+        (!self.has_left && outbox.awaits_answers()).then(|| now.saturating_sub(self.progress))
+    }
+
+    /// Nothing can have come back up to now.
+    pub(super) fn hold(&mut self, now: Duration) {
+        self.progress = now;
+    }
+
+    /// Everything on its way, to be published again.
+    pub(super) fn again(&mut self) -> Vec<Outgoing> {
+        if self.has_left || self.is_full {
+            return Vec::new();
+        }
+        let out = self.outbox.as_mut().map(Outbox::again).unwrap_or_default();
+        self.counts.resent += out.len() as u64;
+        out
+    }
+
+    /// What to say so that others know that one is there, if it is time.
+    pub(super) fn presence(&mut self, now: Duration) -> Option<String> {
+        let outbox = self.outbox.as_ref().filter(|outbox| outbox.author().is_some() && !self.has_left)?;
+        if now.saturating_sub(self.said) < SAY_EVERY {
+            return None;
+        }
+        self.said = now;
+        Some(packet::presence(outbox.sender()))
+    }
+
+    /// Somebody says that it is there.
+    pub(super) fn hear(&mut self, bytes: &[u8], now: Duration) {
+        match packet::read_presence(bytes) {
+            Some(sender) => self.presence.hear(sender, now),
+            None => self.counts.garbage += 1,
+        }
+    }
+
+    /// The log was not carried up to now.
+    pub(super) fn interrupted(&mut self, now: Duration) {
+        self.presence.interrupted(now);
+    }
+
+    /// What to publish about somebody who was not heard of for long: every member says it, the first one counts.
+    pub(super) fn say_who_is_gone(&mut self, now: Duration) -> Option<Outgoing> {
+        let outbox = self.outbox.as_ref().filter(|_| self.speaks())?;
+        outbox.author()?;
+        let author = self.presence.gone(now, Some(outbox.sender()))?;
+        let number = self.log.next_of(Sender::HOST);
+        let mut text = packet::head(Sender::HOST, number);
+        let t = now.as_secs_f64() + self.later_secs;
+        let is_written = packet::push(&mut text, &Event::Leave { t: round(t), author });
+        // Of several members that say the same, the server keeps one.
+        let id = format!("host-{number}-{}", author.0);
+        is_written.then(|| Outgoing { id, bytes: text.into_bytes() })
+    }
+
+    /// Takes a message of the log; those that came before are passed over.
+    pub(super) fn take(&mut self, sequence: u64, stamp_nanos: u64, bytes: &[u8], now: Duration) {
+        if sequence <= self.last_sequence {
+            return;
+        }
+        self.last_sequence = sequence;
+        let first = *self.first_stamp_nanos.get_or_insert(stamp_nanos);
+        let me_sender = self.outbox.as_ref().map(Outbox::sender);
+        let mut events = Vec::new();
+        match self.log.take(bytes, stamp_nanos, &mut events) {
+            Judged::Garbage(expected) => {
+                self.counts.garbage += 1;
+                self.last_passed = Some(format!("message {sequence}: expected {expected}"));
+            }
+            Judged::Taken(message) => {
+                let author = self.log.author_of(message.sender).unwrap_or_default();
+                self.counts.messages += 1;
+                self.counts.events += events.len() as u64;
+                self.presence.taken(message.sender, author, &events, now);
+                let is_own = self.is_own(message.sender, bytes);
+                let own = if is_own { self.answered(author, first, stamp_nanos, now) } else { 0 };
+                let me = self.author();
+                let is_me =
+                    |event: &Event| matches!(event, Event::Leave { author, .. } if Some(*author) == me);
+                let leaves = events.iter().any(is_me);
+                if !events.is_empty() {
+                    self.news.push(News::Events { events, own });
+                }
+                if leaves && is_own {
+                    self.has_left = true;
+                    self.news.push(News::Left);
+                } else if leaves || (!is_own && me_sender == Some(message.sender)) {
+                    self.join_again(now);
+                }
+            }
+            Judged::PassedOver(sender, passed) => {
+                let is_next = self.is_own(sender, bytes);
+                if is_next && passed == Passed::Crowded {
+                    // That is an answer, too.
+                    (self.is_crowded, self.progress) = (true, now);
+                }
+                self.pass_over(sequence, Some(sender) == me_sender, is_next, passed);
+            }
+            Judged::Refused(sender, why) => {
+                self.counts.refused += 1;
+                let is_own = self.is_own(sender, bytes);
+                if is_own && let Some(outbox) = &mut self.outbox {
+                    let own = outbox.refused().handed;
+                    self.progress = now;
+                    if own > 0 {
+                        self.news.push(News::Refused { why: why.clone(), own });
+                    }
+                } else if me_sender == Some(sender) {
+                    self.join_again(now);
+                }
+                self.last_passed = Some(format!("message {sequence}: {why}"));
+            }
+        }
+    }
+
+    fn pass_over(&mut self, sequence: u64, is_own: bool, is_next: bool, passed: Passed) {
+        let (count, why) = match passed {
+            Passed::Duplicate => (&mut self.counts.duplicates, "it has counted before"),
+            Passed::Gap => (&mut self.counts.gaps, "one of its sender's is missing before it"),
+            Passed::Stranger => (&mut self.counts.strangers, "its sender has not joined, or has left"),
+            Passed::TooFast => (&mut self.counts.beyond_limits, "its sender says too much at once"),
+            Passed::Crowded => (&mut self.counts.beyond_limits, "too many have joined before its sender"),
+            Passed::Full => (&mut self.counts.beyond_limits, "the session holds as much as one may"),
+        };
+        *count += 1;
+        if !matches!(passed, Passed::Duplicate | Passed::Gap) {
+            self.last_passed = Some(format!("message {sequence}: {why}"));
+        }
+        if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
+            match passed {
+                Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
+                // Somebody else may say something under this member's number.
+                Passed::Full => self.is_full |= is_next,
+                Passed::Duplicate | Passed::Stranger => {}
+            }
+        }
+    }
+
+    /// An own message has come back: how many events of it were handed over.
+    fn answered(&mut self, author: Author, first_nanos: u64, stamp_nanos: u64, now: Duration) -> usize {
+        let Some(outbox) = &mut self.outbox else { return 0 };
+        let had_joined = outbox.author().is_some();
+        let answered = outbox.taken(author);
+        (self.progress, self.is_crowded) = (now, false);
+        self.counts.own_messages += 1;
+        if !had_joined {
+            let session_secs = stamp_nanos.saturating_sub(first_nanos) as f64 / 1.0e9;
+            self.later_secs = session_secs - now.as_secs_f64();
+            outbox.set_later_secs(self.later_secs);
+            self.news.push(News::Joined(author));
+        } else if let Some(since) = answered.since {
+            let took = now.saturating_sub(since).as_micros();
+            self.latency_us.saturating_record(u64::try_from(took).unwrap_or(u64::MAX).max(1));
+        }
+        answered.handed
+    }
+
+    /// Whether a message of the log is the own one that was to come back next.
+    fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
+        self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
+    }
+
+    /// Others have taken this member for gone, or somebody speaks under its number.
+    fn join_again(&mut self, now: Duration) {
+        if let Some(outbox) = &mut self.outbox {
+            outbox.set_later_secs(self.later_secs);
+            outbox.join_again(new_sender());
+            (self.progress, self.is_crowded) = (now, false);
+        }
+        self.note_done();
+    }
+}
+
+/// Times are in tenths of a millisecond: short numbers.
+fn round(t: f64) -> f64 {
+    (t.max(0.0) * 1.0e4).round() / 1.0e4
+}
+
+/// A number by chance that nobody else has.
+pub(crate) fn new_sender() -> Sender {
+    use std::hash::{BuildHasher, RandomState};
+    // The system's random numbers are what the standard library keys its hashes with; two keys differ.
+    let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));
+    Sender((a ^ b.rotate_left(32)).max(1))
+}

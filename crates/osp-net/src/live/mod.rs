@@ -1,0 +1,54 @@
+//! Several authors draw in one session, over a server of [NATS](https://nats.io) with JetStream.
+//!
+//! A session is a stream of the server: an ordered log that everybody reads from its first message on, and that the server
+//! keeps in a file. An author publishes one message a frame; the order in which the server takes them is the order of the
+//! session. What comes of that order is decided by a [`Reducer`](osp_session::recording::Reducer), everywhere the same, so that the
+//! recording of each member is the whole session, byte for byte.
+//!
+//! ```text
+//! own events ──> outbox (numbers, at most 32 messages on their way) ──> server's stream ──┐
+//!                                                                                         v
+//! News: the session's events, which of them are own ones  <── log (what counts) <── all messages in order
+//! ```
+//!
+//! A [`Link`] is a member's connection, on a thread of its own: [`Hand::send`] takes own events at any time, with or without
+//! a server, and [`Link::news`] gives the session's. Own strokes and groups are numbered as [`ME`]'s until they are sent:
+//! `ME.number(n)`. Without a server one draws on; what was drawn is sent when it comes back. Nothing here waits for the
+//! network.
+//!
+//! Whoever may write on the server may write anything: what is no message, comes out of turn, is of strangers or too much is
+//! passed over and counted. Who may read and write is for the server to decide.
+
+mod address;
+mod background;
+mod connection;
+mod counts;
+mod link;
+mod log;
+mod member;
+mod outbox;
+mod own;
+mod packet;
+mod presence;
+mod rate;
+mod server;
+#[cfg(test)]
+mod tests;
+
+pub use address::{Address, AddressError, Credentials};
+pub use counts::{Counts, Latency};
+pub use link::{Connection, Hand, Link, LinkOptions, LiveError, Role, Status};
+pub use member::News;
+pub use outbox::Who;
+pub use own::ME;
+
+pub(crate) use background::Background;
+pub(crate) use member::new_sender;
+pub(crate) use server::{Complaints, connect};
+
+use osp_session::recording::{AUTHORS_FORMAT, Header};
+
+/// The header of the recording of a shared session: the same for all who write one.
+pub fn header(session: &str) -> Header {
+    Header { format: AUTHORS_FORMAT, ..Header::new(session, "osp live") }
+}

@@ -1,0 +1,329 @@
+//! What this member says: own events on their way into the log.
+//!
+//! At most [`WINDOW`] messages are on their way. What is drawn meanwhile waits and joins the next one, so that a slow
+//! connection carries fewer and longer messages. A message stays here until it comes back in the log; what comes not back is
+//! sent again, under the same number.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::{own::Own, packet, rate::OwnRate};
+use osp_session::recording::{Author, Event, Sender};
+
+/// Most messages on their way.
+pub(super) const WINDOW: usize = 32;
+
+/// Bytes of a message, unless one event is longer: a slow connection carries it within a second.
+const USUAL_BYTES: usize = 32 << 10;
+
+/// A message to publish.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Outgoing {
+    /// The server drops a message with an id that it has had in the last two minutes.
+    pub(super) id: String,
+    pub(super) bytes: Vec<u8>,
+}
+
+/// An own event that is not in the log yet.
+#[derive(Clone, Debug)]
+struct Waiting {
+    event: Event,
+    /// When it was handed over.
+    handed: Duration,
+    /// Whether it was handed over, or added here.
+    is_handed: bool,
+    /// It was refused together with others: it has a message to itself.
+    is_alone: bool,
+}
+
+impl Waiting {
+    fn added(event: Event, handed: Duration) -> Self {
+        Self { event, handed, is_handed: false, is_alone: false }
+    }
+}
+
+#[derive(Clone, Debug)]
+struct InFlight {
+    number: u64,
+    /// As published, so that what comes back can be told from what somebody else says under the same number.
+    bytes: Vec<u8>,
+    events: Vec<Waiting>,
+}
+
+impl InFlight {
+    fn answered(&self) -> Answered {
+        Answered {
+            handed: self.events.iter().filter(|waiting| waiting.is_handed).count(),
+            since: self.events.first().map(|waiting| waiting.handed),
+        }
+    }
+}
+
+/// An own message that the log has answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Answered {
+    /// Events of it that were handed over.
+    pub(super) handed: usize,
+    /// When the first of them was.
+    pub(super) since: Option<Duration>,
+}
+
+/// Who one is in the session.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Who {
+    /// The name.
+    pub name: String,
+    /// In which colour to show what is one's own, red, green, blue, each 0 to 1, sRGB; or none.
+    pub color: Option<(f32, f32, f32)>,
+}
+
+/// See the [module](self).
+#[derive(Debug)]
+pub(super) struct Outbox {
+    who: Who,
+    sender: Sender,
+    author: Option<Author>,
+    own: Own,
+    next: u64,
+    in_flight: VecDeque<InFlight>,
+    waiting: VecDeque<Waiting>,
+    /// Events that were handed over and are not in the log.
+    pending: usize,
+    /// Part of the ids: raised where the server must take again what the log has passed over.
+    attempt: u32,
+    has_to_say_again: bool,
+    /// How much later than by this member's clock the session's time is.
+    later_secs: f64,
+    rate: OwnRate,
+    /// Most bytes of a message.
+    limit_bytes: usize,
+    /// Events that no message can hold.
+    too_long: u64,
+    /// Events that need not be sent any more.
+    done: usize,
+}
+
+impl Outbox {
+    pub(super) fn new(who: Who, sender: Sender) -> Self {
+        Self {
+            who,
+            sender,
+            author: None,
+            own: Own::default(),
+            next: 0,
+            in_flight: VecDeque::new(),
+            waiting: VecDeque::new(),
+            pending: 0,
+            attempt: 0,
+            has_to_say_again: false,
+            later_secs: 0.0,
+            rate: OwnRate::default(),
+            limit_bytes: packet::MAX_BYTES,
+            too_long: 0,
+            done: 0,
+        }
+    }
+
+    pub(super) fn sender(&self) -> Sender {
+        self.sender
+    }
+
+    pub(super) fn author(&self) -> Option<Author> {
+        self.author
+    }
+
+    /// Events that are not in the log yet.
+    pub(super) fn pending(&self) -> usize {
+        self.pending
+    }
+
+    /// Whether something is on its way.
+    pub(super) fn awaits_answers(&self) -> bool {
+        !self.in_flight.is_empty()
+    }
+
+    /// Events left out because no message can hold them, since the last call.
+    pub(super) fn take_too_long(&mut self) -> u64 {
+        std::mem::take(&mut self.too_long)
+    }
+
+    /// The server takes no longer messages than this.
+    pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
+        self.limit_bytes = bytes.min(packet::MAX_BYTES);
+    }
+
+    /// The session's time less this member's, seconds.
+    pub(super) fn set_later_secs(&mut self, later_secs: f64) {
+        self.later_secs = later_secs;
+    }
+
+    /// Own events, at a time of this member's clock.
+    pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
+        self.pending += events.len();
+        for event in events {
+            self.admit(Waiting { event, handed: now, is_handed: true, is_alone: false });
+        }
+    }
+
+    /// Puts an event that was not sent yet at the end of those that wait.
+    fn admit(&mut self, waiting: Waiting) {
+        let Waiting { event, handed, is_handed, is_alone } = waiting;
+        match self.own.admit(event) {
+            Some((before, event)) => {
+                self.waiting.extend(before.into_iter().map(|event| Waiting::added(event, handed)));
+                self.waiting.push_back(Waiting { event, handed, is_handed, is_alone });
+            }
+            None => {
+                self.pending -= usize::from(is_handed);
+                self.done += usize::from(is_handed);
+            }
+        }
+    }
+
+    /// Events that were handed over and that the session has without them: ends of strokes that have ended. Since the last call.
+    pub(super) fn take_done(&mut self) -> usize {
+        std::mem::take(&mut self.done)
+    }
+
+    /// Has the author leave after all that waits.
+    pub(super) fn leave(&mut self, now: Duration) {
+        let event = Event::Leave { t: now.as_secs_f64(), author: super::ME };
+        self.waiting.push_back(Waiting::added(event, now));
+    }
+
+    /// The messages to publish now.
+    pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
+        let mut out = Vec::new();
+        if self.author.is_none() {
+            if self.in_flight.is_empty() {
+                let event = Event::Join {
+                    t: now.as_secs_f64(),
+                    author: super::ME,
+                    name: self.who.name.clone(),
+                    color: self.who.color,
+                };
+                out.extend(self.start(vec![Waiting::added(event, now)]));
+            }
+            return out;
+        }
+        while self.in_flight.len() < WINDOW {
+            let Some(events) = self.next_events(now) else { break };
+            out.extend(self.start(events));
+        }
+        out
+    }
+
+    /// The events of the next message: as many as wait and fit.
+    fn next_events(&mut self, now: Duration) -> Option<Vec<Waiting>> {
+        let author = self.author?;
+        loop {
+            let (mut text, mut count) = (String::new(), 0);
+            for waiting in self.waiting.iter().take(packet::MAX_EVENTS) {
+                if waiting.is_alone && count > 0 {
+                    break;
+                }
+                let before = text.len();
+                let event = self.own.event(&waiting.event, author, self.later_secs);
+                if !packet::push(&mut text, &event) {
+                    break;
+                }
+                let most = if count == 0 { self.limit_bytes } else { self.limit_bytes.min(USUAL_BYTES) };
+                if text.len() > most.saturating_sub(packet::HEAD_BYTES) {
+                    text.truncate(before);
+                    break;
+                }
+                count += 1;
+                if waiting.is_alone {
+                    break;
+                }
+            }
+            if count == 0 {
+                // Alone it is too long already.
+                let waiting = self.waiting.pop_front()?;
+                self.pending -= usize::from(waiting.is_handed);
+                self.too_long += u64::from(waiting.is_handed);
+                continue;
+            }
+            let nanos = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+            return self.rate.take(text.len(), nanos).then(|| self.waiting.drain(..count).collect());
+        }
+    }
+
+    fn start(&mut self, events: Vec<Waiting>) -> Option<Outgoing> {
+        // Who has not joined yet gets a number with the answer.
+        let author = self.author.unwrap_or(Author(1));
+        let mut text = packet::head(self.sender, self.next);
+        for waiting in &events {
+            if !packet::push(&mut text, &self.own.event(&waiting.event, author, self.later_secs)) {
+                return None;
+            }
+        }
+        let message = InFlight { number: self.next, bytes: text.into_bytes(), events };
+        self.next += 1;
+        let outgoing = self.outgoing(&message);
+        self.in_flight.push_back(message);
+        Some(outgoing)
+    }
+
+    fn outgoing(&self, message: &InFlight) -> Outgoing {
+        let id = format!("{:016x}-{}-{}", self.sender.0, message.number, self.attempt);
+        Outgoing { id, bytes: message.bytes.clone() }
+    }
+
+    /// All messages on their way, to be published again.
+    pub(super) fn again(&mut self) -> Vec<Outgoing> {
+        if std::mem::take(&mut self.has_to_say_again) {
+            self.attempt += 1;
+        }
+        self.in_flight.iter().map(|message| self.outgoing(message)).collect()
+    }
+
+    /// An own message was passed over, though its turn will come: the server keeps it, and would drop it if it came again
+    /// under the same id.
+    pub(super) fn passed_over(&mut self) {
+        self.has_to_say_again = true;
+    }
+
+    /// Whether this is the own message that is to come back next. Numbers of senders are no secret: anybody who may write
+    /// can use them.
+    pub(super) fn is_next(&self, bytes: &[u8]) -> bool {
+        self.in_flight.front().is_some_and(|message| message.bytes == bytes)
+    }
+
+    /// The log has taken the own message that was to be next, as this author's.
+    pub(super) fn taken(&mut self, author: Author) -> Answered {
+        self.author = Some(author);
+        let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
+        message.events.iter().for_each(|waiting| self.own.taken(&waiting.event, author));
+        let answered = message.answered();
+        self.pending -= answered.handed;
+        answered
+    }
+
+    /// The log has refused the own message that was to be next. Its events are said once more, each by itself: one that is
+    /// impossible takes no others with it.
+    pub(super) fn refused(&mut self) -> Answered {
+        let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
+        if message.events.len() > 1 {
+            for waiting in message.events.into_iter().rev() {
+                self.waiting.push_front(Waiting { is_alone: true, ..waiting });
+            }
+            return Answered::default();
+        }
+        let answered = message.answered();
+        self.pending -= answered.handed;
+        answered
+    }
+
+    /// The author was taken for gone: it joins again, as another one, and says then what was not heard.
+    pub(super) fn join_again(&mut self, sender: Sender) {
+        let unheard = self.in_flight.drain(..).flat_map(|message| message.events);
+        let unheard = unheard.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));
+        let mut waiting: Vec<Waiting> = unheard.collect();
+        waiting.extend(self.waiting.drain(..));
+        self.own.interrupt();
+        waiting.into_iter().for_each(|waiting| self.admit(waiting));
+        (self.sender, self.author, self.next, self.attempt) = (sender, None, 0, 0);
+        self.has_to_say_again = false;
+    }
+}

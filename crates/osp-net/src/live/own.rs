@@ -1,0 +1,163 @@
+//! The numbers of what this member draws. It draws before it knows which author it will be, and perhaps becomes another one
+//! after a long silence: its own strokes and groups are of the author [`ME`] until they are sent.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use osp_session::recording::{Author, Event, GroupId, StrokeId};
+
+/// Whose a member's own strokes and groups are, before they are sent: `ME.number(n)` is its `n`th. No session of the network
+/// has so many authors.
+pub const ME: Author = Author(Author::MAX - 1);
+
+/// Which authors own numbers went to, and which strokes are being drawn.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Own {
+    strokes: BTreeMap<u32, Author>,
+    groups: BTreeMap<u32, Author>,
+    /// Strokes that the log knows and that have not ended: how they began, and their last point.
+    open: BTreeMap<u32, (Event, Option<Event>)>,
+    /// Such strokes of an author that was taken for gone, until they go on.
+    interrupted: BTreeMap<u32, (Event, Option<Event>)>,
+    /// Strokes that consist of faces, which have no end ...
+    faces: BTreeSet<u32>,
+    /// ... and those of them that an author began who was taken for gone.
+    old_faces: BTreeSet<u32>,
+}
+
+fn own_number(number: u32) -> u32 {
+    number & ((1 << Author::NUMBER_BITS) - 1)
+}
+
+fn shared(number: u32, known: &BTreeMap<u32, Author>, author: Author) -> u32 {
+    if Author(number >> Author::NUMBER_BITS) != ME {
+        return number;
+    }
+    let n = own_number(number);
+    let of = known.get(&n).copied().unwrap_or(author);
+    of.number(n).unwrap_or(number)
+}
+
+impl Own {
+    /// An own event as the log gets it, from an author, so much later than it says.
+    pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
+        let mut event = event.clone();
+        let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
+        let group = |id: &mut GroupId| id.0 = shared(id.0, &self.groups, author);
+        match &mut event {
+            Event::Join { author: of, .. }
+            | Event::Leave { author: of, .. }
+            | Event::Head { author: of, .. }
+            | Event::Undo { author: of, .. }
+            | Event::Redo { author: of, .. }
+            | Event::Step { author: of, .. }
+            | Event::Layer { author: of, .. }
+            | Event::View { author: of, .. }
+            | Event::Polygon { author: of, stroke: None, .. } => *of = author,
+            Event::Point { stroke: id, .. } | Event::End { stroke: id, .. } => stroke(id),
+            Event::Begin { author: of, stroke: id, .. }
+            | Event::Erase { author: of, stroke: id, .. }
+            | Event::Polygon { author: of, stroke: Some(id), .. } => {
+                *of = author;
+                stroke(id);
+            }
+            Event::Move { author: of, strokes, .. } | Event::Assign { author: of, strokes, .. } => {
+                *of = author;
+                strokes.iter_mut().for_each(stroke);
+            }
+            Event::Group { author: of, group: id, strokes, parent, .. } => {
+                *of = author;
+                group(id);
+                strokes.iter_mut().for_each(stroke);
+                parent.iter_mut().for_each(group);
+            }
+            Event::Place { author: of, group: id, .. } => {
+                *of = author;
+                group(id);
+            }
+        }
+        // A tenth of a millisecond, so that the numbers are short.
+        let t = ((event.time_secs() + later_secs).max(0.0) * 1.0e4).round() / 1.0e4;
+        *time_of(&mut event) = t;
+        event
+    }
+
+    /// The log has taken an own event from an author.
+    pub(super) fn taken(&mut self, event: &Event, author: Author) {
+        match event {
+            Event::Begin { stroke, .. } => {
+                let n = own_number(stroke.0);
+                self.strokes.entry(n).or_insert(author);
+                self.open.insert(n, (event.clone(), None));
+            }
+            Event::Point { stroke, .. } => {
+                if let Some((_, last)) = self.open.get_mut(&own_number(stroke.0)) {
+                    *last = Some(event.clone());
+                }
+            }
+            Event::End { stroke, .. } => _ = self.open.remove(&own_number(stroke.0)),
+            Event::Polygon { stroke: Some(stroke), .. } => {
+                let n = own_number(stroke.0);
+                self.strokes.entry(n).or_insert(author);
+                self.faces.insert(n);
+            }
+            Event::Group { group, .. } if group.author() == ME => {
+                self.groups.entry(own_number(group.0)).or_insert(author);
+            }
+            _ => {}
+        }
+    }
+
+    /// The author has been taken for gone: its strokes have ended for all. Those that go on become strokes of the next author.
+    pub(super) fn interrupt(&mut self) {
+        self.interrupted.append(&mut self.open);
+        self.old_faces.append(&mut self.faces);
+    }
+
+    /// What to send for an own event that was not sent yet: with the beginning of a stroke that goes on before its next point,
+    /// from its last one on. `None` if there is nothing to send: the stroke that it ends has ended already.
+    pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
+        let mut before = Vec::new();
+        match &event {
+            Event::Point { stroke, .. } => {
+                let n = own_number(stroke.0);
+                if let Some((begin, last)) = self.interrupted.remove(&n) {
+                    self.strokes.remove(&n);
+                    before.extend([Some(begin), last].into_iter().flatten());
+                }
+            }
+            Event::End { stroke, .. } if self.interrupted.remove(&own_number(stroke.0)).is_some() => {
+                return None;
+            }
+            Event::Polygon { stroke: Some(stroke), .. } => {
+                let n = own_number(stroke.0);
+                if self.old_faces.remove(&n) {
+                    self.strokes.remove(&n);
+                }
+            }
+            _ => {}
+        }
+        Some((before, event))
+    }
+}
+
+fn time_of(event: &mut Event) -> &mut f64 {
+    match event {
+        Event::Join { t, .. }
+        | Event::Leave { t, .. }
+        | Event::Head { t, .. }
+        | Event::Begin { t, .. }
+        | Event::Point { t, .. }
+        | Event::End { t, .. }
+        | Event::Erase { t, .. }
+        | Event::Undo { t, .. }
+        | Event::Redo { t, .. }
+        | Event::Move { t, .. }
+        | Event::Group { t, .. }
+        | Event::Place { t, .. }
+        | Event::Step { t, .. }
+        | Event::Layer { t, .. }
+        | Event::Assign { t, .. }
+        | Event::View { t, .. }
+        | Event::Polygon { t, .. } => t,
+    }
+}

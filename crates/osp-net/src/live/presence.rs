@@ -1,0 +1,103 @@
+//! Who was heard of when, by this member's clock. Who says nothing for long is taken for gone.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use osp_session::recording::{Author, Event, Sender};
+
+/// Silence after which an author is taken for gone.
+pub(super) const SILENCE: Duration = Duration::from_secs(10);
+
+/// Each author says something so often.
+pub(super) const SAY_EVERY: Duration = Duration::from_secs(2);
+
+/// Between two tries to say that an author has gone.
+const TRY_EVERY: Duration = Duration::from_secs(1);
+
+/// See the [module](self).
+#[derive(Debug, Default)]
+pub(super) struct Presence {
+    heard: BTreeMap<Sender, (Author, Duration)>,
+    /// Since when the connection has carried what others say.
+    up_since: Duration,
+    tried: Option<Duration>,
+}
+
+impl Presence {
+    /// Authors that are there.
+    pub(super) fn authors(&self) -> usize {
+        self.heard.len()
+    }
+
+    /// Something of a sender has come; only authors that are there are noted.
+    pub(super) fn hear(&mut self, sender: Sender, now: Duration) {
+        if let Some((_, heard)) = self.heard.get_mut(&sender) {
+            *heard = now;
+        }
+    }
+
+    /// Takes what the log has taken of a sender.
+    pub(super) fn taken(&mut self, sender: Sender, author: Author, events: &[Event], now: Duration) {
+        self.hear(sender, now);
+        for event in events {
+            match event {
+                Event::Join { .. } => _ = self.heard.insert(sender, (author, now)),
+                Event::Leave { author, .. } => self.heard.retain(|_, (of, _)| of != author),
+                _ => {}
+            }
+        }
+    }
+
+    /// Nothing was carried up to now: nobody's silence counts.
+    pub(super) fn interrupted(&mut self, now: Duration) {
+        self.up_since = now;
+    }
+
+    /// An author that is taken for gone, if it is time to say so.
+    pub(super) fn gone(&mut self, now: Duration, me: Option<Sender>) -> Option<Author> {
+        if self.tried.is_some_and(|tried| now.saturating_sub(tried) < TRY_EVERY) {
+            return None;
+        }
+        let is_silent = |&(sender, (_, heard)): &(&Sender, &(Author, Duration))| {
+            Some(*sender) != me && now.saturating_sub((*heard).max(self.up_since)) > SILENCE
+        };
+        let gone = self.heard.iter().find(is_silent).map(|(_, (author, _))| *author)?;
+        self.tried = Some(now);
+        Some(gone)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn secs(secs: u64) -> Duration {
+        Duration::from_secs(secs)
+    }
+
+    fn join(author: u32) -> [Event; 1] {
+        [Event::Join { t: 0.0, author: Author(author), name: String::new(), color: None }]
+    }
+
+    #[test]
+    fn who_is_silent_is_gone_and_who_speaks_is_not() {
+        let mut presence = Presence::default();
+        presence.taken(Sender(1), Author(1), &join(1), secs(0));
+        presence.taken(Sender(2), Author(2), &join(2), secs(0));
+        presence.hear(Sender(9), secs(1));
+        assert_eq!(presence.authors(), 2);
+        presence.hear(Sender(2), secs(8));
+        assert_eq!(presence.gone(secs(10), None), None);
+        assert_eq!(presence.gone(secs(11), Some(Sender(1))), None, "one is never gone oneself");
+        assert_eq!(presence.gone(secs(11), None), Some(Author(1)));
+        assert_eq!(presence.gone(secs(11), None), None, "said once a second");
+        assert_eq!(presence.gone(secs(12), None), Some(Author(1)));
+        let leave = [Event::Leave { t: 0.0, author: Author(1) }];
+        presence.taken(Sender::HOST, Author::SOLE, &leave, secs(12));
+        assert_eq!((presence.gone(secs(18), None), presence.authors()), (None, 1));
+        // After an interruption everybody has time to say something.
+        presence.interrupted(secs(30));
+        assert_eq!(presence.gone(secs(40), None), None);
+        assert_eq!(presence.gone(secs(41), None), Some(Author(2)));
+    }
+}

@@ -1,0 +1,190 @@
+//! How much an author may say, and how many may join, judged by the server's clock, so that all members judge alike.
+
+use std::collections::BTreeMap;
+
+use osp_session::recording::Sender;
+
+/// Bytes a second that an author may say for long: some forty thousand events, four hundred times what a hand draws.
+pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
+
+/// Bytes that an author may say at once: what was drawn while there was no connection.
+pub(super) const BURST_BYTES: u64 = 64 << 20;
+
+/// Joins that a session takes at once: a class, or the whole class again after a network failure.
+pub(super) const JOINS_AT_ONCE: u64 = 128;
+
+/// Seconds until it takes one more. Anybody may choose a new sender number, and author numbers are never reused. So a client that
+/// joins repeatedly needs eleven hours to use them up.
+pub(super) const SECS_A_JOIN: u64 = 10;
+
+/// A vessel that fills up as time goes by, and that what is said takes from.
+#[derive(Clone, Copy, Debug)]
+struct Allowance {
+    amount: u64,
+    at_nanos: u64,
+}
+
+impl Allowance {
+    /// What there is at a time; time that goes back gives nothing.
+    fn at(self, now_nanos: u64, a_second: u64, most: u64) -> Self {
+        let elapsed = u128::from(now_nanos.saturating_sub(self.at_nanos));
+        let more = elapsed * u128::from(a_second) / 1_000_000_000;
+        if more == 0 {
+            return self;
+        }
+        let amount = (u128::from(self.amount) + more).min(most.into());
+        Self { amount: u64::try_from(amount).unwrap_or(most), at_nanos: now_nanos }
+    }
+}
+
+/// What each sender may still say.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rates {
+    of: BTreeMap<Sender, Allowance>,
+}
+
+impl Rates {
+    /// Whether a sender may say so much at a time. Call [`Rates::note`] once it counts.
+    pub(super) fn allow(&self, sender: Sender, bytes: usize, now_nanos: u64) -> bool {
+        let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
+        let allowance = self.of.get(&sender).map_or(full, |a| a.at(now_nanos, BYTES_A_SECOND, BURST_BYTES));
+        allowance.amount >= bytes as u64
+    }
+
+    /// Takes what a sender has said.
+    pub(super) fn note(&mut self, sender: Sender, bytes: usize, now_nanos: u64) {
+        let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
+        let allowance = self.of.entry(sender).or_insert(full);
+        *allowance = allowance.at(now_nanos, BYTES_A_SECOND, BURST_BYTES);
+        allowance.amount = allowance.amount.saturating_sub(bytes as u64);
+    }
+}
+
+/// Nanoseconds of waiting that a join uses.
+const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
+
+/// How many may join.
+#[derive(Clone, Debug, Default)]
+pub(super) struct JoinRate {
+    /// Nanoseconds of waiting that no join has used; `None` before the first join.
+    waited: Option<Allowance>,
+}
+
+impl JoinRate {
+    fn at(&self, now_nanos: u64) -> Allowance {
+        let most = JOINS_AT_ONCE * JOIN_NANOS;
+        let full = Allowance { amount: most, at_nanos: now_nanos };
+        self.waited.map_or(full, |waited| waited.at(now_nanos, 1_000_000_000, most))
+    }
+
+    /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts. After a clock that went back, waiting begins
+    /// anew: a stamp from the future does not close the session until then.
+    pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
+        if let Some(waited) = &mut self.waited {
+            waited.at_nanos = waited.at_nanos.min(now_nanos);
+        }
+        self.at(now_nanos).amount >= JOIN_NANOS
+    }
+
+    /// Takes a join that counts.
+    pub(super) fn note(&mut self, now_nanos: u64) {
+        let waited = self.at(now_nanos);
+        self.waited = Some(Allowance { amount: waited.amount.saturating_sub(JOIN_NANOS), ..waited });
+    }
+}
+
+/// What this member lets itself say: half of what the others take, for clocks differ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OwnRate(Allowance);
+
+impl Default for OwnRate {
+    fn default() -> Self {
+        Self(Allowance { amount: BURST_BYTES / 2, at_nanos: 0 })
+    }
+}
+
+impl OwnRate {
+    /// Takes so many bytes, if there are as many.
+    pub(super) fn take(&mut self, bytes: usize, now_nanos: u64) -> bool {
+        self.0 = self.0.at(now_nanos, BYTES_A_SECOND / 2, BURST_BYTES / 2);
+        let is_enough = self.0.amount >= bytes as u64;
+        if is_enough {
+            self.0.amount -= bytes as u64;
+        }
+        is_enough
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_is_taken_and_then_what_comes_in_the_long_run() {
+        let (mut rates, sender) = (Rates::default(), Sender(1));
+        let second = 1_000_000_000;
+        let mut said = 0;
+        while rates.allow(sender, 1 << 16, second) {
+            rates.note(sender, 1 << 16, second);
+            said += 1 << 16;
+        }
+        assert_eq!(said, BURST_BYTES);
+        assert!(rates.allow(Sender(2), 1 << 16, second), "another's allowance is its own");
+        assert!(!rates.allow(sender, 1 << 16, 0), "time that goes back gives nothing");
+        // In small steps as much as in a large one.
+        for step in 1..=1000 {
+            let now = second + step * 1_000_000;
+            while rates.allow(sender, 1 << 10, now) {
+                rates.note(sender, 1 << 10, now);
+                said += 1 << 10;
+            }
+        }
+        let more = said - BURST_BYTES;
+        assert!((BYTES_A_SECOND - 2048..=BYTES_A_SECOND).contains(&more), "{more}");
+    }
+
+    #[test]
+    fn many_join_at_once_and_then_one_after_the_other() {
+        let (mut rate, second) = (JoinRate::default(), 1_000_000_000);
+        let join = |rate: &mut JoinRate, now: u64| {
+            let may = rate.allow(now);
+            if may {
+                rate.note(now);
+            }
+            may
+        };
+        let start = 5_000 * second;
+        assert_eq!((0..1000).filter(|_| join(&mut rate, start)).count() as u64, JOINS_AT_ONCE);
+        assert!(!join(&mut rate, start - second), "time that goes back gives nothing");
+        // However often it is tried meanwhile.
+        let tries = (1..=1000).map(|step| start + step * second * 7 / 10);
+        assert_eq!(tries.filter(|&now| join(&mut rate, now)).count() as u64, 700 / SECS_A_JOIN);
+        let rested = start + 100 * JOINS_AT_ONCE * SECS_A_JOIN * second;
+        assert_eq!((0..1000).filter(|_| join(&mut rate, rested)).count() as u64, JOINS_AT_ONCE);
+    }
+
+    #[test]
+    fn a_stamp_from_the_future_does_not_close_a_session() {
+        let (mut rate, second) = (JoinRate::default(), 1_000_000_000);
+        let year = 365 * 24 * 3600 * second;
+        for _ in 0..JOINS_AT_ONCE {
+            assert!(rate.allow(2 * year));
+            rate.note(2 * year);
+        }
+        assert!(!rate.allow(year), "the clock is set right");
+        assert!(rate.allow(year + SECS_A_JOIN * second));
+    }
+
+    #[test]
+    fn one_lets_oneself_say_half_as_much() {
+        let mut own = OwnRate::default();
+        let mut said = 0u64;
+        for step in 0..=10_000u64 {
+            while own.take(1 << 12, step * 1_000_000) {
+                said += 1 << 12;
+            }
+        }
+        let most = BURST_BYTES / 2 + 10 * (BYTES_A_SECOND / 2);
+        assert!(said <= most && said > most - (1 << 14), "{said} of {most}");
+    }
+}

@@ -1,0 +1,130 @@
+//! The session up to a position of its log: what hub and nodes have in common.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use super::{WallError, barrier::Answer};
+use crate::live::{Address, Link, LinkOptions, News, Role};
+use osp::{
+    frame::{Pipeline, StageClock},
+    index::{IndexConfig, Osp},
+    polygon::Change,
+    view::View,
+};
+use osp_session::{
+    recording::{Event, push_event},
+    replay::{SessionState, fingerprint_of_views},
+};
+
+/// Events that wait for their frame; the rest waits at the link.
+const MOST_WAITING: u64 = 1 << 18;
+
+/// See the [module](self).
+#[derive(Debug)]
+pub(super) struct Follower {
+    link: Link,
+    /// Messages of the log. Hub and nodes apply each as a whole: which numbers polygons get, and what shape a stroke has that has
+    /// not ended, follows from how its events are cut.
+    waiting: VecDeque<Vec<Event>>,
+    /// Events in them.
+    events_waiting: u64,
+    applied: u64,
+    /// A number for all events that were applied.
+    log: u64,
+    line: String,
+    state: SessionState,
+    pipeline: Pipeline,
+    changes: Vec<Change>,
+}
+
+impl Follower {
+    pub(super) fn open(
+        address: &Address,
+        certificates: Option<PathBuf>,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self, WallError> {
+        let options = LinkOptions { role: Role::Watcher, certificates };
+        let index = Osp::new(&IndexConfig::default());
+        Ok(Self {
+            link: Link::open(address, &options, wake)?,
+            waiting: VecDeque::new(),
+            events_waiting: 0,
+            applied: 0,
+            log: 0,
+            line: String::new(),
+            state: SessionState::default(),
+            pipeline: Pipeline::new(Box::new(index), 0, StageClock::default()),
+            changes: Vec::new(),
+        })
+    }
+
+    pub(super) fn link(&self) -> &Link {
+        &self.link
+    }
+
+    pub(super) fn state(&self) -> &SessionState {
+        &self.state
+    }
+
+    pub(super) fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    /// Takes the events that have come.
+    pub(super) fn take(&mut self) -> Result<(), WallError> {
+        while self.events_waiting < MOST_WAITING
+            && let Some(news) = self.link.news()?
+        {
+            if let News::Events { events, .. } = news {
+                self.events_waiting += events.len() as u64;
+                self.waiting.push_back(events);
+            }
+        }
+        Ok(())
+    }
+
+    /// Events that were applied.
+    pub(super) fn applied(&self) -> u64 {
+        self.applied
+    }
+
+    /// Applies the next messages as long as no more than `up_to` events are applied in all, and stops once it has applied `at_once`
+    /// of them. What they change is appended to `changes`.
+    pub(super) fn advance(&mut self, up_to: u64, at_once: u64, changes: &mut Vec<Change>) {
+        let before = self.applied;
+        while self.applied - before < at_once
+            && self.waiting.front().is_some_and(|next| self.applied + next.len() as u64 <= up_to)
+            && let Some(message) = self.waiting.pop_front()
+        {
+            for event in &message {
+                self.line.clear();
+                push_event(&mut self.line, event);
+                self.log = xxh3_64_with_seed(self.line.as_bytes(), self.log);
+            }
+            self.applied += message.len() as u64;
+            self.events_waiting -= message.len() as u64;
+            self.changes.clear();
+            self.state.play(&message, &mut self.changes);
+            self.pipeline.skip(&self.state.scene, &self.changes);
+            changes.extend_from_slice(&self.changes);
+        }
+    }
+
+    /// Frees what no undo brings back. Changes that were not looked at yet may name it.
+    pub(super) fn let_go(&mut self) {
+        self.state.scene.let_go();
+    }
+
+    /// Culls the views of a frame.
+    pub(super) fn cull(&mut self, views: &[View]) {
+        self.pipeline.frame_of_views(&self.state.scene, &[], views);
+    }
+
+    /// The answer for some of the views that were culled last.
+    pub(super) fn answer(&self, views: std::ops::Range<usize>) -> Answer {
+        let lists = &self.pipeline.draw_lists()[views];
+        Answer { log: self.log, seen: fingerprint_of_views(lists.iter().map(|list| list.ids())) }
+    }
+}

@@ -1,0 +1,297 @@
+//! The machine that says which moment of the session a wall shows, and when.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use glam::{Quat, Vec3};
+
+use super::{
+    Said, WallError, WallReport,
+    barrier::{Answer, Barrier},
+    follower::Follower,
+    message::{self, Frame, FromHub, FromNode, MAX_NAME_BYTES, Numbers},
+    wire::{HUB, Heard, NODE, STATUS, Wire},
+};
+use crate::live::{Address, Connection, new_sender};
+use osp::{
+    math::Aabb,
+    polygon::Change,
+    view::{Projection, View},
+};
+use osp_session::{
+    replay::{RigPath, RigView, RoomMotion, far_m},
+    rig::{Rig, Stereo},
+};
+
+/// Once a frame has taken so many events of the session, it takes no more messages: so many take a few milliseconds.
+const EVENTS_A_FRAME: u64 = 1 << 12;
+/// Messages of nodes that a frame takes after its time is over.
+const MESSAGES_AFTER_TIME: u32 = 256;
+/// The state is put together so often at most, however many ask.
+const REPORT: Duration = Duration::from_millis(100);
+/// So long a session may be looked for before that is said.
+const SEARCH: Duration = Duration::from_secs(2);
+/// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
+const MOST_TIME_S: f64 = 1000.0;
+
+/// The place of [`STATUS`] among what a hub listens to.
+const ON_STATUS: usize = 1;
+/// The place of [`HUB`].
+const ON_HUB: usize = 2;
+
+/// What a hub shows.
+#[derive(Clone, Debug)]
+pub struct HubOptions {
+    /// A file of certificates (PEM) to trust beside those of the system.
+    pub certificates: Option<PathBuf>,
+    /// The screens.
+    pub rig: Rig,
+    /// How the pictures reach the two eyes.
+    pub stereo: Stereo,
+    /// What the room does while the session's head moves. A tracked head moves in a room that stands.
+    pub motion: RoomMotion,
+    /// Frames a second, at most.
+    pub rate_hz: f64,
+    /// A frame waits for no node longer: one that is slower is left out.
+    pub most_patience: Duration,
+}
+
+/// See the [module](self).
+#[derive(Debug)]
+pub struct Hub {
+    number: u64,
+    session: String,
+    rig_number: u64,
+    rate_hz: f64,
+    wire: Wire,
+    follower: Follower,
+    barrier: Barrier,
+    path: RigPath,
+    bounds: Aabb,
+    changes: Vec<Change>,
+    views: Vec<RigView>,
+    started: Instant,
+    /// When the next frame begins.
+    due: Duration,
+    frame: u64,
+    garbage: u64,
+    /// The last answer to a question, and when it was put together.
+    told: Option<(Duration, String)>,
+    /// Another hub shows the session, and was there before.
+    is_second: bool,
+}
+
+impl Hub {
+    /// Begins to follow a session and to listen to nodes.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn open(address: &Address, options: &HubOptions) -> Result<Self, WallError> {
+        let HubOptions { certificates, rig, stereo, motion, rate_hz, most_patience } = options.clone();
+        let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
+        let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
+        let mut views = Vec::new();
+        // The first eye decides where a standing room is: this one makes the room's space the world's.
+        path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
+        Ok(Self {
+            number: new_sender().0,
+            session: address.session().to_owned(),
+            rig_number: message::of_rig(path.rig(), stereo),
+            rate_hz,
+            wire: Wire::open(address, certificates.clone(), &[NODE, STATUS, HUB], HUB, || {})?,
+            follower: Follower::open(address, certificates, || {})?,
+            barrier: Barrier::new(screens, most_patience),
+            path,
+            bounds: Aabb::EMPTY,
+            changes: Vec::new(),
+            views,
+            started: Instant::now(),
+            due: Duration::ZERO,
+            frame: 0,
+            garbage: 0,
+            told: None,
+            is_second: false,
+        })
+    }
+
+    fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// Waits until it is time, and has the nodes show the next frame. `head` is asked then for the tracked head in the room, if
+    /// there is a tracker; otherwise the head is that of the session's artist.
+    ///
+    /// # Errors
+    /// The session or the connection has ended for good, or another hub shows the session.
+    pub fn frame(&mut self, head: impl FnOnce() -> Option<(Vec3, Quat)>) -> Result<Vec<Said>, WallError> {
+        self.hear_until(self.due, |_| false)?;
+        if self.is_second {
+            return Err(WallError::SecondHub { session: self.session.clone() });
+        }
+        self.due += Duration::from_secs_f64(1.0 / self.rate_hz);
+        // A frame that is late does not hurry those that follow.
+        self.due = self.due.max(self.now());
+        self.follower.take()?;
+        self.changes.clear();
+        self.follower.let_go();
+        self.follower.advance(u64::MAX, EVENTS_A_FRAME, &mut self.changes);
+        for change in &self.changes {
+            if let Change::Insert(id) | Change::Update(id) = change {
+                self.bounds = self.bounds.union(&self.follower.state().scene.bounds(*id));
+            }
+        }
+        let recorded = self.follower.state().moment.head;
+        let (eye, turn) = head().or(recorded).unwrap_or((self.path.rig().head, Quat::IDENTITY));
+        self.path.views_into(&camera(eye, turn), &mut self.views);
+        for view in self.views.iter_mut().filter_map(|seen| seen.view.as_mut()) {
+            view.projection.far_m = far_m(view.eye_in_world, &self.bounds);
+        }
+
+        let views = self.views.iter().map(|seen| seen.view.as_ref().map(Numbers::of)).collect();
+        let (hub, number, events) = (self.number, self.frame, self.follower.applied());
+        let began = self.now();
+        let time_s = (began.as_secs_f64() % MOST_TIME_S) as f32;
+        self.wire.say(message::write(&FromHub::Frame(Frame { hub, number, events, time_s, views })));
+        let expected = self.cull();
+        self.barrier.begin(number, expected, began);
+        self.hear_until(self.barrier.deadline(), Barrier::is_complete)?;
+        self.wire.say(message::write(&FromHub::Swap { hub, frame: number }));
+        self.barrier.swap(self.now());
+        self.frame += 1;
+        Ok(self.barrier.take_said())
+    }
+
+    /// What each screen's node should answer.
+    fn cull(&mut self) -> Vec<Answer> {
+        let views: Vec<View> = self.views.iter().filter_map(|seen| seen.view).collect();
+        self.follower.cull(&views);
+        let mut first = 0;
+        (0..self.path.rig().screens.len())
+            .map(|screen| {
+                let count =
+                    self.views.iter().filter(|seen| seen.screen == screen && seen.view.is_some()).count();
+                first += count;
+                self.follower.answer(first - count..first)
+            })
+            .collect()
+    }
+
+    fn hear_until(&mut self, until: Duration, is_enough: impl Fn(&Barrier) -> bool) -> Result<(), WallError> {
+        let mut after_time = 0;
+        loop {
+            if is_enough(&self.barrier) {
+                return Ok(());
+            }
+            let left = until.saturating_sub(self.now());
+            after_time += u32::from(left.is_zero());
+            match self.wire.hear(left)? {
+                Some(heard) if after_time <= MESSAGES_AFTER_TIME => self.take(heard),
+                Some(_) => return Ok(()),
+                None if left.is_zero() => return Ok(()),
+                None => {}
+            }
+        }
+    }
+
+    fn take(&mut self, heard: Heard) {
+        let now = self.now();
+        if heard.on == ON_HUB {
+            if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&heard.bytes) {
+                // Its own come back as well. Of two hubs the older one stays.
+                self.is_second |= hub != self.number && (number, hub) > (self.frame, self.number);
+            }
+            return;
+        }
+        if heard.on == ON_STATUS {
+            // Only to who asks: with another address somebody would write with the hub's rights.
+            match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {
+                Some(reply) => self.tell(reply, now),
+                None => self.garbage += 1,
+            }
+            return;
+        }
+        match message::read(&heard.bytes) {
+            Ok(FromNode::Here { node, screen, host, rig, events })
+                if screen.len() <= MAX_NAME_BYTES && host.len() <= MAX_NAME_BYTES =>
+            {
+                self.here(node, &screen, &host, rig, events, now);
+            }
+            Ok(FromNode::Ready { node, hub, frame, log, seen }) if hub == self.number => {
+                self.barrier.ready(node, frame, Answer { log, seen }, now);
+            }
+            Ok(FromNode::Shown { node, hub, frame }) if hub == self.number => {
+                self.barrier.shown(node, frame, now);
+            }
+            Ok(FromNode::Leaving { node }) => self.barrier.leaves(node),
+            // To a hub before this one.
+            Ok(FromNode::Ready { .. } | FromNode::Shown { .. }) => {}
+            Ok(FromNode::Here { .. }) | Err(_) => self.garbage += 1,
+        }
+    }
+
+    fn tell(&mut self, reply: String, now: Duration) {
+        let is_fresh = |(told, _): &(Duration, String)| now.saturating_sub(*told) < REPORT;
+        if !self.told.as_ref().is_some_and(is_fresh) {
+            self.told = Some((now, message::write(&self.report())));
+        }
+        if let Some((_, text)) = &self.told {
+            self.wire.answer(reply, text.clone());
+        }
+    }
+
+    fn here(&mut self, node: u64, screen: &str, host: &str, rig: u64, events: u64, now: Duration) {
+        let is_same = rig == self.rig_number;
+        let outcome = match is_same {
+            true => self.barrier.here(node, screen, host, events, now),
+            false => Err("its rig has other screens or eyes than the hub's".to_owned()),
+        };
+        if let Err(why) = outcome {
+            self.wire.say(message::write(&FromHub::Refused {
+                hub: self.number,
+                node,
+                why,
+                is_for_good: !is_same,
+            }));
+        }
+    }
+
+    /// What is wrong with the connection to the session, if something is.
+    pub fn trouble(&self) -> Option<String> {
+        let status = self.follower.link().status();
+        match (&status.connection, status.trouble) {
+            (_, Some(trouble)) => Some(trouble),
+            (Connection::Silent, None) => Some("the server does not answer".to_owned()),
+            (Connection::Connecting, None) if self.now() > SEARCH => {
+                Some("the session is not found yet".to_owned())
+            }
+            _ => None,
+        }
+    }
+
+    /// The state of the wall.
+    pub fn report(&self) -> WallReport {
+        let trouble = self.trouble();
+        let [frame, period, skew] = self.barrier.times();
+        WallReport {
+            session: self.session.clone(),
+            rig: self.path.rig().name.clone(),
+            trouble,
+            rate_hz: self.rate_hz,
+            frames_a_second: self.barrier.frames_a_second(self.now()),
+            frames: self.barrier.frames(),
+            events: self.follower.applied(),
+            polygons: self.follower.pipeline().polygon_count() as u64,
+            garbage: self.garbage,
+            frame,
+            period,
+            skew,
+            nodes: self.barrier.nodes(self.follower.applied()),
+        }
+    }
+}
+
+/// An eye from which the rig's views are made.
+fn camera(eye: Vec3, turn: Quat) -> View {
+    let projection = Projection::symmetric(60.0, 1.0, 0.01, far_m(eye, &Aabb::EMPTY));
+    View { eye_in_world: eye, world_from_view: turn, projection }
+}

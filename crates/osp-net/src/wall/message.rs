@@ -1,0 +1,193 @@
+//! What hub and nodes say to each other: lines of RON.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
+
+use osp::{
+    math::COORDINATE_LIMIT_M,
+    view::{Projection, View},
+};
+use osp_session::rig::{Rig, Stereo};
+
+/// Longest message, bytes.
+pub(super) const MAX_BYTES: usize = 1 << 16;
+/// Longest name of a screen or of a machine, bytes.
+pub(super) const MAX_NAME_BYTES: usize = 256;
+
+/// What the hub tells all nodes, on one subject, so that they hear it in its order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum FromHub {
+    /// Draw this.
+    Frame(Frame),
+    /// Show it.
+    Swap { hub: u64, frame: u64 },
+    /// A node is not let in.
+    Refused { hub: u64, node: u64, why: String, is_for_good: bool },
+}
+
+/// A frame of the wall.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Frame {
+    /// Which hub says so: another number each time one is started.
+    pub(super) hub: u64,
+    pub(super) number: u64,
+    /// How many events of the session it shows.
+    pub(super) events: u64,
+    /// The moment at which animated brushes are seen.
+    pub(super) time_s: f32,
+    /// The views of all screens and eyes, in the order of the rig; none of an eye that sees nothing.
+    pub(super) views: Vec<Option<Numbers>>,
+}
+
+/// What a node tells the hub.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum FromNode {
+    /// It is there, and would show a screen.
+    Here {
+        node: u64,
+        screen: String,
+        host: String,
+        /// [`of_rig`] of the rig that it has.
+        rig: u64,
+        /// Events of the session that it has applied.
+        events: u64,
+    },
+    /// It has drawn a frame.
+    Ready { node: u64, hub: u64, frame: u64, log: u64, seen: u64 },
+    /// It has shown a frame.
+    Shown { node: u64, hub: u64, frame: u64 },
+    /// It ends.
+    Leaving { node: u64 },
+}
+
+/// A view as numbers: the eye, the turn, and the window's left, right, lower and upper border, near and far distance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Numbers((f32, f32, f32), (f32, f32, f32, f32), (f32, f32, f32, f32), (f32, f32));
+
+impl Numbers {
+    pub(super) fn of(view: &View) -> Self {
+        let View { eye_in_world: eye, world_from_view: q, projection: p } = view;
+        Self(
+            (eye.x, eye.y, eye.z),
+            q.to_array().into(),
+            (p.left, p.right, p.bottom, p.top),
+            (p.near_m, p.far_m),
+        )
+    }
+
+    /// The view; none if nothing can be seen with these numbers.
+    pub(super) fn view(self) -> Option<View> {
+        let Self(eye, turn, (left, right, bottom, top), (near_m, far_m)) = self;
+        let (eye, turn) = (Vec3::from(eye), Quat::from_array(turn.into()));
+        let is_window =
+            left < right && bottom < top && [left, right, bottom, top].iter().all(|side| side.is_finite());
+        let is_range = 0.0 < near_m && near_m < far_m && far_m.is_finite();
+        let is_place = eye.is_finite() && eye.abs().max_element() <= 2.0 * COORDINATE_LIMIT_M;
+        (is_window && is_range && is_place && turn.is_normalized()).then_some(View {
+            eye_in_world: eye,
+            world_from_view: turn,
+            projection: Projection { left, right, bottom, top, near_m, far_m },
+        })
+    }
+}
+
+/// A number for what hub and nodes must agree on: the screens, their names and places, the eyes. Where the pictures go may
+/// differ: each machine has monitors of its own.
+pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
+    let screens: Vec<_> = rig
+        .screens
+        .iter()
+        .map(|screen| (screen.name.as_str(), screen.lower_left, screen.lower_right, screen.upper_left))
+        .collect();
+    let eyes: Vec<_> = stereo.eyes().iter().map(|eye| eye.name()).collect();
+    xxh3_64(write(&(screens, eyes)).as_bytes())
+}
+
+/// A message as text.
+pub(super) fn write(message: &impl Serialize) -> String {
+    // Numbers, strings and lists of them have a text.
+    ron::to_string(message).expect("a message has a text")
+}
+
+/// A message from text; what is wrong with it if it is none.
+pub(super) fn read<'m, T: Deserialize<'m>>(bytes: &'m [u8]) -> Result<T, String> {
+    if bytes.len() > MAX_BYTES {
+        return Err(format!("expected at most {MAX_BYTES} bytes"));
+    }
+    ron::de::from_bytes(bytes).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_pcg::{Pcg32, rand_core::Rng as _};
+
+    #[test]
+    fn a_view_arrives_bit_for_bit() {
+        let mut random = Pcg32::new(7, 1);
+        for _ in 0..2000 {
+            let mut number = || loop {
+                let number = f32::from_bits(random.next_u32());
+                if number.is_finite() {
+                    return number;
+                }
+            };
+            let numbers = Numbers(
+                (number(), number(), number()),
+                (number(), number(), number(), number()),
+                (number(), number(), number(), number()),
+                (number(), number()),
+            );
+            let back: Numbers = read(write(&numbers).as_bytes()).expect("a view");
+            assert_eq!(format!("{back:?}"), format!("{numbers:?}"));
+            let bits = |Numbers(a, b, c, d): Numbers| {
+                [a.0, a.1, a.2, b.0, b.1, b.2, b.3, c.0, c.1, c.2, c.3, d.0, d.1].map(f32::to_bits)
+            };
+            assert_eq!(bits(back), bits(numbers));
+        }
+    }
+
+    #[test]
+    fn views_that_show_nothing_are_none() {
+        let view = View::look_at(Vec3::ONE, Vec3::ZERO, Projection::symmetric(60.0, 1.5, 0.1, 10.0));
+        assert_eq!(Numbers::of(&view).view(), Some(view));
+        let with = |change: fn(&mut Numbers)| {
+            let mut numbers = Numbers::of(&view);
+            change(&mut numbers);
+            numbers.view()
+        };
+        assert_eq!(with(|n| n.0.1 = f32::NAN), None);
+        assert_eq!(with(|n| n.0.1 = 1.0e30), None);
+        assert_eq!(with(|n| n.1.0 = 9.0), None);
+        assert_eq!(with(|n| n.2.0 = n.2.1), None);
+        assert_eq!(with(|n| n.2.3 = f32::INFINITY), None);
+        assert_eq!(with(|n| n.3.0 = 0.0), None);
+        assert_eq!(with(|n| n.3.1 = f32::NAN), None);
+    }
+
+    #[test]
+    fn rigs_agree_by_their_screens_and_eyes() {
+        let rig = Rig::open("cave4").expect("a shipped rig");
+        let number = of_rig(&rig, Stereo::Mono);
+        let mut other = rig.clone();
+        other.name.push('x');
+        assert_eq!(of_rig(&other, Stereo::Mono), number);
+        assert_ne!(of_rig(&rig, Stereo::SideBySide), number);
+        assert_eq!(of_rig(&rig, Stereo::Anaglyph), of_rig(&rig, Stereo::SideBySide));
+        other.screens.swap(0, 1);
+        assert_ne!(of_rig(&other, Stereo::Mono), number);
+    }
+
+    #[test]
+    fn no_bytes_are_a_message_by_mistake() {
+        assert!(read::<FromHub>(b"Swap(hub:1,frame:2)").is_ok());
+        for bad in [&b"Swap(hub:1)"[..], b"", b"Swap(hub:-1,frame:2)", b"\xff\xfe", b"Stop"] {
+            assert!(read::<FromHub>(bad).is_err(), "{bad:?}");
+        }
+        let long = vec![b' '; MAX_BYTES + 1];
+        assert!(read::<FromNode>(&long).expect_err("too long").contains("65536"));
+        // Brackets in brackets are no way to the end of the stack.
+        assert!(read::<FromHub>("(".repeat(MAX_BYTES).as_bytes()).is_err());
+    }
+}

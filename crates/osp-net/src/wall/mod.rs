@@ -1,0 +1,88 @@
+//! A wall of several machines that show one moment of one shared session: a hub says which, and when to show it.
+//!
+//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of a
+//! [shared session](crate::live), so that a frame is no more than a position in that log and what the eyes see:
+//!
+//! ```text
+//! hub: frame n: the first S events, the views of all screens ───────────────────> nodes
+//! node: applies exactly S events, culls, draws, waits for its GPU: ready n ─────> hub
+//! hub: all nodes are ready, or the time is over: swap n ────────────────────────> nodes
+//! node: shows its picture: shown n ─────────────────────────────────────────────> hub
+//! ```
+//!
+//! The hub has the model, too, and culls the views of every screen as its node does: with its answer a node sends a number for
+//! the events that it has applied and a fingerprint of the polygons that it sees, and a node whose numbers are others is
+//! [named](Said::Differs). A node that misses [three frames](MISSES) is left out, so that the others go on, and let in again
+//! once it answers in time. All of that is decided in `Barrier`, which has no clock and no network.
+//!
+//! What is not here: displays are not locked to each other. That every display shows its picture at the same refresh is the
+//! graphics driver's part (genlock, swap groups), for wgpu has no interface to it.
+
+mod barrier;
+mod follower;
+mod hub;
+mod message;
+mod node;
+mod report;
+mod wire;
+
+pub use barrier::{MISSES, Said};
+pub use hub::{Hub, HubOptions};
+pub use node::{Node, NodeOptions, Step};
+pub use report::{NodeCounts, NodeReport, Place, Times, WallReport, ask};
+
+use thiserror::Error;
+
+use crate::live::LiveError;
+
+/// Why a wall stops.
+#[derive(Debug, Error)]
+pub enum WallError {
+    /// There is no shared session to be had.
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    /// The system gives no thread or socket.
+    #[error("no connection can be begun")]
+    System(#[source] std::io::Error),
+    /// The rig has no screen of this name.
+    #[error("expected a screen of the rig `{rig}` ({there}); found `{wanted}`")]
+    NoScreen {
+        /// The rig.
+        rig: String,
+        /// The names of its screens.
+        there: String,
+        /// What was asked for.
+        wanted: String,
+    },
+    /// The hub does not let this node in.
+    #[error("the hub does not let this node in: {0}")]
+    Refused(String),
+    /// There is no server.
+    #[error("{server}: {why}")]
+    NoServer {
+        /// The server.
+        server: String,
+        /// Why.
+        why: String,
+    },
+    /// Another hub shows the session already.
+    #[error("{session}: another hub shows this session: expected one (osp wall status says what it shows)")]
+    SecondHub {
+        /// The session.
+        session: String,
+    },
+    /// No hub answers.
+    #[error("{session}: no hub answers (osp wall --hub)")]
+    NoHub {
+        /// The session.
+        session: String,
+    },
+    /// An answer that is none.
+    #[error("{session}: expected the state of a wall; found something else: {why}")]
+    NoReport {
+        /// The session.
+        session: String,
+        /// What is wrong.
+        why: String,
+    },
+}

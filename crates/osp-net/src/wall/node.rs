@@ -1,0 +1,332 @@
+//! A machine with one screen of a wall.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::{
+    NodeCounts, WallError,
+    follower::Follower,
+    message::{self, Frame, FromHub, FromNode, Numbers},
+    wire::{HUB, Heard, NODE, Wire},
+};
+use crate::live::{Address, new_sender};
+use osp::{frame::Pipeline, polygon::Change, view::View};
+use osp_session::{
+    rig::{Eye, Rig, Stereo},
+    scene::Scene,
+};
+
+/// A node says so often that it is there.
+const HERE: Duration = Duration::from_millis(400);
+/// Events that are applied at once, of many.
+const EVENTS_AT_ONCE: u64 = 1 << 14;
+/// Messages of a hub that are heard at once.
+const MESSAGES_AT_ONCE: u32 = 1024;
+/// How long a screen may be taken by somebody else, who may be gone.
+const TAKEN: Duration = Duration::from_secs(5);
+/// A hub that says nothing for so long is no longer followed.
+const SILENCE: Duration = Duration::from_secs(1);
+/// Between two looks for events that a frame waits for.
+const LOOK: Duration = Duration::from_micros(500);
+
+/// Which screen a node shows.
+#[derive(Clone, Debug)]
+pub struct NodeOptions {
+    /// A file of certificates (PEM) to trust beside those of the system.
+    pub certificates: Option<PathBuf>,
+    /// All screens of the wall.
+    pub rig: Rig,
+    /// How the pictures reach the two eyes.
+    pub stereo: Stereo,
+    /// The name of the node's screen.
+    pub screen: String,
+    /// The name of the machine.
+    pub host: String,
+}
+
+/// What a node has to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Nothing.
+    Nothing,
+    /// Draw [`Node::views`] and, once the GPU has done it, call [`Node::ready`].
+    Draw,
+    /// Show what was drawn last, then call [`Node::shown`].
+    Show,
+}
+
+/// See the [module](self). Dropping it tells the hub.
+#[derive(Debug)]
+pub struct Node {
+    number: u64,
+    screen: String,
+    host: String,
+    rig: u64,
+    /// Its eyes, as places among the hub's views.
+    slots: Vec<(usize, Eye)>,
+    /// Views of all screens and eyes.
+    all: usize,
+    wire: Wire,
+    follower: Follower,
+    /// What has changed in the model since the last frame that was drawn.
+    changes: Vec<Change>,
+    views: Vec<View>,
+    eyes: Vec<Eye>,
+    time_s: f32,
+    /// The hub that is followed, and when it spoke last.
+    hub: Option<(u64, Instant)>,
+    /// The number of its newest frame.
+    newest: Option<u64>,
+    /// The newest frame that was not drawn.
+    wanted: Option<Frame>,
+    /// The hub and number of the frame that was drawn last.
+    drawn: Option<(u64, u64)>,
+    /// The frame that was to be shown last.
+    swapped: Option<(u64, u64)>,
+    is_ready: bool,
+    is_shown: bool,
+    told: Option<Instant>,
+    /// Since when it is not let in, and when it was told so last.
+    refused: Option<(Instant, Instant)>,
+    /// What was said last of the hub and the session.
+    said: String,
+    frames: u64,
+    garbage: u64,
+}
+
+impl Node {
+    /// Begins to follow a session and its hub. `wake` is called, on another thread, whenever there may be something to do.
+    ///
+    /// # Errors
+    /// The rig has no such screen, or the system gives no thread.
+    pub fn open(
+        address: &Address,
+        options: &NodeOptions,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) -> Result<Self, WallError> {
+        let NodeOptions { certificates, rig, stereo, screen, host } = options.clone();
+        let Some(own) = rig.screens.iter().position(|one| one.name == screen) else {
+            let names: Vec<_> = rig.screens.iter().map(|one| format!("`{}`", one.name)).collect();
+            return Err(WallError::NoScreen { rig: rig.name, there: names.join(", "), wanted: screen });
+        };
+        let eyes = stereo.eyes();
+        Ok(Self {
+            number: new_sender().0,
+            screen,
+            host,
+            rig: message::of_rig(&rig, stereo),
+            slots: eyes.iter().enumerate().map(|(i, eye)| (own * eyes.len() + i, *eye)).collect(),
+            all: rig.screens.len() * eyes.len(),
+            wire: Wire::open(address, certificates.clone(), &[HUB], NODE, wake.clone())?,
+            follower: Follower::open(address, certificates, wake)?,
+            changes: Vec::new(),
+            views: Vec::new(),
+            eyes: Vec::new(),
+            time_s: 0.0,
+            hub: None,
+            newest: None,
+            wanted: None,
+            drawn: None,
+            swapped: None,
+            is_ready: false,
+            is_shown: false,
+            told: None,
+            refused: None,
+            said: String::new(),
+            frames: 0,
+            garbage: 0,
+        })
+    }
+
+    /// Waits at most so long for something to do.
+    ///
+    /// # Errors
+    /// The hub does not let this node in, or the session or the connection has ended for good.
+    pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
+        self.follower.take()?;
+        self.say_here();
+        let wait = if self.wanted.is_some() { wait.min(LOOK) } else { wait };
+        let mut heard = self.wire.hear(wait)?;
+        for _ in 0..MESSAGES_AT_ONCE {
+            let Some(one) = heard else { break };
+            self.hear(one)?;
+            heard = self.wire.hear(Duration::ZERO)?;
+        }
+        let is_swapped = match (self.swapped, self.drawn) {
+            // Who is late shows what it has: the others are further on already.
+            (Some((hub, swapped)), Some((of, drawn))) => hub == of && swapped >= drawn,
+            _ => false,
+        };
+        if self.is_ready && !self.is_shown && is_swapped {
+            return Ok(Step::Show);
+        }
+        let Some(frame) = &self.wanted else { return Ok(Step::Nothing) };
+        self.follower.take()?;
+        if frame.events < self.follower.applied() {
+            // A hub that was started later than this node has not read as much yet.
+            self.wanted = None;
+            return Ok(Step::Nothing);
+        }
+        self.follower.advance(frame.events, EVENTS_AT_ONCE, &mut self.changes);
+        if self.follower.applied() < frame.events {
+            return Ok(Step::Nothing);
+        }
+        let Some(frame) = self.wanted.take() else { return Ok(Step::Nothing) };
+        self.eyes.clear();
+        self.views.clear();
+        for (slot, eye) in &self.slots {
+            if let Some(view) = frame.views[*slot].and_then(Numbers::view) {
+                self.eyes.push(*eye);
+                self.views.push(view);
+            }
+        }
+        self.follower.cull(&self.views);
+        self.drawn = Some((frame.hub, frame.number));
+        self.time_s = if frame.time_s.is_finite() { frame.time_s } else { 0.0 };
+        (self.is_ready, self.is_shown) = (false, false);
+        Ok(Step::Draw)
+    }
+
+    fn say_here(&mut self) {
+        if self.told.is_none_or(|told| told.elapsed() >= HERE) {
+            self.told = Some(Instant::now());
+            self.wire.say(message::write(&FromNode::Here {
+                node: self.number,
+                screen: self.screen.clone(),
+                host: self.host.clone(),
+                rig: self.rig,
+                events: self.follower.applied(),
+            }));
+        }
+    }
+
+    fn hear(&mut self, heard: Heard) -> Result<(), WallError> {
+        match message::read(&heard.bytes) {
+            Ok(FromHub::Frame(frame)) if frame.views.len() == self.all => {
+                let now = Instant::now();
+                match self.hub {
+                    // A frame that was said before.
+                    Some((hub, _)) if hub == frame.hub && self.newest >= Some(frame.number) => return Ok(()),
+                    Some((hub, _)) if hub == frame.hub => {}
+                    // One hub at a time.
+                    Some(_) if self.has_hub() => return Ok(()),
+                    _ => self.told = None,
+                }
+                self.hub = Some((frame.hub, now));
+                self.newest = Some(frame.number);
+                self.wanted = Some(frame);
+            }
+            Ok(FromHub::Swap { hub, frame }) => {
+                if self.hub.is_some_and(|(own, _)| own == hub) {
+                    self.swapped = Some((hub, frame));
+                }
+            }
+            // Another hub may be there by mistake.
+            Ok(FromHub::Refused { hub, node, why, is_for_good })
+                if node == self.number
+                    && (!self.has_hub() || self.hub.is_some_and(|(own, _)| own == hub)) =>
+            {
+                let now = Instant::now();
+                let goes_on = |(_, last): &(Instant, Instant)| now.duration_since(*last) < 3 * HERE;
+                let since = self.refused.filter(goes_on).map_or(now, |(since, _)| since);
+                self.refused = Some((since, now));
+                if is_for_good || now.duration_since(since) > TAKEN {
+                    return Err(WallError::Refused(why));
+                }
+            }
+            Ok(FromHub::Refused { .. }) => {}
+            Ok(FromHub::Frame(_)) | Err(_) => self.garbage += 1,
+        }
+        Ok(())
+    }
+
+    /// The frame is drawn: the hub may have it shown.
+    pub fn ready(&mut self) {
+        let Some((hub, frame)) = self.drawn else { return };
+        let answer = self.follower.answer(0..self.views.len());
+        self.is_ready = true;
+        self.frames += 1;
+        self.changes.clear();
+        self.follower.let_go();
+        self.wire.say(message::write(&FromNode::Ready {
+            node: self.number,
+            hub,
+            frame,
+            log: answer.log,
+            seen: answer.seen,
+        }));
+    }
+
+    /// The frame is on the screen.
+    pub fn shown(&mut self) {
+        let Some((hub, frame)) = self.drawn else { return };
+        self.is_shown = true;
+        self.wire.say(message::write(&FromNode::Shown { node: self.number, hub, frame }));
+    }
+
+    /// The frame cannot be shown: the window is hidden, or has just changed.
+    pub fn not_shown(&mut self) {
+        self.is_shown = true;
+    }
+
+    /// What a person should know of the hub and the session, if that is another thing than at the last call.
+    pub fn news(&mut self) -> Option<String> {
+        let status = self.follower.link().status();
+        let text = match (status.trouble, self.has_hub()) {
+            (Some(trouble), _) => trouble,
+            (None, false) => "no hub speaks (osp wall --hub)".to_owned(),
+            (None, true) => "a hub leads".to_owned(),
+        };
+        if text == self.said {
+            return None;
+        }
+        self.said.clone_from(&text);
+        Some(text)
+    }
+
+    /// The model as it is in the frame to draw.
+    pub fn scene(&self) -> &Scene {
+        &self.follower.state().scene
+    }
+
+    /// What has changed in it since the last frame that was drawn.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// What is seen of it; its lists of polygons are in the order of [`Node::views`].
+    pub fn pipeline(&self) -> &Pipeline {
+        self.follower.pipeline()
+    }
+
+    /// The views of the frame to draw, an eye each; eyes that see nothing are left out.
+    pub fn views(&self) -> impl Iterator<Item = (Eye, &View)> {
+        self.eyes.iter().copied().zip(&self.views)
+    }
+
+    /// Whether a frame waits for events of the session.
+    pub fn is_waiting(&self) -> bool {
+        self.wanted.is_some()
+    }
+
+    /// The moment at which animated brushes are seen, seconds.
+    pub fn time_s(&self) -> f32 {
+        self.time_s
+    }
+
+    /// Whether frames have come from a hub within the last second.
+    fn has_hub(&self) -> bool {
+        self.hub.is_some_and(|(_, heard)| heard.elapsed() < SILENCE)
+    }
+
+    /// What it has done.
+    pub fn counts(&self) -> NodeCounts {
+        NodeCounts { frames: self.frames, events: self.follower.applied(), garbage: self.garbage }
+    }
+}
+
+impl Drop for Node {
+    fn drop(&mut self) {
+        self.wire.say(message::write(&FromNode::Leaving { node: self.number }));
+    }
+}

@@ -1,0 +1,136 @@
+//! The threads that load blocks, and what they are asked for.
+
+use std::{
+    collections::{BTreeSet, VecDeque},
+    sync::{Arc, atomic::Ordering},
+};
+
+use super::{
+    WorldError,
+    block::{Block, Share},
+    resident::{Shared, Wishes},
+};
+use osp::math::Aabb;
+
+/// What is to be loaded, what is being loaded, and what a frame waits for.
+pub(super) struct Queue {
+    wishes: Wishes,
+    /// In the hand of a thread.
+    loading: BTreeSet<u32>,
+    /// The frame waits for these.
+    awaited: BTreeSet<u32>,
+    arrivals: VecDeque<(u32, Arc<Block>)>,
+    /// Arrivals that may wait to be taken.
+    most_arrivals: usize,
+    failure: Option<WorldError>,
+    ends: bool,
+}
+
+impl Queue {
+    pub(super) fn new(most_arrivals: usize) -> Self {
+        Self {
+            wishes: Wishes::new(),
+            loading: BTreeSet::new(),
+            awaited: BTreeSet::new(),
+            arrivals: VecDeque::new(),
+            most_arrivals,
+            failure: None,
+            ends: false,
+        }
+    }
+
+    pub(super) fn wish(&mut self, blocks: &[u32], awaited: usize) {
+        self.wishes.clear();
+        self.wishes.extend(blocks);
+        self.awaited.clear();
+        self.awaited.extend(&blocks[..awaited]);
+    }
+
+    pub(super) fn arrival(&mut self) -> Option<(u32, Arc<Block>)> {
+        self.arrivals.pop_front()
+    }
+
+    pub(super) fn failure(&self) -> Option<WorldError> {
+        self.failure.clone()
+    }
+
+    pub(super) fn end(&mut self) {
+        self.ends = true;
+    }
+
+    /// The next wish that nobody has in hand.
+    fn take(&mut self) -> Option<u32> {
+        loop {
+            let block = self.wishes.pop_front()?;
+            if self.loading.insert(block) {
+                return Some(block);
+            }
+        }
+    }
+}
+
+/// Brings a block.
+pub(super) type Load = fn(&Shared, u32) -> Result<Arc<Block>, WorldError>;
+
+/// Tells whoever waits for this thread that it has panicked.
+struct Watch<'a>(&'a Shared);
+
+impl Drop for Watch<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let stopped = self.0.world.unusable("the thread that loads blocks has stopped: it panicked");
+            self.0.queue().failure.get_or_insert(stopped);
+            self.0.arrivals.notify_all();
+        }
+    }
+}
+
+/// Loads what is wished for, until the end.
+pub(super) fn run(shared: &Shared, load: Load) {
+    let _watch = Watch(shared);
+    loop {
+        let mut queue = shared.queue();
+        let block = loop {
+            if queue.ends {
+                return;
+            }
+            match queue.take() {
+                Some(block) => break block,
+                None => queue = shared.wait(&shared.wishes, queue),
+            }
+        };
+        drop(queue);
+        // Another thread may have brought it since.
+        let outcome = shared.cache.peek(&block).map_or_else(|| load(shared, block), Ok);
+        let mut queue = shared.queue();
+        while queue.arrivals.len() >= queue.most_arrivals && queue.awaited.contains(&block) && !queue.ends {
+            queue = shared.wait(&shared.wishes, queue);
+        }
+        queue.loading.remove(&block);
+        match outcome {
+            Ok(loaded) => {
+                if queue.awaited.remove(&block) {
+                    queue.arrivals.push_back((block, loaded));
+                }
+            }
+            Err(error) => {
+                queue.failure.get_or_insert(error);
+            }
+        }
+        drop(queue);
+        shared.arrivals.notify_all();
+    }
+}
+
+pub(super) fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
+    let entry = shared.world.entry(number);
+    // The bytes, and the boxes before they stand in rows.
+    let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
+    let (block, bytes) = shared.world.load(number)?;
+    let block = Arc::new(block.held_by(&shared.held));
+    drop(raw);
+    shared.bytes_read.fetch_add(bytes, Ordering::Relaxed);
+    shared.blocks_read.fetch_add(1, Ordering::Relaxed);
+    shared.cache.insert(number, Arc::clone(&block));
+    Ok(block)
+}

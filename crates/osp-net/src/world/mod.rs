@@ -1,0 +1,45 @@
+//! Worlds: finished sessions that may be larger than memory, kept as blocks in a folder or behind an address.
+//!
+//! ```text
+//! Scene ──> WorldWriter ──> blocks of 4,096 polygons in larger objects, and last of all the manifest
+//!
+//! World: the manifest in memory, the boxes of all blocks in an index of their own
+//!   a View ──> blocks in view ──┬─ resident: culled polygon by polygon, sixteen boxes at a time
+//!                               └─ missing:  loaded by threads ──> cache of resident blocks (bounded in bytes)
+//! ```
+//!
+//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Knows [`scene`](osp_session::scene),
+//! [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
+//!
+//! * **Conservative.** A block is left out only if its box, which holds all its polygons, is outside of the frustum. What is in
+//!   view and not there yet is counted, never passed over in silence.
+//! * **Exact.** What a frame that waits sees is, polygon by polygon, what the same sessions in memory show.
+//! * **Whole or not at all.** The manifest is written after all blocks, in one step: without it there is no world.
+//! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it, and no more of an
+//!   answer of a server is taken than was asked for.
+
+mod block;
+mod boxes;
+mod bytes;
+mod error;
+mod flight;
+mod loaders;
+mod manifest;
+mod mark;
+mod open_world;
+mod order;
+mod place;
+mod resident;
+mod walk;
+mod writer;
+
+pub use block::{BLOCK_POLYGONS, Block, Piece};
+pub use error::WorldError;
+pub use flight::Flight;
+pub use manifest::{BlockEntry, Manifest, Source};
+pub use open_world::World;
+pub use order::PackOrder;
+pub use place::Place;
+pub use resident::ResidentConfig;
+pub use walk::{Frame, Missing, Walk, WalkCounts};
+pub use writer::{Packed, Replacing, WorldWriter};

@@ -1,0 +1,245 @@
+//! The blocks that are in memory: a cache that is bounded in bytes, and the threads that fill it.
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread::JoinHandle,
+};
+
+use quick_cache::{DefaultHashBuilder, OptionsBuilder, Weighter, sync::Cache, sync::DefaultLifecycle};
+
+use super::{
+    World, WorldError,
+    block::{Block, Held},
+    loaders::{self, Load, Queue},
+};
+
+/// How much memory blocks may take, and who loads them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResidentConfig {
+    /// Bytes that blocks may take, those that are being loaded among them. The manifest and the index of the blocks come on top
+    /// ([`World::bytes`]).
+    pub memory: u64,
+    /// Threads that load blocks.
+    pub loaders: usize,
+}
+
+impl Default for ResidentConfig {
+    /// One gibibyte, two threads.
+    fn default() -> Self {
+        Self { memory: 1 << 30, loaders: 2 }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct ByBytes;
+
+impl Weighter<u32, Arc<Block>> for ByBytes {
+    fn weight(&self, _number: &u32, block: &Arc<Block>) -> u64 {
+        block.bytes() as u64
+    }
+}
+
+type BlockCache = Cache<u32, Arc<Block>, ByBytes>;
+
+/// What the threads share with the frame.
+pub(super) struct Shared {
+    pub(super) world: Arc<World>,
+    pub(super) cache: BlockCache,
+    queue: Mutex<Queue>,
+    /// Somebody wishes for something, or has taken what was loaded.
+    pub(super) wishes: Condvar,
+    /// Something that a frame waits for is there.
+    pub(super) arrivals: Condvar,
+    pub(super) held: Arc<Held>,
+    pub(super) bytes_read: AtomicU64,
+    pub(super) blocks_read: AtomicU64,
+}
+
+impl Shared {
+    pub(super) fn queue(&self) -> MutexGuard<'_, Queue> {
+        // No holder leaves it half done.
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn wait<'a>(&self, on: &Condvar, queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
+        on.wait(queue).unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The blocks of a world that are in memory.
+pub(super) struct Residents {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+    /// Bytes that the cache takes.
+    room: u64,
+}
+
+impl std::fmt::Debug for Residents {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Residents").field("room", &self.room).finish_non_exhaustive()
+    }
+}
+
+impl Residents {
+    pub(super) fn new(world: Arc<World>, config: ResidentConfig) -> Result<Self, WorldError> {
+        Self::with(world, config, loaders::load)
+    }
+
+    fn with(world: Arc<World>, config: ResidentConfig, load: Load) -> Result<Self, WorldError> {
+        let threads = config.loaders.max(1);
+        let blocks = world.manifest().blocks();
+        let (mut largest, mut raw, mut all) = (0, 0, 0);
+        for block in blocks {
+            let room = Block::room_for(block.polygons as usize);
+            (largest, raw, all) = (room.max(largest), u64::from(block.bytes).max(raw), all + room);
+        }
+        // Beside the cache: what each thread has in hand, what it has delivered, and what the frame looks at.
+        let in_hand = threads as u64 * (raw + 2 * largest) + largest;
+        let least = in_hand + largest;
+        if config.memory < least {
+            return Err(WorldError::Memory { least, given: config.memory });
+        }
+        let room = config.memory - in_hand;
+        let items = (room.min(all) / (all / blocks.len().max(1) as u64).max(1)).max(1);
+        // One shard: the bound holds for all blocks together, and few threads ask.
+        let options = OptionsBuilder::new()
+            .shards(1)
+            .estimated_items_capacity(items as usize)
+            .weight_capacity(room)
+            .build()
+            .map_err(|error| world.unusable(&error.to_string()))?;
+        let cache =
+            Cache::with_options(options, ByBytes, DefaultHashBuilder::default(), DefaultLifecycle::default());
+        let shared = Arc::new(Shared {
+            world,
+            cache,
+            queue: Mutex::new(Queue::new(threads)),
+            wishes: Condvar::new(),
+            arrivals: Condvar::new(),
+            held: Arc::default(),
+            bytes_read: AtomicU64::new(0),
+            blocks_read: AtomicU64::new(0),
+        });
+        let mut this = Self { shared, threads: Vec::new(), room };
+        for number in 0..threads {
+            let shared = Arc::clone(&this.shared);
+            let thread = std::thread::Builder::new()
+                .name(format!("blocks {number}"))
+                .spawn(move || loaders::run(&shared, load))
+                .map_err(|error| this.shared.world.unusable(&format!("a thread to load blocks: {error}")))?;
+            this.threads.push(thread);
+        }
+        Ok(this)
+    }
+
+    /// Bytes that the cache takes.
+    pub(super) fn room(&self) -> u64 {
+        self.room
+    }
+
+    /// A block, if it is in memory.
+    pub(super) fn get(&self, block: u32) -> Option<Arc<Block>> {
+        self.shared.cache.get(&block)
+    }
+
+    pub(super) fn is_there(&self, block: u32) -> bool {
+        self.shared.cache.contains_key(&block)
+    }
+
+    /// Replaces the wishes of the frame before: these blocks, the first ones first. If the frame waits for the first `awaited` of
+    /// them, they will come by [`Residents::next`].
+    pub(super) fn wish(&self, blocks: &[u32], awaited: usize) {
+        let mut queue = self.shared.queue();
+        queue.wish(blocks, awaited);
+        drop(queue);
+        if !blocks.is_empty() {
+            self.shared.wishes.notify_all();
+        }
+    }
+
+    /// The next of the blocks that are awaited, in whatever order they come.
+    pub(super) fn next(&self) -> Result<(u32, Arc<Block>), WorldError> {
+        let mut queue = self.shared.queue();
+        loop {
+            if let Some(error) = queue.failure() {
+                return Err(error);
+            }
+            if let Some(arrival) = queue.arrival() {
+                drop(queue);
+                self.shared.wishes.notify_all();
+                return Ok(arrival);
+            }
+            queue = self.shared.wait(&self.shared.arrivals, queue);
+        }
+    }
+
+    /// The first error of any thread.
+    pub(super) fn check(&self) -> Result<(), WorldError> {
+        self.shared.queue().failure().map_or(Ok(()), Err)
+    }
+
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.shared.bytes_read.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn blocks_read(&self) -> u64 {
+        self.shared.blocks_read.load(Ordering::Relaxed)
+    }
+
+    /// Most bytes that were held at once.
+    pub(super) fn most_held(&self) -> u64 {
+        self.shared.held.most()
+    }
+}
+
+impl Drop for Residents {
+    fn drop(&mut self) {
+        self.shared.queue().end();
+        self.shared.wishes.notify_all();
+        for thread in self.threads.drain(..) {
+            // One that has panicked has said so, and left word for whoever waits.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Wishes, the first ones first.
+pub(super) type Wishes = VecDeque<u32>;
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::world::{PackOrder, Place, Replacing, WorldWriter};
+    use osp_session::{
+        recording::{SynthKind, synthesize},
+        scene::Scene,
+    };
+
+    #[test]
+    fn a_thread_that_panics_is_an_error_for_whoever_waits_for_it() {
+        let (mut scene, mut changes) = (Scene::new(), Vec::new());
+        for event in synthesize(SynthKind::Scribble, 500, 1) {
+            scene.apply(&event.expect("an event"), &mut changes);
+            scene.let_go();
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = folder.path().to_str().expect("UTF-8");
+        let place = Place::to_write(text).expect("a folder");
+        let mut writer = WorldWriter::create(place, Replacing::Never, PackOrder::Space).expect("begun");
+        writer.add("session", &scene, &[Vec3::ZERO]).expect("blocks");
+        writer.finish().expect("packed");
+        let world = Arc::new(World::open(Place::to_read(text).expect("a folder")).expect("a world"));
+        let panics: Load = |_, number| panic!("block {number}: of the test");
+        let residents = Residents::with(world, ResidentConfig::default(), panics).expect("threads");
+        residents.wish(&[0], 1);
+        let error = residents.next().expect_err("nobody brings it").to_string();
+        assert!(error.ends_with("the thread that loads blocks has stopped: it panicked"), "{error}");
+        assert!(residents.check().is_err(), "a frame that does not wait is told, too");
+    }
+}

@@ -1,0 +1,190 @@
+use std::collections::BTreeSet;
+
+use glam::Vec3;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::{
+    BLOCK_POLYGONS, BlockEntry, Manifest, PackOrder, Place, Source, WorldError,
+    block::BlockBuilder,
+    manifest::{MANIFEST, MOST_BYTES, ObjectEntry},
+    mark::Mark,
+};
+use osp::{
+    math::Aabb,
+    polygon::{ConvexPolygon, Geometry, PolygonId},
+};
+use osp_session::scene::Scene;
+
+/// Blocks of an object, which has 13 MB then. More: fewer objects and requests to write them; the memory of a pack, and what a
+/// killed one has to write again.
+const OBJECT_BLOCKS: u64 = 64;
+
+/// A block ends with its session (or copy) if it is filled this far: the next may lie elsewhere, and its box would stretch from one
+/// to the other.
+const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
+
+/// What a pack does to a world that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Replacing {
+    /// Nothing: it is refused.
+    Never,
+    /// The new world takes its place once it is whole.
+    World,
+}
+
+/// What was packed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Packed {
+    /// What is in the world now.
+    pub manifest: Manifest,
+    /// Polygons left out: their boxes are not finite, so nothing can be drawn of them.
+    pub refused: u64,
+}
+
+/// Packs finished sessions into a world. Nothing of it can be opened before [`WorldWriter::finish`]; the blocks of a pack that was
+/// stopped are removed by the next one into the same place. In a folder, a second pack is refused while one runs. Memory: an object, and what it knows of each block.
+#[derive(Debug)]
+pub struct WorldWriter {
+    place: Place,
+    replacing: Replacing,
+    order: PackOrder,
+    manifest: Manifest,
+    block: BlockBuilder,
+    object: Vec<u8>,
+    object_blocks: u64,
+    /// Numbers given out so far.
+    ids: u64,
+    refused: u64,
+    /// Where there are locks, no other pack writes meanwhile.
+    _mark: Option<Mark>,
+}
+
+impl WorldWriter {
+    /// Polygons of a world have numbers of 32 bits.
+    pub const MOST_POLYGONS: u64 = u32::MAX as u64;
+
+    /// Begins a world.
+    ///
+    /// # Errors
+    /// [`WorldError::Exists`], [`WorldError::Busy`], or the place cannot be asked.
+    pub fn create(place: Place, replacing: Replacing, order: PackOrder) -> Result<Self, WorldError> {
+        if replacing == Replacing::Never && place.holds(MANIFEST)? {
+            return Err(WorldError::Exists { place: place.text().to_owned() });
+        }
+        let mark = place.mark()?;
+        Ok(Self {
+            place,
+            replacing,
+            order,
+            manifest: Manifest::default(),
+            block: BlockBuilder::default(),
+            object: Vec::new(),
+            object_blocks: 0,
+            ids: 0,
+            refused: 0,
+            _mark: mark,
+        })
+    }
+
+    /// Adds what is there of a model, once for each offset (metres). A polygon's number in the world is its number in the model
+    /// plus the numbers of all models and copies that came before.
+    ///
+    /// # Errors
+    /// The blocks cannot be written, or [`WorldError::TooMany`].
+    pub fn add(&mut self, name: &str, scene: &Scene, offsets: &[Vec3]) -> Result<(), WorldError> {
+        let ids = scene.id_end() as u64;
+        if self.ids + ids * offsets.len() as u64 > Self::MOST_POLYGONS {
+            return Err(WorldError::TooMany { most: Self::MOST_POLYGONS });
+        }
+        let mut all: Vec<PolygonId> = scene.visible_ids().collect();
+        let present = all.len();
+        all.retain(|&id| scene.bounds(id).is_valid());
+        self.refused += ((present - all.len()) * offsets.len()) as u64;
+        let bounds = all.iter().fold(Aabb::EMPTY, |bounds, &id| bounds.union(&scene.bounds(id)));
+        let all = self.order.sort(scene, all, &bounds);
+        for &offset in offsets {
+            for &id in &all {
+                self.add_polygon(scene, id, offset)?;
+            }
+            if self.block.polygons() >= FULL_ENOUGH {
+                self.end_block()?;
+            }
+            self.ids += ids;
+        }
+        let (name, copies) = (name.to_owned(), offsets.len() as u32);
+        self.manifest.sources.push(Source { name, polygons: all.len() as u64, copies });
+        Ok(())
+    }
+
+    fn add_polygon(&mut self, scene: &Scene, id: PolygonId, offset: Vec3) -> Result<(), WorldError> {
+        let Aabb { min, max } = scene.bounds(id);
+        let bounds = Aabb::new(min + offset, max + offset);
+        let polygon: ConvexPolygon = scene.polygon(id).map(|corner| corner + offset);
+        if !bounds.is_valid() || !polygon.vertices().iter().all(|corner| corner.is_finite()) {
+            self.refused += 1;
+            return Ok(());
+        }
+        let (r, g, b, a) = scene.stroke_of(id).color();
+        // Within MOST_POLYGONS, which has been checked.
+        let number = PolygonId((self.ids + u64::from(id.0)) as u32);
+        self.block.add(number, [r, g, b, a], &polygon, &bounds);
+        if self.block.polygons() == BLOCK_POLYGONS { self.end_block() } else { Ok(()) }
+    }
+
+    fn end_block(&mut self) -> Result<(), WorldError> {
+        let at = self.object.len();
+        let (bounds, polygons) = (self.block.bounds(), self.block.polygons() as u32);
+        self.block.put(&mut self.object);
+        let bytes = &self.object[at..];
+        let (hash, bytes) = (xxh3_64(bytes), bytes.len() as u32);
+        let object = self.manifest.objects.len() as u32;
+        self.manifest.blocks.push(BlockEntry { bounds, polygons, bytes, hash, object, at: at as u64 });
+        self.object_blocks += 1;
+        if self.object_blocks == OBJECT_BLOCKS { self.end_object() } else { Ok(()) }
+    }
+
+    fn end_object(&mut self) -> Result<(), WorldError> {
+        let bytes = std::mem::take(&mut self.object);
+        let blocks = std::mem::take(&mut self.object_blocks);
+        let entry = ObjectEntry { hash: xxh3_64(&bytes), bytes: bytes.len() as u64, blocks };
+        // Its name says what it holds: one of another world is never replaced by something else.
+        self.place.replace(&entry.name(), bytes)?;
+        self.manifest.objects.push(entry);
+        Ok(())
+    }
+
+    /// Writes what is left, and last of all the manifest: from then on it is a world. Then removes blocks that belong to none.
+    ///
+    /// # Errors
+    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or blocks that were
+    /// written are gone, because another pack (behind an address nothing keeps it away) has ended here: then what is there stays.
+    pub fn finish(mut self) -> Result<Packed, WorldError> {
+        if self.block.polygons() > 0 {
+            self.end_block()?;
+        }
+        if self.object_blocks > 0 {
+            self.end_object()?;
+        }
+        let manifest = self.manifest.write();
+        if manifest.len() as u64 > MOST_BYTES {
+            return Err(self.place.unusable(&format!("expected a manifest of at most {MOST_BYTES} bytes")));
+        }
+        let names: BTreeSet<String> = self.manifest.objects.iter().map(ObjectEntry::name).collect();
+        for name in &names {
+            if !self.place.holds(name)? {
+                let problem = "written, but gone: another pack or program has removed it".to_owned();
+                return Err(WorldError::Object { object: self.place.name_of(name), problem });
+            }
+        }
+        match self.replacing {
+            Replacing::Never => self.place.create(MANIFEST, manifest)?,
+            Replacing::World => self.place.replace(MANIFEST, manifest)?,
+        }
+        for left in self.place.list("blocks")? {
+            if left.ends_with(".osp-blocks") && !names.contains(&left) {
+                self.place.remove(&left)?;
+            }
+        }
+        Ok(Packed { manifest: self.manifest, refused: self.refused })
+    }
+}

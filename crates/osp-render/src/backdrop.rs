@@ -1,0 +1,73 @@
+use osp_session::scene::Scene;
+
+/// Red, green, blue where nothing is, linear: a dark blue-grey.
+pub(super) const DARK: [f64; 3] = [0.016, 0.019, 0.026];
+/// A light grey, for models that the dark one would swallow.
+const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
+
+/// Paint stands out from a background if their contrast is at least this: the ratio of relative luminances, each plus
+/// 0.05, as in the Web Content Accessibility Guidelines 2.1 (where 3 is asked of graphics; unlit sides of paint are darker
+/// than its colour, hence less here).
+const LEAST_CONTRAST: f64 = 2.0;
+
+/// The background that a model stands out from: the dark one, unless more of the paint stands out from the light one.
+/// Linear red, green, blue. O(strokes).
+pub fn background_for(scene: &Scene) -> [f64; 3] {
+    let (mut lost_in_dark, mut lost_in_light) = (0u64, 0u64);
+    let [dark, light] = [DARK, LIGHT].map(luminance);
+    for stroke in scene.strokes().iter().filter(|stroke| stroke.is_visible()) {
+        let (r, g, b, _) = stroke.color();
+        let ink = luminance([r, g, b].map(|c| linear(f64::from(c))));
+        let polygons = stroke.polygon_ids().count() as u64;
+        lost_in_dark += if contrast(ink, dark) < LEAST_CONTRAST { polygons } else { 0 };
+        lost_in_light += if contrast(ink, light) < LEAST_CONTRAST { polygons } else { 0 };
+    }
+    if lost_in_dark > lost_in_light { LIGHT } else { DARK }
+}
+
+fn contrast(a: f64, b: f64) -> f64 {
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// Relative luminance of a linear colour.
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+fn linear(srgb: f64) -> f64 {
+    if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
+}
+
+/// A part of a colour as a screen takes it.
+pub(super) fn srgb_from_linear(linear: f64) -> f64 {
+    if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use osp_session::recording::{Author, Event};
+
+    fn scene_of(colors: &[(f32, f32, f32, f32)]) -> Scene {
+        let (mut scene, mut changes) = (Scene::new(), Vec::new());
+        for &color in colors {
+            let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+            scene.apply(
+                &Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color },
+                &mut changes,
+            );
+        }
+        scene
+    }
+
+    #[test]
+    fn dark_ink_gets_a_light_background_and_all_else_the_dark_one() {
+        let (black, white, red) = ((0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.9, 0.2, 0.2, 1.0));
+        assert_eq!(background_for(&scene_of(&[])), DARK);
+        assert_eq!(background_for(&scene_of(&[white, red])), DARK);
+        assert_eq!(background_for(&scene_of(&[black])), LIGHT);
+        assert_eq!(background_for(&scene_of(&[black, black, white])), LIGHT);
+        assert_eq!(background_for(&scene_of(&[black, white, white])), DARK);
+    }
+}

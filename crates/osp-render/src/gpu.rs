@@ -1,0 +1,222 @@
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use super::RenderError;
+
+/// Storage buffers that the vertex shader reads: the draw list and the chunks of one page.
+pub(super) const STORAGE_BUFFERS: u32 = super::gpu_scene::CHUNKS_A_PAGE as u32 + 1;
+
+/// A graphics adapter with its device and queue.
+#[derive(Debug)]
+pub struct Gpu {
+    instance: wgpu::Instance,
+    adapter: wgpu::Adapter,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    fault: Arc<Mutex<Option<Fault>>>,
+    samples_in_place: OnceLock<bool>,
+}
+
+/// The first thing that went wrong on a device.
+#[derive(Clone, Debug)]
+enum Fault {
+    Lost(String),
+    Reported(String),
+}
+
+impl Gpu {
+    /// The best adapter for pictures without a window. `WGPU_BACKEND=vulkan|gl` narrows the choice.
+    ///
+    /// # Errors
+    /// There is no adapter, or none that can be used.
+    pub fn headless() -> Result<Self, RenderError> {
+        let open = |backends: wgpu::Backends| {
+            let mut description = wgpu::InstanceDescriptor::new_without_display_handle();
+            description.backends = backends;
+            pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
+        };
+        let best = open(wgpu::Backends::PRIMARY);
+        // OpenGL only where it can do better: asking for it makes some drivers complain on standard error.
+        let has_display = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
+        match &best {
+            Ok(gpu) if !gpu.is_software() || !has_display => best,
+            _ => match (open(wgpu::Backends::GL), best) {
+                (Ok(other), Ok(software)) if other.is_software() => Ok(software),
+                (Ok(other), _) => Ok(other),
+                (Err(_), best) => best,
+            },
+        }
+    }
+
+    /// The best adapter that can show pictures on `surface`.
+    ///
+    /// # Errors
+    /// There is no adapter, or none that can be used.
+    pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, RenderError> {
+        pollster::block_on(Self::open(instance, Some(surface)))
+    }
+
+    /// [`Gpu::for_surface`] for a caller that cannot wait: a page in a browser.
+    ///
+    /// # Errors
+    /// There is no adapter, or none that can be used.
+    pub async fn for_surface_later(
+        instance: wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+    ) -> Result<Self, RenderError> {
+        Self::open(instance, Some(surface)).await
+    }
+
+    async fn open(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Self, RenderError> {
+        let request = |force_fallback_adapter| {
+            instance.request_adapter(&wgpu::RequestAdapterOptions {
+                power_preference: wgpu::PowerPreference::HighPerformance,
+                force_fallback_adapter,
+                compatible_surface: surface,
+                ..Default::default()
+            })
+        };
+        // A software adapter is found by the first request too, where nothing is better.
+        let adapter = match request(false).await {
+            Ok(adapter) => adapter,
+            Err(_) => request(true).await.map_err(|_| RenderError::NoAdapter)?,
+        };
+        let name = describe(&adapter.get_info());
+        if let Some(lacks) = missing(&adapter) {
+            return Err(RenderError::Lacks { adapter: name, lacks });
+        }
+        let description = wgpu::DeviceDescriptor {
+            label: Some("osp"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            // What the adapter has: the defaults stop buffers at 256 MiB.
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let opened = adapter.request_device(&description).await;
+        let (device, queue) =
+            opened.map_err(|error| RenderError::NoDevice { adapter: name, reason: error.to_string() })?;
+        let fault = Arc::new(Mutex::new(None));
+        keep_first_fault(&device, &fault);
+        Ok(Self { instance, adapter, device, queue, fault, samples_in_place: OnceLock::new() })
+    }
+
+    /// Name of the adapter and how it is driven, for people.
+    pub fn name(&self) -> String {
+        describe(&self.adapter.get_info())
+    }
+
+    /// Whether the adapter is a program on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Whether a browser stands between this program and the driver.
+    pub fn is_in_browser(&self) -> bool {
+        self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
+    }
+
+    /// Whether shaders can read each sample of a pixel. With OpenGL, wgpu makes no texture for that.
+    pub(super) fn reads_samples(&self) -> bool {
+        self.adapter.get_info().backend != wgpu::Backend::Gl
+    }
+
+    /// Finds out what takes a wait elsewhere, so that nothing has to wait later.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub async fn learn(&self) -> Result<(), RenderError> {
+        let are_in_place = super::hzb::samples_are_in_place_later(self).await?;
+        self.samples_in_place.get_or_init(|| are_in_place);
+        Ok(())
+    }
+
+    /// Whether the samples of a pixel are at their usual places, if that is known.
+    pub(super) fn samples_in_place(&self) -> Option<bool> {
+        self.samples_in_place.get().copied()
+    }
+
+    /// The instance, for making surfaces.
+    pub fn instance(&self) -> &wgpu::Instance {
+        &self.instance
+    }
+
+    /// The adapter.
+    pub fn adapter(&self) -> &wgpu::Adapter {
+        &self.adapter
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Says whether the device still works.
+    ///
+    /// # Errors
+    /// The first fault since the device was opened: it was lost, or the driver refused something.
+    pub fn check(&self) -> Result<(), RenderError> {
+        match &*self.fault.lock().unwrap_or_else(PoisonError::into_inner) {
+            None => Ok(()),
+            Some(Fault::Lost(reason)) => Err(RenderError::DeviceLost(reason.clone())),
+            Some(Fault::Reported(reason)) => Err(RenderError::Device(reason.clone())),
+        }
+    }
+
+    /// Waits until everything submitted is done.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn wait(&self) -> Result<(), RenderError> {
+        let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        outcome.map(|_| ()).map_err(|error| RenderError::DeviceLost(error.to_string()))
+    }
+}
+
+/// The default of wgpu is to panic; here a fault is kept until somebody asks.
+fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
+    let keep = |slot: &Mutex<Option<Fault>>, new: Fault| {
+        slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(new);
+    };
+    let slot = Arc::clone(fault);
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        keep(&slot, Fault::Reported(error.to_string().replace('\n', " ")));
+    }));
+    let slot = Arc::clone(fault);
+    device.set_device_lost_callback(move |reason, message| {
+        // Dropping the device on purpose is no fault.
+        if reason != wgpu::DeviceLostReason::Destroyed {
+            keep(&slot, Fault::Lost(message.replace('\n', " ")));
+        }
+    });
+}
+
+fn describe(info: &wgpu::AdapterInfo) -> String {
+    // A browser does not tell.
+    let name = if info.name.is_empty() { "the browser's adapter" } else { &info.name };
+    format!("{name} ({})", info.backend)
+}
+
+fn missing(adapter: &wgpu::Adapter) -> Option<&'static str> {
+    let limits = adapter.limits();
+    let flags = adapter.get_downlevel_capabilities().flags;
+    if !flags.contains(wgpu::DownlevelFlags::VERTEX_STORAGE)
+        || limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS
+    {
+        return Some("eight storage buffers in the vertex shader");
+    }
+    let multisampled = |format| {
+        adapter
+            .get_texture_format_features(format)
+            .flags
+            .contains(wgpu::TextureFormatFeatureFlags::MULTISAMPLE_X4)
+    };
+    (!multisampled(super::target::COLOR_FORMAT)).then_some("four samples a pixel")
+}

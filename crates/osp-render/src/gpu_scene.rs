@@ -1,0 +1,324 @@
+use super::{
+    Gpu,
+    order::Classes,
+    record::{Colors, DrawClass, PolygonRecord},
+};
+use osp::polygon::{BLOCK, Change, PolygonId, bits};
+use osp_session::scene::Scene;
+
+/// Chunks that are bound at once; with the draw list they fill the eight storage buffers that every adapter has.
+pub(super) const CHUNKS_A_PAGE: usize = 7;
+
+/// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 96 bytes more
+/// costs less than another transfer.
+const GAP: usize = 16;
+
+/// Polygons of one transfer (1.5 MiB), so that loading a large session does not need as much staging memory again.
+const TRANSFER: usize = 1 << 14;
+
+/// Most polygons of a chunk, whole blocks: 128 MiB, what every adapter binds at once.
+const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / BLOCK * BLOCK;
+
+/// Every polygon of a scene on the GPU, in chunks of fixed size: growing adds a chunk and never moves what is there.
+#[derive(Debug)]
+pub(super) struct GpuScene {
+    /// Polygons of a chunk.
+    chunk_len: usize,
+    chunks: Vec<wgpu::Buffer>,
+    /// Of each chunk, whether the placeholder is in its place: the scene has let go every polygon of it.
+    is_free: Vec<bool>,
+    /// Polygons that the scene had let go when that was last looked at.
+    let_go: u64,
+    pages: Vec<wgpu::BindGroup>,
+    /// Bound in the place of chunks that do not exist yet, or no more.
+    placeholder: wgpu::Buffer,
+    layout: wgpu::BindGroupLayout,
+    /// Polygons that are on the GPU.
+    uploaded: usize,
+    /// One bit for each uploaded polygon that has moved since.
+    moved: Vec<u64>,
+    any_moved: bool,
+    /// Groups that have moved as a whole since.
+    placed: Vec<Change>,
+    /// One bit for each polygon that can be seen through …
+    transparent: Vec<u64>,
+    /// … and for each whose light is added.
+    additive: Vec<u64>,
+    /// Whether a brush has painted any of them.
+    has_brushes: bool,
+    /// Whether any of these brushes moves by itself.
+    is_animated: bool,
+    scratch: Vec<PolygonRecord>,
+    colors: Colors,
+}
+
+impl GpuScene {
+    pub(super) fn new(gpu: &Gpu, chunk_len: usize) -> Self {
+        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupLayoutEntry {
+            binding: i as u32,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: wgpu::BufferSize::new(PolygonRecord::SIZE),
+            },
+            count: None,
+        });
+        let layout = gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("polygon chunks"),
+            entries: &entries,
+        });
+        Self {
+            // No block of the order of drawing lies in two chunks.
+            chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(BLOCK),
+            chunks: Vec::new(),
+            is_free: Vec::new(),
+            let_go: 0,
+            pages: Vec::new(),
+            placeholder: create_chunk(gpu, 1),
+            layout,
+            uploaded: 0,
+            moved: Vec::new(),
+            any_moved: false,
+            placed: Vec::new(),
+            transparent: Vec::new(),
+            additive: Vec::new(),
+            has_brushes: false,
+            is_animated: false,
+            scratch: Vec::new(),
+            colors: Colors::Own,
+        }
+    }
+
+    /// Changes the colours: everything is sent anew.
+    pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
+        let is_other = colors != self.colors;
+        if is_other {
+            self.colors = colors;
+            self.truncate(0);
+        }
+        is_other
+    }
+
+    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    pub(super) fn chunk_len(&self) -> usize {
+        self.chunk_len
+    }
+
+    /// The chunks, in the order of the polygons' numbers.
+    pub(super) fn chunks(&self) -> &[wgpu::Buffer] {
+        &self.chunks
+    }
+
+    /// Polygons of a page: those that one draw call reaches.
+    pub(super) fn page_len(&self) -> usize {
+        self.chunk_len * CHUNKS_A_PAGE
+    }
+
+    pub(super) fn page(&self, page: usize) -> Option<&wgpu::BindGroup> {
+        self.pages.get(page)
+    }
+
+    pub(super) fn uploaded(&self) -> usize {
+        self.uploaded
+    }
+
+    /// Bytes reserved on the GPU.
+    pub(super) fn bytes(&self) -> u64 {
+        let chunks = self.chunks.iter().zip(&self.is_free);
+        chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
+    }
+
+    /// How the 64 polygons from `first`, a multiple of 64, are drawn.
+    pub(super) fn classes_of(&self, first: usize) -> Classes {
+        let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
+        Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
+    }
+
+    /// Whether a brush that moves by itself has painted any polygon.
+    pub(super) fn is_animated(&self) -> bool {
+        self.is_animated
+    }
+
+    /// Whether a brush has painted any polygon.
+    pub(super) fn has_brushes(&self) -> bool {
+        self.has_brushes
+    }
+
+    /// Notes what has moved. New polygons need no note: [`GpuScene::flush`] sends whatever is above the last one sent,
+    /// visible or not.
+    pub(super) fn note(&mut self, changes: &[Change]) {
+        for change in changes {
+            match *change {
+                Change::Update(id) | Change::Repaint(id) => self.note_moved(id),
+                Change::Place(_) => self.placed.push(*change),
+                Change::Insert(_) | Change::Remove(_) => {}
+            }
+        }
+    }
+
+    fn note_moved(&mut self, id: PolygonId) {
+        if id.index() < self.uploaded {
+            bits::insert(&mut self.moved, id.index());
+            self.any_moved = true;
+        }
+    }
+
+    /// Forgets the polygons from `count` on: their numbers are given out again.
+    pub(super) fn truncate(&mut self, count: usize) {
+        if count >= self.uploaded {
+            return;
+        }
+        for i in count..self.uploaded {
+            for words in [&mut self.moved, &mut self.transparent, &mut self.additive] {
+                bits::remove(words, i);
+            }
+        }
+        self.has_brushes &= count > 0;
+        self.is_animated &= count > 0;
+        self.uploaded = count;
+    }
+
+    /// Sends what is new or has moved; returns the bytes sent.
+    pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        let mut bytes = 0;
+        if self.let_go != scene.let_go_count() {
+            self.let_go = scene.let_go_count();
+            self.free_chunks(gpu, scene);
+        }
+        let mut placed = std::mem::take(&mut self.placed);
+        scene.for_each_change(&placed, |change| {
+            if let Change::Update(id) = change {
+                self.note_moved(id);
+            }
+        });
+        placed.clear();
+        self.placed = placed;
+        if self.any_moved {
+            bytes += self.send_moved(gpu, scene);
+        }
+        let count = scene.polygon_count();
+        if count > self.uploaded {
+            self.grow(gpu, count);
+            for i in self.uploaded..count {
+                let stroke = scene.stroke_of(PolygonId(i as u32));
+                self.has_brushes |= stroke.brush().is_some();
+                self.is_animated |= stroke.brush().is_some_and(|brush| brush.is_animated);
+                match DrawClass::of(stroke) {
+                    DrawClass::Solid => {}
+                    DrawClass::Transparent => bits::insert(&mut self.transparent, i),
+                    DrawClass::Additive => bits::insert(&mut self.additive, i),
+                }
+            }
+            bytes += self.send(gpu, scene, self.uploaded..count);
+            self.uploaded = count;
+        }
+        bytes
+    }
+
+    fn send_moved(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        let mut bytes = 0;
+        let mut run: Option<std::ops::Range<usize>> = None;
+        let mut moved = std::mem::take(&mut self.moved);
+        for at in bits::iter(&moved) {
+            run = match run {
+                Some(run) if at - run.end <= GAP => Some(run.start..at + 1),
+                Some(run) => {
+                    bytes += self.send(gpu, scene, run);
+                    Some(at..at + 1)
+                }
+                None => Some(at..at + 1),
+            };
+        }
+        moved.fill(0);
+        self.moved = moved;
+        self.any_moved = false;
+        bytes + run.map_or(0, |run| self.send(gpu, scene, run))
+    }
+
+    /// Sends a range of polygons, cut at the ends of chunks.
+    fn send(&mut self, gpu: &Gpu, scene: &Scene, range: std::ops::Range<usize>) -> u64 {
+        let mut at = range.start;
+        let mut sent = 0;
+        while at < range.end {
+            let (chunk, first) = (at / self.chunk_len, at % self.chunk_len);
+            let count = (range.end - at).min(self.chunk_len - first).min(TRANSFER);
+            if self.is_free[chunk] {
+                if scene.are_let_go(at..at + count) {
+                    at += count;
+                    continue;
+                }
+                // A replay has been taken back to when there was something.
+                let buffer = create_chunk(gpu, self.chunk_len);
+                self.put_chunk(gpu, chunk, buffer, false);
+            }
+            self.scratch.clear();
+            self.scratch
+                .extend((at..at + count).map(|i| PolygonRecord::of(scene, PolygonId(i as u32), self.colors)));
+            let offset = first as u64 * PolygonRecord::SIZE;
+            gpu.queue().write_buffer(&self.chunks[chunk], offset, bytemuck::cast_slice(&self.scratch));
+            at += count;
+            sent += count as u64 * PolygonRecord::SIZE;
+        }
+        sent
+    }
+
+    /// Gives the memory of chunks back of which the scene has let every polygon go.
+    fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
+        for chunk in 0..self.uploaded / self.chunk_len {
+            let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
+            if !self.is_free[chunk] && scene.are_let_go(polygons) {
+                self.put_chunk(gpu, chunk, self.placeholder.clone(), true);
+            }
+        }
+    }
+
+    fn put_chunk(&mut self, gpu: &Gpu, chunk: usize, buffer: wgpu::Buffer, is_free: bool) {
+        (self.chunks[chunk], self.is_free[chunk]) = (buffer, is_free);
+        let page = chunk / CHUNKS_A_PAGE;
+        self.pages[page] = self.bind_page(gpu, page);
+    }
+
+    /// Makes room for `count` polygons.
+    fn grow(&mut self, gpu: &Gpu, count: usize) {
+        let words = bits::words_for(count);
+        self.moved.resize(words, 0);
+        self.transparent.resize(words, 0);
+        self.additive.resize(words, 0);
+        while self.chunks.len() * self.chunk_len < count {
+            self.chunks.push(create_chunk(gpu, self.chunk_len));
+            self.is_free.push(false);
+            let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;
+            self.pages.truncate(page);
+            self.pages.push(self.bind_page(gpu, page));
+        }
+    }
+
+    fn bind_page(&self, gpu: &Gpu, page: usize) -> wgpu::BindGroup {
+        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupEntry {
+            binding: i as u32,
+            resource: self
+                .chunks
+                .get(page * CHUNKS_A_PAGE + i)
+                .unwrap_or(&self.placeholder)
+                .as_entire_binding(),
+        });
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("polygon page"),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+}
+
+fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("polygon chunk"),
+        size: polygons as u64 * PolygonRecord::SIZE,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,22 @@
+use crate::Gpu;
+
+/// Lanes of the workgroups that take a handle each.
+pub(super) const LANES: u32 = 256;
+
+pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes,
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// Makes a buffer hold so many bytes; a larger one is empty (all zero). Says whether it is another.
+pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
+    if bytes <= buffer.size() {
+        return false;
+    }
+    *buffer = create(gpu, "grown", bytes.next_power_of_two(), buffer.usage());
+    true
+}

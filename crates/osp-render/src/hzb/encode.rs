@@ -1,0 +1,332 @@
+use super::{
+    HzbView, PyramidLevel,
+    buffers::{LANES, grow},
+    frame::Frame,
+    pipelines::bind,
+    pyramid::Levels,
+    queries::HzbViewParts,
+    span::{Params, SPAN_STRIDE, Span, with_offsets},
+    state::Groups,
+};
+use crate::{
+    Blend, Gpu, GpuTimer, RenderError,
+    read_back::read_buffer,
+    target::DepthBefore,
+    timer::{Ends, Stamps},
+};
+
+/// Handles of a workgroup of the test.
+const HANDLES_OF_TEST: u32 = 4;
+/// Transparent polygons of a workgroup of the test.
+const POLYGONS_OF_TEST: u32 = 64;
+/// Texels of a workgroup of the pyramid, each way.
+const TEXELS_OF_PYRAMID: u32 = 8;
+
+impl HzbView {
+    /// Encodes the drawing of a prepared view; `more` draws whatever comes on top.
+    pub(in super::super) fn encode(
+        &mut self,
+        frame: &Frame<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &mut GpuTimer,
+        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        self.fit(frame);
+        let Some(groups) = self.groups.take() else { return };
+        timer.begin();
+        self.is_encoded = true;
+        if self.has_jumped {
+            // All in view is kept: see `prepare`.
+            self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));
+            self.draw(frame, encoder, timer, DepthBefore::NothingAndKept, more);
+            self.remember(frame, &groups, encoder, timer);
+        } else {
+            self.recall(frame, &groups, encoder, timer);
+            match &mut self.queries {
+                None => self.test(frame, &groups, encoder, timer),
+                Some(_) => self.ask(frame, encoder),
+            }
+            let ends = if self.queries.is_some() { Ends::Both } else { Ends::End };
+            self.compact(frame, &groups, encoder, timer.stamps(1, ends));
+            self.draw(frame, encoder, timer, DepthBefore::Kept, more);
+        }
+        timer.end(encoder, 3);
+        self.begin_results();
+        let bytes = self.result_bytes();
+        self.ring.copy(encoder, &self.buffers.args, 0, bytes);
+        self.groups = Some(groups);
+    }
+
+    /// Makes pyramid and bind groups fit the target.
+    fn fit(&mut self, frame: &Frame<'_>) {
+        let gpu = frame.gpu;
+        if self.size != frame.target.size() {
+            self.size = frame.target.size();
+            self.levels = Levels::of(self.size.0, self.size.1);
+            if grow(gpu, &mut self.buffers.pyramid, u64::from(self.levels.texels()) * 4) {
+                self.groups = None;
+            }
+            let params = Params::new(self.size, &self.levels, self.config);
+            gpu.queue().write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
+        }
+        let fits = |groups: &Groups| groups.list == *frame.list && groups.depth == *frame.target.depth();
+        if !self.groups.as_ref().is_some_and(fits) {
+            self.groups = Some(self.bind(frame));
+        }
+    }
+
+    fn bind(&self, frame: &Frame<'_>) -> Groups {
+        let (gpu, hzb, buffers) = (frame.gpu, frame.hzb, &self.buffers);
+        let whole = wgpu::Buffer::as_entire_binding;
+        let span = span_of(&buffers.spans);
+        let depth = wgpu::BindingResource::TextureView(frame.target.depth());
+        Groups {
+            recall: bind(
+                gpu,
+                "recall",
+                &hzb.recall_layout,
+                &[
+                    span.clone(),
+                    whole(&buffers.handles),
+                    whole(&buffers.remembered),
+                    whole(&buffers.recalled),
+                    whole(&buffers.args),
+                ],
+            ),
+            pyramid: bind(
+                gpu,
+                "depth pyramid",
+                &hzb.pyramid_layout,
+                &[span.clone(), whole(&buffers.params), depth.clone(), whole(&buffers.pyramid)],
+            ),
+            test: bind(
+                gpu,
+                "occlusion test",
+                &hzb.test_layout,
+                &[
+                    span.clone(),
+                    whole(&buffers.params),
+                    whole(frame.uniforms),
+                    whole(&buffers.handles),
+                    whole(&buffers.remembered),
+                    whole(&buffers.kept),
+                    whole(&buffers.pyramid),
+                    whole(frame.list),
+                    whole(&buffers.args),
+                    depth,
+                ],
+            ),
+            compact: bind(
+                gpu,
+                "compaction",
+                &hzb.compact_layout,
+                &[span, whole(&buffers.kept), whole(&buffers.sums), whole(frame.list), whole(&buffers.args)],
+            ),
+            draw_recalled: bind(
+                gpu,
+                "recalled polygons",
+                frame.view_layout,
+                &[whole(frame.uniforms), whole(&buffers.recalled)],
+            ),
+            list: frame.list.clone(),
+            depth: frame.target.depth().clone(),
+        }
+    }
+
+    /// Draws what was visible in the last frame, for its depth alone.
+    fn recall(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+    ) {
+        let stamps = timer.stamps(0, Ends::Begin).map(|stamps| stamps.of_compute());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("recall"),
+            timestamp_writes: stamps,
+        });
+        pass.set_pipeline(&frame.hzb.recall);
+        for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
+            pass.set_bind_group(0, &groups.recall, &[offset]);
+            pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
+        }
+        drop(pass);
+        let stamps = timer.stamps(0, Ends::End).map(|stamps| stamps.of_render());
+        let mut pass = frame.target.begin_depth(encoder, stamps);
+        frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
+        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+            let Some(page) = frame.scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw_indirect(&self.buffers.args, u64::from(span.args) * 4);
+        }
+    }
+
+    /// Asks, instead of a test.
+    fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
+        let parts = HzbViewParts {
+            span: span_of(&self.buffers.spans),
+            handles: &self.buffers.handles,
+            remembered: &self.buffers.remembered,
+            kept: &self.buffers.kept,
+            pages: &self.pages,
+            first_page: self.first_span[0],
+        };
+        if let Some(queries) = &mut self.queries {
+            queries.encode(frame, &parts, encoder);
+        }
+    }
+
+    /// Builds the pyramid and tests.
+    fn test(&self, frame: &Frame<'_>, groups: &Groups, encoder: &mut wgpu::CommandEncoder, timer: &GpuTimer) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("occlusion test"),
+            timestamp_writes: timer.stamps(1, Ends::Begin).map(|stamps| stamps.of_compute()),
+        });
+        self.build_pyramid(frame, groups, &mut pass);
+        let opaque = (&frame.hzb.test, &self.chunks, self.first_span[1], HANDLES_OF_TEST);
+        let transparent =
+            (&frame.hzb.test_transparent, &self.transparent, self.first_span[2], POLYGONS_OF_TEST);
+        for (pipeline, spans, first, of_workgroup) in [opaque, transparent] {
+            test_spans(frame, groups, &mut pass, pipeline, with_offsets(spans, first), of_workgroup);
+        }
+    }
+
+    /// Builds the pyramid of what has been drawn and tests, to know in the next frame what is visible in this one.
+    fn remember(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("visible polygons"),
+            timestamp_writes: timer.stamps(1, Ends::Both).map(|stamps| stamps.of_compute()),
+        });
+        self.build_pyramid(frame, groups, &mut pass);
+        let spans = with_offsets(&self.chunks, self.first_span[1]);
+        test_spans(frame, groups, &mut pass, &frame.hzb.remember, spans, HANDLES_OF_TEST);
+    }
+
+    fn build_pyramid(&self, frame: &Frame<'_>, groups: &Groups, pass: &mut wgpu::ComputePass<'_>) {
+        for (level, (_, width, height)) in (1..).zip(self.levels.iter()) {
+            let (pipeline, texels) = match level {
+                1 => (&frame.hzb.base, 2 * TEXELS_OF_PYRAMID),
+                // Made together with the first.
+                2 => continue,
+                _ => (&frame.hzb.reduce, TEXELS_OF_PYRAMID),
+            };
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &groups.pyramid, &[level * SPAN_STRIDE]);
+            let [x, y] = [width, height].map(|side| side.div_ceil(texels));
+            pass.dispatch_workgroups(x, y, 1);
+        }
+    }
+
+    /// Compacts what is not hidden into the draw list.
+    fn compact(
+        &self,
+        frame: &Frame<'_>,
+        groups: &Groups,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<Stamps<'_>>,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("compaction"),
+            timestamp_writes: stamps.map(|stamps| stamps.of_compute()),
+        });
+        for (pipeline, is_one) in
+            [(&frame.hzb.count, false), (&frame.hzb.scan, true), (&frame.hzb.scatter, false)]
+        {
+            pass.set_pipeline(pipeline);
+            for (span, offset) in with_offsets(&self.pages, self.first_span[0]) {
+                pass.set_bind_group(0, &groups.compact, &[offset]);
+                dispatch(&mut pass, if is_one { 1 } else { span.len().div_ceil(LANES) });
+            }
+        }
+    }
+
+    /// Draws the colours of the compacted list, over the depth of the first pass if there was one.
+    fn draw(
+        &self,
+        frame: &Frame<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &GpuTimer,
+        depth: DepthBefore,
+        more: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        let stamps = timer.stamps(2, Ends::Begin).map(|stamps| stamps.of_render());
+        let mut pass = frame.target.begin(encoder, frame.background, depth, stamps);
+        frame.pipelines.begin(&mut pass, frame.draw);
+        pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
+        for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
+            let Some(page) = frame.scene.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw_indirect(&self.buffers.args, u64::from(span.args + 4) * 4);
+        }
+        let first = frame.order.opaque_count();
+        frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
+        more(&mut pass);
+        drop(pass);
+        let stamps = timer.stamps(2, Ends::End).map(|stamps| stamps.of_render());
+        frame.finish.encode(frame.gpu, encoder, frame.target, frame.spreads, stamps);
+    }
+
+    /// The pyramid of the last frame.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(in super::super) fn read_pyramid(&self, gpu: &Gpu) -> Result<Vec<PyramidLevel>, RenderError> {
+        let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels()) * 4)?;
+        let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
+        let level = |(first, width, height): (u32, u32, u32)| {
+            let depths = texels[first as usize..][..(width * height) as usize].to_vec();
+            PyramidLevel { width, height, depths }
+        };
+        Ok(self.levels.iter().map(level).collect())
+    }
+
+    /// The opaque polygons of the last frame that were not found to be hidden, by number: block and mask.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<[u32; 2]>, RenderError> {
+        let handles = self.pages.last().map_or(0, |span| span.end);
+        let bytes = read_buffer(gpu, &self.buffers.kept, u64::from(handles) * 8)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+}
+
+fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: spans,
+        offset: 0,
+        size: wgpu::BufferSize::new(size_of::<Span>() as u64),
+    })
+}
+
+/// Tests what the spans hold, each with its chunk of polygons.
+fn test_spans<'a>(
+    frame: &Frame<'_>,
+    groups: &Groups,
+    pass: &mut wgpu::ComputePass<'_>,
+    pipeline: &wgpu::ComputePipeline,
+    spans: impl Iterator<Item = (&'a Span, u32)>,
+    of_workgroup: u32,
+) {
+    pass.set_pipeline(pipeline);
+    for (span, offset) in spans {
+        let Some(chunk) = frame.hzb.chunk(span.base as usize) else { continue };
+        pass.set_bind_group(0, &groups.test, &[offset]);
+        pass.set_bind_group(1, chunk, &[]);
+        dispatch(pass, span.len().div_ceil(of_workgroup));
+    }
+}
+
+fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {
+    if workgroups > 0 {
+        // More than a dispatch can have are transparent ones, of which the rest is drawn.
+        pass.dispatch_workgroups(workgroups.min(65_535), 1, 1);
+    }
+}

@@ -1,0 +1,21 @@
+use super::Hzb;
+use crate::{DrawOrder, Gpu, Target, finish::Finish, gpu_scene::GpuScene, pipelines::Pipelines};
+
+/// What drawing a view takes from the renderer and from the view's slot.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Frame<'a> {
+    pub(in super::super) gpu: &'a Gpu,
+    pub(in super::super) hzb: &'a Hzb,
+    pub(in super::super) scene: &'a GpuScene,
+    pub(in super::super) pipelines: &'a Pipelines,
+    pub(in super::super) finish: &'a Finish,
+    /// Whether light spreads.
+    pub(in super::super) spreads: bool,
+    pub(in super::super) view_layout: &'a wgpu::BindGroupLayout,
+    pub(in super::super) target: &'a Target,
+    pub(in super::super) background: wgpu::Color,
+    pub(in super::super) uniforms: &'a wgpu::Buffer,
+    pub(in super::super) list: &'a wgpu::Buffer,
+    pub(in super::super) draw: &'a wgpu::BindGroup,
+    pub(in super::super) order: &'a DrawOrder,
+}

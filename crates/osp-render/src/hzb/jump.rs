@@ -1,0 +1,110 @@
+use glam::Vec3;
+
+use crate::order::Handle;
+use osp::polygon::{BLOCK, PolygonId};
+use osp_session::scene::Scene;
+
+/// Polygons whose distance is asked for where an eye has moved.
+const SAMPLES: usize = 15;
+/// An eye that moves farther than this part of the distance of what it sees sees other sides of it.
+const FAR_PART: f32 = 0.5;
+
+/// What a view showed in its last frame: enough to say whether it is worth recalling what was visible then.
+#[derive(Debug, Default)]
+pub(super) struct LastLook {
+    eye_in_world: Vec3,
+    /// The opaque polygons in view, in the order of numbers.
+    handles: Vec<Handle>,
+    /// Whether it had jumped.
+    has_jumped: bool,
+}
+
+impl LastLook {
+    /// Takes the next frame's, and says whether its view has jumped: most of what is in view was not in the last frame, or
+    /// the eye has moved so far that what hides there need not hide here. Of an eye that goes on so fast, every other frame
+    /// jumps: the others recall what was found visible just before.
+    pub(super) fn jumps_to(&mut self, eye_in_world: Vec3, handles: &[Handle], scene: &Scene) -> bool {
+        let count: u32 = handles.iter().map(|handle| handle.mask.count_ones()).sum();
+        let has_jumped = count > 0
+            && (2 * common(&self.handles, handles) < count
+                || !self.has_jumped
+                    && eye_in_world.distance(self.eye_in_world)
+                        > FAR_PART * usual_distance_m(handles, eye_in_world, scene));
+        self.eye_in_world = eye_in_world;
+        self.handles.clear();
+        self.handles.extend_from_slice(handles);
+        self.has_jumped = has_jumped;
+        has_jumped
+    }
+}
+
+/// Polygons that both have.
+fn common(a: &[Handle], b: &[Handle]) -> u32 {
+    let mut a = a.iter().peekable();
+    let mut common = 0;
+    for handle in b {
+        while a.next_if(|before| before.block < handle.block).is_some() {}
+        if let Some(same) = a.peek().filter(|same| same.block == handle.block) {
+            common += (same.mask & handle.mask).count_ones();
+        }
+    }
+    common
+}
+
+/// The median of some polygons' distances from the eye, metres.
+fn usual_distance_m(handles: &[Handle], eye_in_world: Vec3, scene: &Scene) -> f32 {
+    let step = handles.len().div_ceil(SAMPLES).max(1);
+    let distance_m = |handle: &Handle| {
+        let id = PolygonId(handle.block * BLOCK as u32 + handle.mask.trailing_zeros() % BLOCK as u32);
+        scene.bounds(id).center().distance(eye_in_world)
+    };
+    let mut distances_m: Vec<f32> = handles.iter().step_by(step).map(distance_m).collect();
+    distances_m.sort_unstable_by(f32::total_cmp);
+    distances_m.get(distances_m.len() / 2).copied().unwrap_or(f32::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp_session::recording::{Author, Event};
+
+    /// So many small squares in a row, a metre apart.
+    fn row(count: u8) -> Scene {
+        let mut scene = Scene::new();
+        for i in 0..count {
+            let at = |x: f32, y: f32| Vec3::new(f32::from(i) + x, y, 0.0);
+            let vertices = vec![at(0.0, 0.0), at(0.1, 0.0), at(0.1, 0.1), at(0.0, 0.1)];
+            let color = (1.0, 1.0, 1.0, 1.0);
+            let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
+            scene.apply(&event, &mut Vec::new());
+        }
+        scene
+    }
+
+    fn handles(masks: &[(u32, u32)]) -> Vec<Handle> {
+        masks.iter().map(|&(block, mask)| Handle { block, mask, place: block }).collect()
+    }
+
+    #[test]
+    fn it_jumps_where_most_in_view_is_new_or_the_eye_has_moved_far() {
+        let scene = row(48);
+        let mut last = LastLook::default();
+        let eye = Vec3::new(24.0, 0.0, 10.0);
+        let all = handles(&[(0, 0xFFFF), (1, 0xFFFF), (2, 0xFFFF)]);
+        assert!(last.jumps_to(eye, &all, &scene), "the first frame");
+        assert!(!last.jumps_to(eye, &all, &scene));
+        // All of it was in view, then half, then less.
+        assert!(!last.jumps_to(eye, &handles(&[(1, 0x00FF)]), &scene));
+        assert!(!last.jumps_to(eye, &handles(&[(0, 0x000F), (1, 0x000F)]), &scene));
+        assert!(last.jumps_to(eye, &handles(&[(0, 0x00FF), (1, 0x0001), (2, 0x0003)]), &scene));
+        // The polygons are about 10 to 26 m away.
+        last.jumps_to(eye, &all, &scene);
+        assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));
+        assert!(last.jumps_to(eye - Vec3::Y * 16.0, &all, &scene));
+        assert!(!last.jumps_to(eye - Vec3::Y * 32.0, &all, &scene), "the next one recalls");
+        assert!(last.jumps_to(eye - Vec3::Y * 200.0, &all, &scene));
+        // Nothing in view is nothing to recall.
+        assert!(!last.jumps_to(eye, &[], &scene));
+        assert!(last.jumps_to(eye, &all, &scene));
+    }
+}

@@ -1,0 +1,335 @@
+//! The rival: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent Hierarchical Culling: Hardware
+//! Occlusion Queries Made Useful", 2004.
+//!
+//! Each query is of a group of 64 consecutive polygons. A group that was visible is drawn without a query and queried
+//! again some frames later. Of a group that was hidden, the box is queried against the depth of what was visible.
+//!
+//! Differences from the paper: no hierarchy, because neighbours in number are the groups; what the queries find decides
+//! about the same frame without the CPU, which learns of it later and only to choose what to ask; like
+//! [`hzb`](super), depth comes first and colours in one pass in order, so that the picture is the same to the last bit.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::{
+    buffers::{LANES, create, grow},
+    frame::Frame,
+    pipelines::{Bound, bind, compute, layout},
+    span::with_offsets,
+};
+use crate::{
+    DrawOrder, Gpu,
+    order::Handle,
+    read_ring::{ReadRing, SLOTS},
+    shaders,
+    target::{DEPTH_FORMAT, SAMPLES},
+};
+use osp::{
+    math::Aabb,
+    polygon::{BLOCK, PolygonId},
+    view::View,
+};
+use osp_session::scene::Scene;
+
+/// Blocks of a group.
+const BLOCKS: u32 = 4;
+/// Queries of a set: as many as every adapter must offer.
+const SET: u32 = 4096;
+/// Most queries of a frame; groups beyond are drawn.
+const MOST: usize = 1 << 16;
+/// A group that was visible is queried again in the next frame, then after two, then four, up to this many.
+const PATIENCE: u64 = 8;
+/// Instead of a query.
+const NOTHING: u32 = u32::MAX;
+
+/// What queries need once, for all views.
+#[derive(Debug)]
+pub(super) struct QueryPipelines {
+    boxes_layout: wgpu::BindGroupLayout,
+    apply_layout: wgpu::BindGroupLayout,
+    boxes: wgpu::RenderPipeline,
+    apply: wgpu::ComputePipeline,
+}
+
+impl QueryPipelines {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let device = gpu.device();
+        let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let boxes_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("boxes"),
+            entries: &[
+                buffer(0, wgpu::BufferBindingType::Uniform),
+                buffer(1, wgpu::BufferBindingType::Uniform),
+                buffer(2, wgpu::BufferBindingType::Storage { read_only: true }),
+            ],
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("boxes"),
+            source: wgpu::ShaderSource::Wgsl(shaders::QUERY_BOX.into()),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("boxes"),
+            bind_group_layouts: &[Some(&boxes_layout)],
+            immediate_size: 0,
+        });
+        let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("boxes"),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+            fragment: None,
+            multiview_mask: None,
+            cache: None,
+        });
+        let apply_layout = {
+            use Bound::{Read, Span, Write};
+            layout(gpu, "queries", &[Span, Read, Read, Read, Write, Write])
+        };
+        let apply = compute(gpu, shaders::QUERY_APPLY, &[Some(&apply_layout)], "apply");
+        Self { boxes_layout, apply_layout, boxes, apply }
+    }
+}
+
+/// What queries keep for one view.
+#[derive(Debug)]
+pub(super) struct Queries {
+    pixel: wgpu::Buffer,
+    boxes: wgpu::Buffer,
+    of_handle: wgpu::Buffer,
+    results: wgpu::Buffer,
+    sets: Vec<wgpu::QuerySet>,
+    groups: Option<(wgpu::BindGroup, wgpu::BindGroup)>,
+    /// Width and height of the window at distance 1 along the view.
+    extent: [f32; 2],
+    frame: u64,
+    /// For each group the frame in which it is asked again, and how long it waits for that.
+    due: Vec<(u64, u64)>,
+    box_words: Vec<[[f32; 4]; 2]>,
+    of_handle_words: Vec<u32>,
+    /// The groups asked, by query; of the frame at hand, and of those whose answers are on their way.
+    asked: Vec<u32>,
+    waiting: [Vec<u32>; SLOTS],
+    ring: ReadRing,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Pixel {
+    size: [f32; 2],
+    /// The longer side of the picture, pixels.
+    side: f32,
+    nothing: f32,
+}
+
+impl Queries {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let results = storage | wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let bytes = u64::from(SET) * 8;
+        Self {
+            pixel: create(gpu, "pixel", size_of::<Pixel>() as u64, uniform),
+            boxes: create(gpu, "boxes", 1 << 12, storage),
+            of_handle: create(gpu, "queries of handles", 1 << 12, storage),
+            results: create(gpu, "samples counted", bytes, results),
+            sets: Vec::new(),
+            groups: None,
+            extent: [1.0; 2],
+            frame: 0,
+            due: Vec::new(),
+            box_words: Vec::new(),
+            of_handle_words: Vec::new(),
+            asked: Vec::new(),
+            waiting: Default::default(),
+            ring: ReadRing::new(gpu, bytes),
+        }
+    }
+
+    /// Queries of the frame at hand.
+    pub(super) fn count(&self) -> u64 {
+        self.asked.len() as u64
+    }
+
+    /// The bind groups were made for other buffers.
+    pub(super) fn forget_groups(&mut self) {
+        self.groups = None;
+    }
+
+    /// Chooses what to ask, and sends it; returns the bytes sent.
+    pub(super) fn prepare(&mut self, gpu: &Gpu, order: &DrawOrder, scene: &Scene, view: &View) -> u64 {
+        self.learn();
+        self.frame += 1;
+        let projection = view.projection;
+        self.extent = [projection.right - projection.left, projection.top - projection.bottom];
+        self.box_words.clear();
+        self.of_handle_words.clear();
+        self.asked.clear();
+        self.due.resize(scene.polygon_count().div_ceil(BLOCK * BLOCKS as usize).max(self.due.len()), (0, 0));
+        for handles in order.handles().chunk_by(|a, b| a.block / BLOCKS == b.block / BLOCKS) {
+            let group = handles[0].block / BLOCKS;
+            let is_asked = self.due[group as usize].0 <= self.frame && self.asked.len() < MOST;
+            let query = if is_asked { self.asked.len() as u32 } else { NOTHING };
+            self.of_handle_words.extend(handles.iter().map(|_| query));
+            if is_asked {
+                let bounds = bounds_of(handles, scene);
+                self.box_words.push([bounds.min.extend(0.0).to_array(), bounds.max.extend(0.0).to_array()]);
+                self.asked.push(group);
+            }
+        }
+        let results = u64::from(self.sets_needed() * SET) * 8;
+        let is_new = [
+            grow(gpu, &mut self.boxes, size_of_val(&self.box_words[..]) as u64),
+            grow(gpu, &mut self.of_handle, size_of_val(&self.of_handle_words[..]) as u64),
+            grow(gpu, &mut self.results, results),
+        ];
+        if is_new.contains(&true) {
+            self.groups = None;
+        }
+        if self.ring.capacity() < self.results.size() {
+            self.ring = ReadRing::new(gpu, self.results.size());
+        }
+        while self.sets.len() < self.sets_needed() as usize {
+            self.sets.push(gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("samples counted"),
+                ty: wgpu::QueryType::Occlusion,
+                count: SET,
+            }));
+        }
+        let mut sent = 0;
+        let boxes: &[u8] = bytemuck::cast_slice(&self.box_words);
+        for (buffer, bytes) in
+            [(&self.boxes, boxes), (&self.of_handle, bytemuck::cast_slice(&self.of_handle_words))]
+        {
+            if !bytes.is_empty() {
+                gpu.queue().write_buffer(buffer, 0, bytes);
+                sent += bytes.len() as u64;
+            }
+        }
+        sent
+    }
+
+    fn sets_needed(&self) -> u32 {
+        (self.asked.len() as u32).div_ceil(SET)
+    }
+
+    /// Takes the results of queries that have arrived.
+    fn learn(&mut self) {
+        let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
+        self.ring.take(|slot, bytes| {
+            for (group, samples) in waiting[slot].iter().zip(bytes.chunks_exact(8)) {
+                let is_visible = samples.iter().any(|byte| *byte != 0);
+                if let Some((due, wait)) = due.get_mut(*group as usize) {
+                    *wait = if is_visible { (*wait * 2).clamp(1, PATIENCE) } else { 0 };
+                    *due = frame + *wait;
+                }
+            }
+        });
+    }
+
+    pub(super) fn submitted(&mut self) {
+        self.ring.submitted();
+    }
+
+    /// Encodes the queries, and the pass that keeps what their results show to be visible.
+    pub(super) fn encode(
+        &mut self,
+        frame: &Frame<'_>,
+        view: &HzbViewParts<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+    ) {
+        let pipelines = &frame.hzb.queries;
+        let (width, height) = frame.target.size();
+        let size = [self.extent[0] / width as f32, self.extent[1] / height as f32];
+        let pixel = Pixel { size, side: width.max(height) as f32, nothing: 0.0 };
+        frame.gpu.queue().write_buffer(&self.pixel, 0, bytemuck::bytes_of(&pixel));
+        let whole = wgpu::Buffer::as_entire_binding;
+        let (boxes, apply) = self.groups.get_or_insert_with(|| {
+            let boxes = [whole(frame.uniforms), whole(&self.pixel), whole(&self.boxes)];
+            let apply = [
+                view.span.clone(),
+                whole(view.handles),
+                whole(&self.of_handle),
+                whole(&self.results),
+                whole(view.remembered),
+                whole(view.kept),
+            ];
+            (
+                bind(frame.gpu, "boxes", &pipelines.boxes_layout, &boxes),
+                bind(frame.gpu, "queries", &pipelines.apply_layout, &apply),
+            )
+        });
+        let count = self.asked.len() as u32;
+        for (set, first) in self.sets.iter().zip((0..count).step_by(SET as usize)) {
+            let of_set = (count - first).min(SET);
+            let mut pass = frame.target.begin_queries(encoder, set);
+            pass.set_pipeline(&pipelines.boxes);
+            pass.set_bind_group(0, &*boxes, &[]);
+            for i in 0..of_set {
+                pass.begin_occlusion_query(i);
+                pass.draw(0..36, first + i..first + i + 1);
+                pass.end_occlusion_query();
+            }
+            drop(pass);
+            encoder.resolve_query_set(set, 0..of_set, &self.results, u64::from(first) * 8);
+        }
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipelines.apply);
+        for (span, offset) in with_offsets(view.pages, view.first_page) {
+            pass.set_bind_group(0, &*apply, &[offset]);
+            pass.dispatch_workgroups(span.len().div_ceil(LANES), 1, 1);
+        }
+        drop(pass);
+        if count > 0
+            && let Some(slot) = self.ring.begin()
+        {
+            std::mem::swap(&mut self.waiting[slot], &mut self.asked);
+            self.ring.copy(encoder, &self.results, 0, u64::from(count) * 8);
+        }
+    }
+}
+
+/// What queries take from the view that they are of.
+pub(super) struct HzbViewParts<'a> {
+    pub(super) span: wgpu::BindingResource<'a>,
+    pub(super) handles: &'a wgpu::Buffer,
+    pub(super) remembered: &'a wgpu::Buffer,
+    pub(super) kept: &'a wgpu::Buffer,
+    pub(super) pages: &'a [super::span::Span],
+    pub(super) first_page: u32,
+}
+
+fn bounds_of(handles: &[Handle], scene: &Scene) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    for handle in handles {
+        let mut bits = handle.mask;
+        while bits != 0 {
+            let id = PolygonId(handle.block * BLOCK as u32 + bits.trailing_zeros());
+            bits &= bits - 1;
+            let of_polygon = scene.bounds(id);
+            // One that is not finite would vanish in a union.
+            if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
+                return Aabb { min: Vec3::NAN, max: Vec3::NAN };
+            }
+            bounds = bounds.union(&of_polygon);
+        }
+    }
+    bounds
+}

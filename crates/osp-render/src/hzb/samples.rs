@@ -1,0 +1,171 @@
+//! Where an adapter takes the samples of a pixel.
+//!
+//! The test of single samples goes by the places that WebGPU, Vulkan, Direct3D and Metal have for four samples. A driver
+//! may have others without saying so: they are measured, once, and an adapter with others does without the test.
+
+use super::{
+    buffers::create,
+    pipelines::{Bound, bind, compute, layout},
+};
+use crate::{
+    Gpu, RenderError,
+    read_back::{read_buffer, read_buffer_later},
+    shaders,
+    target::{DEPTH_FORMAT, SAMPLES},
+};
+
+/// Pixels of the picture that is looked at, each way.
+const SIDE: u32 = 2;
+/// Of what is measured along an axis.
+const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
+/// From the left and from the top, parts of a pixel, as `hzb_test.wgsl` has them.
+const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+/// How far from there a sample may be found to be: rounding. The test allows for far more.
+const NEAR_ENOUGH: f32 = 1.0e-4;
+
+/// Whether the samples of a pixel are where the test of occlusion takes them to be.
+///
+/// # Errors
+/// The device is lost or the driver reported something.
+pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
+    let read = |axis| read_buffer(gpu, &measure(gpu, axis), BYTES).map(|bytes| distances(&bytes));
+    Ok(are_places(&[read(0)?, read(1)?]))
+}
+
+/// The same for a caller that cannot wait.
+///
+/// # Errors
+/// As there.
+pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
+    let (x, y) = (measure(gpu, 0), measure(gpu, 1));
+    let x = read_buffer_later(gpu, &x, BYTES).await?;
+    let y = read_buffer_later(gpu, &y, BYTES).await?;
+    Ok(are_places(&[distances(&x), distances(&y)]))
+}
+
+/// Distances from the left or from the top, pixels.
+fn distances(bytes: &[u8]) -> Vec<f32> {
+    bytemuck::pod_collect_to_vec::<u8, f32>(bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect()
+}
+
+/// Whether these, by axis, are where the samples of the pixels should be.
+fn are_places(found: &[Vec<f32>; 2]) -> bool {
+    (0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
+        let pixel = i / PLACES.len();
+        let pixel = [pixel as u32 % SIDE, pixel as u32 / SIDE];
+        let place = PLACES[i % PLACES.len()];
+        // Not so of what is no number.
+        (0..2).all(|axis| (found[axis][i] - pixel[axis] as f32 - place[axis]).abs() < NEAR_ENOUGH)
+    })
+}
+
+/// Has the distance of each sample of each pixel from the left (axis 0) or from the top measured.
+fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
+    let device = gpu.device();
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("places of samples"),
+        size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: SAMPLES,
+        dimension: wgpu::TextureDimension::D2,
+        format: DEPTH_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&Default::default());
+    let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    let depths = create(gpu, "places of samples", BYTES, storage);
+    let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
+    let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
+    let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
+    let group = bind(gpu, "places of samples", &read_layout, &resources);
+
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("places of samples"),
+        color_attachments: &[],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &view,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    pass.set_pipeline(&growing_depth(gpu));
+    pass.draw(0..3, axis..axis + 1);
+    drop(pass);
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&read);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups(1, 1, 1);
+    drop(pass);
+    gpu.queue().submit([encoder.finish()]);
+    depths
+}
+
+fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
+    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("places of samples"),
+        source: wgpu::ShaderSource::Wgsl(shaders::SAMPLE_PLACES.into()),
+    });
+    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("places of samples"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("grow"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        fragment: None,
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn usual() -> [Vec<f32>; 2] {
+        let of = |axis: usize| {
+            let pixels = (0..SIDE * SIDE).map(move |pixel| [pixel % SIDE, pixel / SIDE][axis] as f32);
+            pixels.flat_map(move |first| PLACES.map(|place| first + place[axis])).collect()
+        };
+        [of(0), of(1)]
+    }
+
+    #[test]
+    fn a_sample_elsewhere_in_any_pixel_is_noticed() {
+        assert!(are_places(&usual()));
+        for axis in 0..2 {
+            for i in 0..usual()[axis].len() {
+                for wrong in [1.0 / 16.0, -0.001, 1.0, f32::NAN] {
+                    let mut found = usual();
+                    found[axis][i] += wrong;
+                    assert!(!are_places(&found), "axis {axis}, sample {i}, {wrong} beside");
+                }
+            }
+        }
+    }
+
+    /// The shader has its own list.
+    #[test]
+    fn the_shader_takes_samples_to_be_at_the_same_places() {
+        for (sample, [x, y]) in PLACES.iter().enumerate() {
+            let call = format!("may_win(t, at, {sample}, vec2({x}, {y}))");
+            assert!(shaders::HZB_TEST.contains(&call), "{call}");
+        }
+    }
+}

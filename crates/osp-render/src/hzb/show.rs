@@ -1,0 +1,106 @@
+use bytemuck::{Pod, Zeroable};
+
+use super::HzbView;
+use crate::{Area, Gpu, ViewSlot, pipelines::of_whole_picture, shaders};
+
+/// Shows levels of depth pyramids in a window.
+#[derive(Debug)]
+pub struct PyramidPass {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+    encodes: bool,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Level {
+    first: u32,
+    width: u32,
+    height: u32,
+    encodes: u32,
+}
+
+impl PyramidPass {
+    /// A pass for windows of this format.
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
+        let device = gpu.device();
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("depth pyramid in a window"),
+            entries: &[
+                entry(0, wgpu::BufferBindingType::Storage { read_only: true }),
+                entry(1, wgpu::BufferBindingType::Uniform),
+            ],
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("depth pyramid in a window"),
+            source: wgpu::ShaderSource::Wgsl(shaders::PYRAMID.into()),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("depth pyramid in a window"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let target = wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL };
+        let pipeline = of_whole_picture(gpu, &module, &pipeline_layout, "fragment", target);
+        Self { layout, pipeline, encodes: format.is_srgb() }
+    }
+
+    /// Draws a level of the pyramid with which the frame at hand is culled, in an area of the pass's target, which must lie
+    /// within it. A texel of level n stands for 2^n pixels each way. Level 0 is drawn as level 1, one beyond the last as the
+    /// last. Returns whether there is a pyramid: only views that are culled by one have it.
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        slot: &ViewSlot,
+        level: u32,
+        area: Area,
+    ) -> bool {
+        let Some(view) = slot.hzb.as_ref().filter(|view| slot.culls() && view.has_pyramid()) else {
+            return false;
+        };
+        if !(area.width >= 1.0 && area.height >= 1.0) {
+            return true;
+        }
+        let Some((first, width, height)) = view.level(level as usize) else { return false };
+        let level = Level { first, width, height, encodes: u32::from(self.encodes) };
+        let uniform = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: Some("level of a depth pyramid"),
+            size: size_of::<Level>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.queue().write_buffer(&uniform, 0, bytemuck::bytes_of(&level));
+        let group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("depth pyramid in a window"),
+            layout: &self.layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: view.buffers.pyramid.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: uniform.as_entire_binding() },
+            ],
+        });
+        pass.set_viewport(area.x, area.y, area.width, area.height, 0.0, 1.0);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        true
+    }
+}
+
+impl HzbView {
+    /// Whether the frame at hand makes a pyramid.
+    fn has_pyramid(&self) -> bool {
+        self.queries.is_none() && self.size != (0, 0)
+    }
+
+    /// First texel, width and height of a level from 1 on; of the last if there are fewer.
+    fn level(&self, level: usize) -> Option<(u32, u32, u32)> {
+        self.levels.iter().take(level.max(1)).last()
+    }
+}

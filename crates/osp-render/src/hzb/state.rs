@@ -1,0 +1,296 @@
+use std::ops::Range;
+
+use super::{
+    DrawnCounts, HzbConfig,
+    buffers::{LANES, create, grow},
+    jump::LastLook,
+    pyramid::{Levels, MAX_LEVELS},
+    queries::Queries,
+    span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
+};
+use crate::{DrawOrder, Gpu, order::Handle, read_ring::ReadRing};
+use osp::{occlusion::Occlusion, polygon::BLOCK, view::View};
+use osp_session::scene::Scene;
+
+/// What culling by a hierarchical depth buffer keeps for one view.
+#[derive(Debug)]
+pub(in super::super) struct HzbView {
+    pub(super) config: HzbConfig,
+    /// Instead of a pyramid.
+    pub(super) queries: Option<Queries>,
+    pub(super) buffers: Buffers,
+    pub(super) groups: Option<Groups>,
+    last: LastLook,
+    /// Whether what was prepared last was drawn.
+    pub(super) is_encoded: bool,
+    /// Whether the frame draws all in view and looks for what is visible afterwards.
+    pub(super) has_jumped: bool,
+    kept_words: Vec<[u32; 2]>,
+    /// The size of picture that `levels` is for.
+    pub(super) size: (u32, u32),
+    pub(super) levels: Levels,
+    /// A page of opaque polygons each.
+    pub(super) pages: Vec<Span>,
+    /// Opaque polygons of a chunk each, with the chunk's number in `base`.
+    pub(super) chunks: Vec<Span>,
+    /// Transparent polygons, all of them for each chunk that has some, with the chunk's number in `base`.
+    pub(super) transparent: Vec<Span>,
+    /// Where in the words of spans those three begin.
+    pub(super) first_span: [u32; 3],
+    span_bytes: Vec<u8>,
+    args_words: Vec<u32>,
+    pub(super) ring: ReadRing,
+    known: [(DrawnCounts, u64); super::super::read_ring::SLOTS],
+    pub(super) frame: (DrawnCounts, u64),
+}
+
+/// The buffers of a view.
+#[derive(Debug)]
+pub(super) struct Buffers {
+    pub(super) spans: wgpu::Buffer,
+    pub(super) params: wgpu::Buffer,
+    pub(super) handles: wgpu::Buffer,
+    pub(super) kept: wgpu::Buffer,
+    /// A word for each block of the scene: its polygons that were visible in the last frame.
+    pub(super) remembered: wgpu::Buffer,
+    pub(super) recalled: wgpu::Buffer,
+    pub(super) sums: wgpu::Buffer,
+    pub(super) args: wgpu::Buffer,
+    pub(super) pyramid: wgpu::Buffer,
+}
+
+/// The bind groups of a view, and what they were made for.
+#[derive(Debug)]
+pub(super) struct Groups {
+    pub(super) recall: wgpu::BindGroup,
+    pub(super) pyramid: wgpu::BindGroup,
+    pub(super) test: wgpu::BindGroup,
+    pub(super) compact: wgpu::BindGroup,
+    /// For the vertex shader, with what is recalled as the draw list.
+    pub(super) draw_recalled: wgpu::BindGroup,
+    pub(super) list: wgpu::Buffer,
+    pub(super) depth: wgpu::TextureView,
+}
+
+const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
+
+impl HzbView {
+    pub(in super::super) fn new(gpu: &Gpu) -> Self {
+        let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let args = STORAGE | wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_SRC;
+        let read = STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let buffers = Buffers {
+            spans: create(gpu, "work", u64::from(SPAN_STRIDE) * 64, uniform),
+            params: create(gpu, "depth pyramid's levels", PARAMS_BYTES, uniform),
+            handles: create(gpu, "handles", 1 << 12, STORAGE),
+            kept: create(gpu, "kept blocks", 1 << 12, read),
+            remembered: create(gpu, "remembered polygons", 1 << 12, STORAGE),
+            recalled: create(gpu, "recalled polygons", 1 << 12, STORAGE),
+            sums: create(gpu, "sums", 1 << 10, STORAGE),
+            args: create(gpu, "draw calls", 1 << 8, args),
+            pyramid: create(gpu, "depth pyramid", 4, read),
+        };
+        let ring = ReadRing::new(gpu, buffers.args.size());
+        Self {
+            config: HzbConfig::default(),
+            queries: None,
+            buffers,
+            groups: None,
+            last: LastLook::default(),
+            is_encoded: false,
+            has_jumped: false,
+            kept_words: Vec::new(),
+            size: (0, 0),
+            levels: Levels::of(1, 1),
+            pages: Vec::new(),
+            chunks: Vec::new(),
+            transparent: Vec::new(),
+            first_span: [0; 3],
+            span_bytes: Vec::new(),
+            args_words: Vec::new(),
+            ring,
+            known: Default::default(),
+            frame: Default::default(),
+        }
+    }
+
+    pub(in super::super) fn occlusion(&self) -> Occlusion {
+        if self.queries.is_some() { Occlusion::Queries } else { Occlusion::Hzb }
+    }
+
+    /// From now on it culls by a depth pyramid. What it knows of the last frame stays.
+    pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
+        (self.config, self.queries) = (config, None);
+        self.size = (0, 0);
+    }
+
+    /// From now on it culls by hardware queries. What it knows of the last frame stays.
+    pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
+        self.queries.get_or_insert_with(|| Queries::new(gpu));
+    }
+
+    /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent.
+    pub(in super::super) fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        order: &DrawOrder,
+        chunk_len: usize,
+        scene: &Scene,
+        view: &View,
+    ) -> u64 {
+        let opaque = order.opaque_count();
+        let transparent = opaque..opaque + order.ids().len() as u32;
+        let polygon_count = scene.polygon_count();
+        self.lay_out(order, transparent.clone(), chunk_len as u32);
+        let handles = order.handles();
+        let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
+        let buffers = &mut self.buffers;
+        let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(BLOCK) as u64 * 4);
+        let is_new = [
+            grow(gpu, &mut buffers.spans, self.span_bytes.len() as u64),
+            grow(gpu, &mut buffers.handles, size_of_val(handles) as u64),
+            grow(gpu, &mut buffers.kept, handles.len() as u64 * 8),
+            forgets,
+            grow(gpu, &mut buffers.recalled, u64::from(transparent.start) * 4),
+            grow(gpu, &mut buffers.sums, u64::from(sums) * 4),
+            grow(gpu, &mut buffers.args, self.args_words.len() as u64 * 4),
+        ];
+        if is_new.contains(&true) {
+            self.groups = None;
+            self.queries.iter_mut().for_each(Queries::forget_groups);
+        }
+        if self.ring.capacity() < self.buffers.args.size() {
+            self.ring = ReadRing::new(gpu, self.buffers.args.size());
+        }
+        if !std::mem::take(&mut self.is_encoded) {
+            // What was prepared and not drawn has found nothing out.
+            self.last = LastLook::default();
+        }
+        let has_jumped =
+            self.last.jumps_to(view.eye_in_world, handles, scene) || forgets && !handles.is_empty();
+        // Queries keep what they know by group, and ask again when it is due.
+        self.has_jumped = has_jumped && self.queries.is_none();
+        self.kept_words.clear();
+        if self.has_jumped {
+            self.kept_words.resize(handles.len(), [0; 2]);
+            for handle in handles {
+                self.kept_words[handle.place as usize] = [handle.block, handle.mask];
+            }
+        }
+        let mut sent = 0;
+        let mut send = |buffer: &wgpu::Buffer, bytes: &[u8]| {
+            if !bytes.is_empty() {
+                gpu.queue().write_buffer(buffer, 0, bytes);
+                sent += bytes.len() as u64;
+            }
+        };
+        send(&self.buffers.spans, &self.span_bytes);
+        send(&self.buffers.handles, bytemuck::cast_slice(handles));
+        send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_words));
+        send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
+        let in_view = u64::from(transparent.end);
+        let groups_tested = match &mut self.queries {
+            Some(queries) => {
+                sent += queries.prepare(gpu, order, scene, view);
+                queries.count()
+            }
+            None => {
+                let of_group = self.config.group.polygons();
+                let groups = handles.iter().map(|handle| u64::from(groups_in(handle, of_group)));
+                groups.sum::<u64>() + if self.has_jumped { 0 } else { transparent.len() as u64 }
+            }
+        };
+        let counts = DrawnCounts { groups_tested, in_view, ..DrawnCounts::default() };
+        self.frame = (counts, transparent.len() as u64);
+        sent
+    }
+
+    /// Cuts the frame's work into dispatches.
+    fn lay_out(&mut self, order: &DrawOrder, transparent: Range<u32>, chunk_len: u32) {
+        let handles = order.handles();
+        self.pages.clear();
+        self.chunks.clear();
+        self.transparent.clear();
+        self.args_words.clear();
+        self.args_words.resize(COUNTERS as usize, 0);
+        let (mut base, mut first_sum) = (0, 0);
+        for run in order.handle_runs() {
+            let Range { start: first, end } = run.range;
+            let args = self.args_words.len() as u32;
+            self.pages.push(Span { first, end, first_sum, base, args, first_polygon: 0 });
+            // Number of vertices and of instances, first vertex, first instance; for depth and for colours.
+            self.args_words.extend([0, 1, base * 6, 0, 0, 1, base * 6, 0]);
+            first_sum += (end - first).div_ceil(LANES);
+            base += run.polygons;
+            let mut at = first;
+            while at < end {
+                let chunk = handles[at as usize].block * BLOCK as u32 / chunk_len;
+                let is_in_chunk = |handle: &Handle| handle.block * BLOCK as u32 / chunk_len == chunk;
+                let count = handles[at as usize..end as usize].partition_point(is_in_chunk) as u32;
+                let span = Span { first: at, end: at + count, base: chunk, ..Span::default() };
+                self.chunks.push(Span { first_polygon: chunk * chunk_len, ..span });
+                at += count;
+            }
+        }
+        debug_assert_eq!(self.args_words.len() as u32, COUNTERS + ARGS_OF_PAGE * self.pages.len() as u32);
+        for &id in order.ids() {
+            let chunk = id / chunk_len;
+            if !self.transparent.iter().any(|span| span.base == chunk) {
+                let span = Span { first: transparent.start, end: transparent.end, ..Span::default() };
+                self.transparent.push(Span { base: chunk, first_polygon: chunk * chunk_len, ..span });
+            }
+        }
+        // The levels of the pyramid come first: they are the same in every frame.
+        self.span_bytes.clear();
+        for level in 0..MAX_LEVELS as u32 {
+            push_span(&mut self.span_bytes, &Span { first: level, ..Span::default() });
+        }
+        for (first, spans) in self.first_span.iter_mut().zip([&self.pages, &self.chunks, &self.transparent]) {
+            *first = self.span_bytes.len() as u32;
+            spans.iter().for_each(|span| push_span(&mut self.span_bytes, span));
+        }
+    }
+
+    /// To be called before the results are copied.
+    pub(super) fn begin_results(&mut self) {
+        if let Some(slot) = self.ring.begin() {
+            self.known[slot] = self.frame;
+        }
+    }
+
+    /// Bytes of the results.
+    pub(super) fn result_bytes(&self) -> u64 {
+        self.args_words.len() as u64 * 4
+    }
+
+    /// To be called after submission.
+    pub(in super::super) fn submitted(&mut self) {
+        self.ring.submitted();
+        self.queries.iter_mut().for_each(Queries::submitted);
+    }
+
+    /// Counts of the latest frame whose results have arrived since the last call.
+    pub(in super::super) fn take_counts(&mut self) -> Option<DrawnCounts> {
+        let (mut latest, known) = (None, &self.known);
+        self.ring.take(|slot, bytes| {
+            let (frame, transparent) = known[slot];
+            latest = Some(counts(bytes, frame, transparent));
+        });
+        latest
+    }
+}
+
+/// Groups of a handle that have a polygon.
+fn groups_in(handle: &Handle, of_group: u32) -> u32 {
+    match of_group {
+        1 => handle.mask.count_ones(),
+        4 => (0..4).map(|i| u32::from(handle.mask >> (i * 4) & 15 != 0)).sum(),
+        _ => u32::from(handle.mask != 0),
+    }
+}
+
+fn push_span(bytes: &mut Vec<u8>, span: &Span) {
+    let end = bytes.len() + SPAN_STRIDE as usize;
+    bytes.extend_from_slice(bytemuck::bytes_of(span));
+    bytes.resize(end, 0);
+}

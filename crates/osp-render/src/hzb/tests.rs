@@ -1,0 +1,71 @@
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::{HzbBound, HzbConfig};
+use crate::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp::{
+    occlusion::Occlusion,
+    polygon::VisibleBlocks,
+    view::{Projection, View},
+};
+use osp_session::{
+    recording::{Author, Event},
+    scene::Scene,
+};
+
+const SIDE: u32 = 96;
+
+/// Nine squares side by side, close before a wall; none of them is hidden.
+fn squares_before_a_wall() -> Scene {
+    let square = |center: Vec3, half_m: f32| {
+        let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
+        let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        Event::Polygon {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke: None,
+            vertices,
+            color: (0.9, 0.2 * half_m, 0.3, 1.0),
+        }
+    };
+    let squares =
+        (0..9_u8).map(|i| square(Vec3::new(f32::from(i % 3) - 1.0, f32::from(i / 3) - 1.0, 0.0), 0.4));
+    let events: Vec<Event> = squares.chain([square(Vec3::new(0.0, 0.0, -0.2), 4.0)]).collect();
+    let mut scene = Scene::new();
+    scene.apply_all(&events, &mut Vec::new());
+    scene
+}
+
+/// The third frame of a view at rest: the first to recall what a frame with a test has found.
+fn third_frame(gpu: &Arc<Gpu>, occlusion: Occlusion, bound: HzbBound) -> Image {
+    let scene = squares_before_a_wall();
+    let mut drawer =
+        Offscreen::on(Arc::clone(gpu), SIDE, SIDE, &RendererConfig::default()).expect("a drawer");
+    let config = HzbConfig { bound, ..HzbConfig::default() };
+    drawer.set_occlusion_with(occlusion, config).expect("an adapter that can cull");
+    let view =
+        View::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, Projection::symmetric(50.0, 1.0, 0.1, 100.0));
+    let all: VisibleBlocks = scene.visible_ids().collect();
+    for _ in 0..3 {
+        drawer.draw(&scene, &view, &[Layer::plain(&all)]).expect("a frame");
+    }
+    drawer.image().expect("a picture")
+}
+
+/// A bound that lies too far away takes polygons for hidden by a wall behind them: a comparison of pictures notices that.
+#[test]
+fn a_bound_that_is_too_far_is_noticed() {
+    let gpu = match Gpu::headless() {
+        Ok(gpu) => Arc::new(gpu),
+        Err(error) => {
+            assert!(std::env::var_os("OSP_GPU_TESTS").is_none(), "{error}");
+            eprintln!("skipped: {error}");
+            return;
+        }
+    };
+    let whole = third_frame(&gpu, Occlusion::None, HzbBound::Corners);
+    assert!(whole.drawn_pixels() > 1000);
+    assert_eq!(third_frame(&gpu, Occlusion::Hzb, HzbBound::Corners).differing_pixels(&whole), 0);
+    assert!(third_frame(&gpu, Occlusion::Hzb, HzbBound::Farthest).differing_pixels(&whole) > 1000);
+}

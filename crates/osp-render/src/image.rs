@@ -1,0 +1,107 @@
+use std::{io, path::Path};
+
+use super::RenderError;
+use osp_session::atomic_file::write_atomically;
+
+/// By how much, of 255, the mean of some colours may be beyond them.
+const ROUNDING: u8 = 2;
+
+/// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    rgba: Vec<u8>,
+}
+
+impl Image {
+    /// A picture from its bytes, four a pixel; none if they are too few or too many.
+    pub fn from_rgba(width: u32, height: u32, rgba: Vec<u8>) -> Option<Self> {
+        let is_whole = u64::from(width) * u64::from(height) * 4 == rgba.len() as u64;
+        is_whole.then_some(Self { width, height, rgba })
+    }
+
+    /// A picture from its bytes, four a pixel.
+    ///
+    /// # Panics
+    /// The number of bytes is not that of the size.
+    pub(super) fn new(width: u32, height: u32, rgba: Vec<u8>) -> Self {
+        assert_eq!(rgba.len(), width as usize * height as usize * 4, "four bytes a pixel");
+        Self { width, height, rgba }
+    }
+
+    /// Width, pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height, pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The bytes, four a pixel, rows from the top.
+    pub fn rgba(&self) -> &[u8] {
+        &self.rgba
+    }
+
+    /// Number of pixels that differ from `other`'s; all of them if the sizes differ.
+    pub fn differing_pixels(&self, other: &Self) -> usize {
+        if (self.width, self.height) != (other.width, other.height) {
+            return self.rgba.len() / 4;
+        }
+        self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)).filter(|(a, b)| a != b).count()
+    }
+
+    /// Number of pixels whose colour lies beyond those of `other`'s pixel and its eight neighbours: between them, a little
+    /// more or less of each surface at an edge explains the difference.
+    ///
+    /// All pixels if the sizes differ.
+    pub fn unlike_pixels(&self, other: &Self) -> usize {
+        if (self.width, self.height) != (other.width, other.height) {
+            return self.rgba.len() / 4;
+        }
+        let (width, height) = (self.width as usize, self.height as usize);
+        let is_unlike = |at: &usize| {
+            let (x, y) = (at % width, at / width);
+            let (mut low, mut high) = ([u8::MAX; 3], [0; 3]);
+            for y in y.saturating_sub(1)..(y + 2).min(height) {
+                for x in x.saturating_sub(1)..(x + 2).min(width) {
+                    let pixel = &other.rgba[(y * width + x) * 4..];
+                    low = std::array::from_fn(|i| low[i].min(pixel[i]));
+                    high = std::array::from_fn(|i| high[i].max(pixel[i]));
+                }
+            }
+            let own = &self.rgba[at * 4..];
+            (0..3).any(|i| {
+                !(low[i].saturating_sub(ROUNDING)..=high[i].saturating_add(ROUNDING)).contains(&own[i])
+            })
+        };
+        (0..width * height).filter(is_unlike).count()
+    }
+
+    /// Number of pixels that are not of the colour of the first one (the upper left corner).
+    pub fn drawn_pixels(&self) -> usize {
+        let mut pixels = self.rgba.chunks_exact(4);
+        let first = pixels.next();
+        pixels.filter(|pixel| Some(*pixel) != first).count()
+    }
+
+    /// Writes the picture as PNG, whole or not at all.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_png(&self, path: &Path) -> Result<(), RenderError> {
+        let write = |out: &mut dyn io::Write| {
+            let mut encoder = png::Encoder::new(out, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgba);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&self.rgba)?;
+            Ok(writer.finish()?)
+        };
+        write_atomically(path, write)
+            .map_err(|error| RenderError::Write { path: path.to_owned(), reason: error.to_string() })
+    }
+}

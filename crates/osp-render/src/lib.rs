@@ -1,0 +1,71 @@
+//! Drawing on a GPU with wgpu: a scene that only grows, pictures to a file, frames to a surface.
+//!
+//! * [`Gpu`] is an adapter and its device, or one clear line that says why there is none.
+//! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it
+//!   has moved; a frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]), and the vertex shader
+//!   fetches the corners itself.
+//! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
+//!   measures.
+//!
+//! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
+//! * [`PaintList`] is the painter's algorithm, to compare with: back to front by a BSP tree, without a test of depth.
+//!
+//! Polygons are seen from both sides: flat-shaded, or as the brush that painted them says ([`Renderer::set_environment`] is
+//! its light). Opaque ones and those whose light is added go by number, transparent ones back to front; these orders
+//! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
+//! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
+//!
+//! Knows [`scene`](osp_session::scene), [`view`](osp::view), [`frame`](osp::frame) and the names of the methods of
+//! [`occlusion`](osp::occlusion), and nothing of how polygons were found.
+
+mod backdrop;
+mod draw_switch;
+mod error;
+mod finish;
+mod gpu;
+mod gpu_scene;
+mod hzb;
+mod image;
+mod lines;
+mod listing;
+mod offscreen;
+mod opaque_order;
+mod order;
+mod overdraw;
+mod paint;
+mod painter;
+mod pipelines;
+mod read_back;
+mod read_ring;
+mod record;
+mod renderer;
+mod shaders;
+mod show;
+mod surface;
+mod target;
+mod timer;
+mod video;
+mod view_slot;
+
+pub use backdrop::background_for;
+pub use error::RenderError;
+pub use gpu::Gpu;
+pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel, PyramidPass};
+pub use image::Image;
+pub use lines::{Depth, LineBatch, LineColor, LinePass};
+pub use offscreen::{DrawTimes, Offscreen};
+pub use opaque_order::{OpaqueOrder, OrderCounts};
+pub use order::{Blend, Classes, DrawOrder, Run};
+pub use overdraw::Overdraw;
+pub use painter::{BspTree, MOST_PARTS, MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
+pub use read_back::ComingImage;
+pub use record::Colors;
+pub use renderer::{Layer, Renderer, RendererConfig, Style};
+pub use shaders::SHADERS;
+pub use show::{Area, Channels, ShowPass, Shown};
+pub use surface::{Acquired, WindowSurface};
+pub use target::{SAMPLES, Target};
+pub use timer::{GpuTimer, PassTimes};
+pub use video::ffmpeg_command;
+pub use video::quoted;
+pub use view_slot::ViewSlot;

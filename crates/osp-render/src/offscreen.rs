@@ -1,0 +1,321 @@
+use std::{ops::AddAssign, sync::Arc};
+
+use super::{
+    Colors, DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts, Overdraw,
+    PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
+};
+use osp::{
+    frame::{Stage, StageClock},
+    occlusion::Occlusion,
+    polygon::{Change, PolygonId},
+    view::View,
+};
+use osp_session::{recording::Environment, scene::Scene};
+
+/// Times and counts of drawing a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DrawTimes {
+    /// Sending new polygons, sorting the visible ones, sending their numbers.
+    pub prepare: Stage,
+    /// From submission to completion.
+    pub draw: Stage,
+    /// GPU time by time stamps, nanoseconds; `None` where the adapter has none.
+    pub gpu_ns: Option<u64>,
+    /// The same for each pass.
+    pub passes: Option<PassTimes>,
+    /// Counts of culling on the GPU; `None` in a frame without it.
+    pub occlusion: Option<DrawnCounts>,
+    /// Bytes sent for polygons that are new or have moved.
+    pub polygon_bytes: u64,
+    /// Bytes sent for the view and the numbers of the polygons to draw.
+    pub list_bytes: u64,
+    /// Draw calls.
+    pub draw_calls: u64,
+}
+
+impl AddAssign for DrawTimes {
+    /// Of several views together.
+    fn add_assign(&mut self, other: Self) {
+        self.prepare += other.prepare;
+        self.draw += other.draw;
+        self.gpu_ns = self.gpu_ns.zip(other.gpu_ns).map(|(a, b)| a + b);
+        self.passes = self.passes.zip(other.passes).map(|(a, b)| a + b);
+        self.occlusion = match (self.occlusion, other.occlusion) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+        self.polygon_bytes += other.polygon_bytes;
+        self.list_bytes += other.list_bytes;
+        self.draw_calls += other.draw_calls;
+    }
+}
+
+/// One of the views that a drawer draws frames of.
+#[derive(Debug)]
+struct Sight {
+    slot: ViewSlot,
+    target: Target,
+}
+
+/// Draws without a window, one frame at a time, and waits for each.
+#[derive(Debug)]
+pub struct Offscreen {
+    renderer: Renderer,
+    sights: Vec<Sight>,
+    /// The number of the view that was drawn last.
+    last: usize,
+    timer: GpuTimer,
+    clock: StageClock,
+}
+
+impl Offscreen {
+    /// A drawer of pictures of this size on the best adapter there is.
+    ///
+    /// # Errors
+    /// There is no adapter, or the size is not possible.
+    pub fn new(width: u32, height: u32) -> Result<Self, RenderError> {
+        Self::on(Arc::new(Gpu::headless()?), width, height, &RendererConfig::default())
+    }
+
+    /// A drawer on an adapter.
+    ///
+    /// # Errors
+    /// The size is not possible.
+    pub fn on(gpu: Arc<Gpu>, width: u32, height: u32, config: &RendererConfig) -> Result<Self, RenderError> {
+        let target = Target::new(&gpu, width, height)?;
+        let timer = GpuTimer::new(&gpu);
+        let renderer = Renderer::new(gpu, config);
+        renderer.gpu().check()?;
+        let slot = renderer.create_view_slot();
+        let sights = vec![Sight { slot, target }];
+        Ok(Self { renderer, sights, last: 0, timer, clock: StageClock::default() })
+    }
+
+    /// Adds a view with pictures of its own size, and gives its number: the first view is 0. Each view keeps what it learns
+    /// from frame to frame to itself; all share the polygons. It draws without occlusion culling until that is chosen.
+    ///
+    /// # Errors
+    /// The size is not possible.
+    pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
+        let target = Target::new(self.renderer.gpu(), width, height)?;
+        self.sights.push(Sight { slot: self.renderer.create_view_slot(), target });
+        Ok(self.sights.len() - 1)
+    }
+
+    /// The adapter and device.
+    pub fn gpu(&self) -> &Gpu {
+        self.renderer.gpu()
+    }
+
+    /// Width divided by height of the first view's pictures.
+    pub fn aspect(&self) -> f32 {
+        self.sights[0].target.aspect()
+    }
+
+    /// Chooses how hidden polygons are culled on the GPU: see [`Renderer::set_occlusion`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    pub fn set_occlusion(&mut self, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
+    }
+
+    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
+        self.sights
+            .iter_mut()
+            .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
+    }
+
+    /// Chooses how hidden polygons are culled on the GPU in one of the views, by its number.
+    ///
+    /// # Errors
+    /// The adapter lacks what that needs.
+    ///
+    /// # Panics
+    /// There is no view of this number.
+    pub fn set_occlusion_of(&mut self, number: usize, occlusion: Occlusion) -> Result<(), RenderError> {
+        self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
+    }
+
+    /// Changes light and sky: see [`Renderer::set_environment`].
+    pub fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.renderer.set_environment(environment);
+    }
+
+    /// Changes the colours that polygons are drawn in.
+    pub fn set_colors(&mut self, colors: Colors) {
+        self.renderer.set_colors(colors);
+    }
+
+    /// Changes the moment that what moves by itself is seen at, seconds.
+    pub fn set_time(&mut self, time_s: f32) {
+        self.renderer.set_time(time_s);
+    }
+
+    /// Notes what has changed; to be called with the changes of every frame, drawn or not.
+    pub fn follow(&mut self, changes: &[Change]) {
+        self.renderer.follow(changes);
+    }
+
+    /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many: see
+    /// [`Renderer::forget_from`].
+    pub fn forget_from(&mut self, count: usize) {
+        self.renderer.forget_from(count);
+    }
+
+    /// GPU memory reserved for polygons, bytes.
+    pub fn polygon_memory_bytes(&self) -> u64 {
+        self.renderer.bytes()
+    }
+
+    /// Draws a frame of the first view and waits until it is done. The picture is as wide as the view says: see
+    /// [`View::with_aspect`].
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        layers: &[Layer<'_>],
+    ) -> Result<DrawTimes, RenderError> {
+        self.draw_view(0, scene, view, layers)
+    }
+
+    /// Draws a frame of one of the views, by its number; see [`Offscreen::draw`].
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    ///
+    /// # Panics
+    /// There is no view of this number.
+    pub fn draw_view(
+        &mut self,
+        number: usize,
+        scene: &Scene,
+        view: &View,
+        layers: &[Layer<'_>],
+    ) -> Result<DrawTimes, RenderError> {
+        self.last = number;
+        let Sight { slot, target } = &mut self.sights[number];
+        let gpu = Arc::clone(self.renderer.gpu());
+        let stage = self.clock.start();
+        let polygon_bytes = self.renderer.send(scene);
+        let list_bytes = self.renderer.prepare(slot, scene, view, layers);
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        self.renderer.encode(&mut encoder, target, slot, &mut self.timer, |_| {});
+        let commands = encoder.finish();
+        let prepare = self.clock.since(stage);
+
+        let stage = self.clock.start();
+        gpu.queue().submit([commands]);
+        gpu.wait()?;
+        let draw = self.clock.since(stage);
+
+        self.timer.submitted();
+        slot.submitted();
+        let culls = slot.culls();
+        slot.note_time(culls, draw.ns);
+        if self.timer.is_available() || culls {
+            gpu.wait()?;
+        }
+        let passes = self.timer.take();
+        let occlusion = if culls { slot.take_counts() } else { None };
+        let draw_calls = (slot.order.runs().len() + slot.order.handle_runs().len() * 2) as u64;
+        Ok(DrawTimes {
+            prepare,
+            draw,
+            gpu_ns: passes.map(|passes| passes.total_ns),
+            passes,
+            occlusion,
+            polygon_bytes,
+            list_bytes,
+            draw_calls,
+        })
+    }
+
+    /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each stretch of one material
+    /// takes a draw call of its own, as if its state had to be changed.
+    pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
+        self.sights[0].slot.order.set_opaque(order, splits_by_material);
+    }
+
+    /// What the order of the last frame costs in calls and changes of state; `scene` is what it drew.
+    pub fn order_counts(&self, scene: &Scene) -> OrderCounts {
+        self.renderer.order_counts(&self.sights[0].slot, scene)
+    }
+
+    /// How often the opaque polygons of the last frame were drawn over each other, in the order that they have.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn count_overdraw(&mut self) -> Result<Overdraw, RenderError> {
+        self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
+    }
+
+    /// Says whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].
+    pub fn set_solid(&mut self, is_solid: bool) {
+        self.renderer.set_solid(is_solid);
+    }
+
+    /// Draws what a painter has listed in the first view, one part over the other without a test of depth, each solid in the plain colour of
+    /// its polygon; waits until it is done.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn draw_parts(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        list: &PaintList,
+    ) -> Result<DrawTimes, RenderError> {
+        self.last = 0;
+        let Sight { slot, target } = &mut self.sights[0];
+        let gpu = Arc::clone(self.renderer.gpu());
+        let stage = self.clock.start();
+        let polygon_bytes = self.renderer.send(scene);
+        self.renderer.prepare_parts(slot, view);
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let draw_calls = self.renderer.encode_parts(&mut encoder, target, slot, list);
+        let commands = encoder.finish();
+        let prepare = self.clock.since(stage);
+        let stage = self.clock.start();
+        gpu.queue().submit([commands]);
+        gpu.wait()?;
+        let draw = self.clock.since(stage);
+        Ok(DrawTimes { prepare, draw, polygon_bytes, draw_calls, ..DrawTimes::default() })
+    }
+
+    /// The depth pyramid of the frame that was drawn last, to look at; `None` if it was drawn without.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
+        self.renderer.read_pyramid(&self.sights[self.last].slot)
+    }
+
+    /// The opaque polygons of the last frame, if it was culled on the GPU.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
+        self.renderer.read_drawn(&self.sights[self.last].slot)
+    }
+
+    /// The picture that was drawn last.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    pub fn image(&self) -> Result<Image, RenderError> {
+        self.sights[self.last].target.image(self.gpu())
+    }
+
+    /// The renderer.
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+}

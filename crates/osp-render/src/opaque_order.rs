@@ -1,0 +1,118 @@
+use glam::Vec3;
+
+use super::order::{Blend, Run, push};
+use osp::polygon::PolygonId;
+use osp_session::scene::Scene;
+
+/// In which order opaque polygons are drawn. Where two of them lie at the same depth the later drawn is seen; else every
+/// order gives the same picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OpaqueOrder {
+    /// By number, as they came: the renderer's own.
+    #[default]
+    None,
+    /// The nearest first, by the middles of their boxes: what is drawn later and lies behind is rejected unshaded.
+    FrontToBack,
+    /// The farthest first: the most is shaded in vain.
+    BackToFront,
+    /// By material, then by number: the fewest changes of state, if each material has its own.
+    Material,
+    /// By number, twice: first for depth alone, then with colours, so that nothing is shaded in vain.
+    ZPrepass,
+}
+
+impl OpaqueOrder {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::None, Self::FrontToBack, Self::BackToFront, Self::Material, Self::ZPrepass];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::FrontToBack => "front-to-back",
+            Self::BackToFront => "back-to-front",
+            Self::Material => "material",
+            Self::ZPrepass => "z-prepass",
+        }
+    }
+
+    fn key(self, scene: &Scene, id: PolygonId, eye_in_world: Vec3) -> u32 {
+        // The bits of a distance sort as the distance does.
+        let distance = || scene.bounds(id).center().distance_squared(eye_in_world).to_bits();
+        match self {
+            Self::None | Self::ZPrepass => 0,
+            Self::FrontToBack => distance(),
+            Self::BackToFront => !distance(),
+            Self::Material => material_of(scene, id),
+        }
+    }
+}
+
+/// What an order costs in calls and changes of state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OrderCounts {
+    /// Draw calls, of all passes.
+    pub draw_calls: u64,
+    /// Pipelines that are bound, of all passes.
+    pub pipelines: u64,
+    /// Stretches of opaque polygons of one material in the order of drawing: so many times a renderer with a state for each
+    /// material has to change it. This one reads the material with the polygon.
+    pub material_runs: u64,
+}
+
+/// A number for each material; 0 is what no brush has painted.
+fn material_of(scene: &Scene, id: PolygonId) -> u32 {
+    scene.stroke_of(id).brush().map_or(0, |brush| 1 + u32::from(brush.number()))
+}
+
+/// Puts listed opaque polygons into another order.
+pub(super) fn sort(
+    order: OpaqueOrder,
+    scene: &Scene,
+    eye_in_world: Vec3,
+    page_len: usize,
+    ids: &mut Vec<PolygonId>,
+    runs: &mut Vec<Run>,
+) {
+    if matches!(order, OpaqueOrder::None | OpaqueOrder::ZPrepass) {
+        return;
+    }
+    let mut keyed = Vec::with_capacity(ids.len());
+    for run in runs.iter() {
+        let listed = &ids[run.range.start as usize..run.range.end as usize];
+        keyed.extend(listed.iter().map(|&id| (order.key(scene, id, eye_in_world), id.0, run.style)));
+    }
+    keyed.sort_unstable();
+    ids.clear();
+    runs.clear();
+    for (_, id, style) in keyed {
+        push(ids, runs, page_len, PolygonId(id), style, Blend::Opaque);
+    }
+}
+
+/// Gives each stretch of one material a run of its own.
+pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec<Run>) {
+    let mut split = Vec::with_capacity(runs.len());
+    for run in runs.iter() {
+        let mut at = run.range.start;
+        let listed = &ids[run.range.start as usize..run.range.end as usize];
+        for same in listed.chunk_by(|a, b| material_of(scene, *a) == material_of(scene, *b)) {
+            let end = at + same.len() as u32;
+            split.push(Run { range: at..end, ..run.clone() });
+            at = end;
+        }
+    }
+    *runs = split;
+}
+
+/// Stretches of one material, of opaque polygons.
+pub(super) fn material_runs(scene: &Scene, ids: impl Iterator<Item = PolygonId>) -> u64 {
+    let (mut runs, mut last) = (0, None);
+    for id in ids {
+        let material = Some(material_of(scene, id));
+        runs += u64::from(material != last);
+        last = material;
+    }
+    runs
+}

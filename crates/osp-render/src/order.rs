@@ -1,0 +1,479 @@
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::{
+    listing::{Handles, List, Numbers, SpanBits, Walk},
+    opaque_order::{self, OpaqueOrder},
+};
+use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits};
+use osp_session::scene::Scene;
+
+/// Whether polygons hide what is behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// They do, at least where they are solid.
+    Opaque,
+    /// Their light is added to what is behind.
+    Additive,
+    /// What is behind shines through.
+    Transparent,
+}
+
+/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Classes {
+    /// Those that can be seen through.
+    pub transparent: u64,
+    /// Those whose light is added.
+    pub additive: u64,
+}
+
+/// A part of the list to draw that takes one draw call.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Places in [`DrawOrder::ids`], or numbers of polygons.
+    pub range: Range<u32>,
+    /// Whether the range is of places in the list. If not, it is of numbers: of the polygons from the first to the last
+    /// those are drawn whose bit is set in [`DrawOrder::span_bits`].
+    pub is_listed: bool,
+    /// Which polygons of the scene it reaches: those from `page` times the page's length.
+    pub page: u32,
+    /// Which style they are drawn in.
+    pub style: u32,
+    /// How they are blended.
+    pub blend: Blend,
+}
+
+impl Run {
+    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
+    /// listed from `all_from`.
+    pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
+        let from = if self.is_listed { first } else { all_from };
+        (from + self.range.start) * 6..(from + self.range.end) * 6
+    }
+}
+
+/// What is kept of a list of polygons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Listing {
+    /// The number of every polygon, but for long spans with few gaps.
+    #[default]
+    Ids,
+    /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
+    Blocks,
+}
+
+/// Opaque polygons of one block to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Handle {
+    /// The block: its first polygon is [`BLOCK`] times this.
+    pub(super) block: u32,
+    /// A bit for each polygon of it that is to be drawn.
+    pub(super) mask: u32,
+    /// Its place in the order of drawing.
+    pub(super) place: u32,
+}
+
+/// Handles of one page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct HandleRun {
+    /// Where its handles are in [`DrawOrder::handles`]; their places have the same bounds.
+    pub(super) range: Range<u32>,
+    /// The page.
+    pub(super) page: u32,
+    /// Polygons that the handles stand for.
+    pub(super) polygons: u32,
+}
+
+/// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
+///
+/// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
+/// first, then by number. The place of a polygon
+/// among others does not depend on what else is in the list, nor on the order in which it came in: leaving out what is
+/// hidden leaves the picture as it is.
+#[derive(Clone, Debug, Default)]
+pub struct DrawOrder {
+    ids: Vec<PolygonId>,
+    runs: Vec<Run>,
+    listing: Listing,
+    /// The order of the opaque polygons of [`Listing::Ids`], and whether each stretch of one material is a run of its own.
+    opaque: (OpaqueOrder, bool),
+    span_bits: SpanBits,
+    /// In the order of numbers.
+    handles: Vec<Handle>,
+    handle_runs: Vec<HandleRun>,
+    /// Like `ids` and `runs`, until the frame ends.
+    additive: Vec<PolygonId>,
+    additive_runs: Vec<Run>,
+    /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
+    transparent: Vec<(u32, u32, u32)>,
+}
+
+impl DrawOrder {
+    /// An empty order.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The polygons' numbers in the order of drawing, without those of runs that are not listed.
+    pub fn ids(&self) -> &[u32] {
+        PolygonId::numbers(&self.ids)
+    }
+
+    /// The draw calls, in order: all opaque ones first.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// For the runs that are not listed: a bit for each polygon, from the lowest on, and the number of the first word. Word
+    /// `i` has the polygons from 64 `i` on.
+    pub fn span_bits(&self) -> (usize, &[u64]) {
+        self.span_bits.used()
+    }
+
+    /// The polygons that a run draws, in order.
+    pub(super) fn drawn_by(&self, run: &Run) -> impl Iterator<Item = PolygonId> + '_ {
+        let (first, bits) = self.span_bits();
+        let (places, numbers) = match run.is_listed {
+            true => (run.range.start as usize..run.range.end as usize, 0..0),
+            false => (0..0, run.range.clone()),
+        };
+        let numbers =
+            numbers.map(PolygonId).filter(move |id| bits::contains(bits, id.index() - first * bits::WORD));
+        self.ids[places].iter().copied().chain(numbers)
+    }
+
+    /// The opaque polygons as blocks, in the order of numbers; empty if every polygon is listed.
+    pub(super) fn handles(&self) -> &[Handle] {
+        &self.handles
+    }
+
+    /// The pages of [`DrawOrder::handles`], in order.
+    pub(super) fn handle_runs(&self) -> &[HandleRun] {
+        &self.handle_runs
+    }
+
+    /// Polygons that the handles stand for.
+    pub(super) fn opaque_count(&self) -> u32 {
+        self.handle_runs.iter().map(|run| run.polygons).sum()
+    }
+
+    /// What is kept of the frame at hand.
+    pub(super) fn listing(&self) -> Listing {
+        self.listing
+    }
+
+    /// Chooses the order of opaque polygons, and whether each stretch of one material takes a draw call of its own; from the
+    /// next frame on.
+    pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
+        self.opaque = (order, splits_by_material);
+    }
+
+    /// The order of opaque polygons.
+    pub(super) fn opaque(&self) -> OpaqueOrder {
+        self.opaque.0
+    }
+
+    /// Puts the opaque polygons into the order that was chosen; before [`DrawOrder::finish`].
+    pub(super) fn sort_opaque(&mut self, scene: &Scene, eye_in_world: Vec3, page_len: usize) {
+        if self.listing == Listing::Ids && self.opaque != Default::default() {
+            let (order, splits_by_material) = self.opaque;
+            let Self { ids, runs, .. } = self;
+            opaque_order::sort(order, scene, eye_in_world, page_len, ids, runs);
+            if splits_by_material {
+                opaque_order::split_by_material(scene, ids, runs);
+            }
+        }
+    }
+
+    /// Starts a new frame.
+    pub fn clear(&mut self) {
+        self.clear_for(Listing::Ids);
+    }
+
+    /// Starts a new frame of which this is kept.
+    pub(super) fn clear_for(&mut self, listing: Listing) {
+        self.listing = listing;
+        self.ids.clear();
+        self.runs.clear();
+        self.span_bits.clear();
+        self.handles.clear();
+        self.handle_runs.clear();
+        self.additive.clear();
+        self.additive_runs.clear();
+        self.transparent.clear();
+    }
+
+    /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
+    /// 16; `classes_of` says of 64 polygons from a multiple of 64 on how they are drawn.
+    pub fn add(
+        &mut self,
+        scene: &Scene,
+        polygons: &VisibleBlocks,
+        style: u32,
+        eye_in_world: Vec3,
+        page_len: usize,
+        classes_of: impl Fn(usize) -> Classes,
+    ) {
+        debug_assert!(page_len.is_multiple_of(BLOCK));
+        let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
+        let Self { additive, additive_runs, transparent, .. } = self;
+        let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
+        // What is tested while drawing has to be listed. There is one set of bits: of what may be in several lists only the
+        // first is drawn by it.
+        let has_spans = *listing == Listing::Ids && *opaque == Default::default() && style == 0;
+        let spans = has_spans.then_some(span_bits);
+        let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
+        match listing {
+            Listing::Ids => {
+                let bits = spans.map(|bits| (bits, scene.polygon_count()));
+                let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
+                Walk { list, sink, additive }.run();
+            }
+            Listing::Blocks => {
+                let start = handles.len();
+                let sink = Handles { handles, handle_runs, start, polygons: 0 };
+                Walk { list, sink, additive }.run();
+            }
+        }
+    }
+
+    /// Ends the frame: appends the polygons of all lists that are not opaque.
+    pub fn finish(&mut self, page_len: usize) {
+        let before = self.ids.len() as u32;
+        self.ids.append(&mut self.additive);
+        self.runs.extend(self.additive_runs.drain(..).map(|mut run| {
+            if run.is_listed {
+                run.range = run.range.start + before..run.range.end + before;
+            }
+            run
+        }));
+        self.transparent.sort_unstable_by(|a, b| b.0.cmp(&a.0).then_with(|| (a.2, a.1).cmp(&(b.2, b.1))));
+        for &(_, style, id) in &self.transparent {
+            push(&mut self.ids, &mut self.runs, page_len, PolygonId(id), style, Blend::Transparent);
+        }
+    }
+}
+
+/// Lists one more polygon, in the last run if that is like it.
+pub(super) fn push(
+    ids: &mut Vec<PolygonId>,
+    runs: &mut Vec<Run>,
+    page_len: usize,
+    id: PolygonId,
+    style: u32,
+    blend: Blend,
+) {
+    let page = id.0 / page_len as u32;
+    let at = ids.len() as u32;
+    ids.push(id);
+    match runs.last_mut() {
+        Some(run) if run.blend == blend && run.page == page && run.style == style => run.range.end = at + 1,
+        _ => runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::listing::LEAST_SPAN;
+    use osp_session::recording::{Author, Event};
+
+    /// Polygon `i` lies `i + 1` metres in front of the origin.
+    fn scene_of(count: u32) -> Scene {
+        let mut scene = Scene::new();
+        let mut changes = Vec::new();
+        for i in 0..count {
+            let z = -(i as f32 + 1.0);
+            let corner = |x, y| Vec3::new(x, y, z);
+            let vertices = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
+            let event = Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke: None,
+                vertices,
+                color: (1.0, 1.0, 1.0, 1.0),
+            };
+            scene.apply(&event, &mut changes);
+        }
+        scene
+    }
+
+    fn listed(ids: &[u32], page_len: usize, blend: Blend, listing: Listing) -> DrawOrder {
+        let scene = scene_of(200);
+        let ids: VisibleBlocks = ids.iter().map(|&i| PolygonId(i)).collect();
+        let mut order = DrawOrder::new();
+        order.clear_for(listing);
+        let all_if = |is_so| if is_so { u64::MAX } else { 0 };
+        let classes = Classes {
+            transparent: all_if(blend == Blend::Transparent),
+            additive: all_if(blend == Blend::Additive),
+        };
+        order.add(&scene, &ids, 0, Vec3::ZERO, page_len, |_| classes);
+        order.finish(page_len);
+        order
+    }
+
+    fn order_of(ids: &[u32], page_len: usize, blend: Blend) -> DrawOrder {
+        listed(ids, page_len, blend, Listing::Ids)
+    }
+
+    #[test]
+    fn opaque_polygons_go_by_number_and_transparent_ones_back_to_front() {
+        let near_and_far = [150, 3, 70, 20, 3];
+        assert_eq!(order_of(&near_and_far, 1024, Blend::Opaque).ids(), [3, 20, 70, 150]);
+        assert_eq!(order_of(&near_and_far, 1024, Blend::Transparent).ids(), [150, 70, 20, 3]);
+    }
+
+    #[test]
+    fn opaque_polygons_come_first_then_additive_and_transparent_ones() {
+        let scene = scene_of(200);
+        let ids: VisibleBlocks = (0..200).map(PolygonId).collect();
+        for listing in [Listing::Ids, Listing::Blocks] {
+            let mut order = DrawOrder::new();
+            order.clear_for(listing);
+            // Every third is transparent, of the others the odd ones are additive.
+            let class = |i: u32| if i.is_multiple_of(3) { 2 } else { i % 2 };
+            let of = |wanted| {
+                move |first: usize| {
+                    let bits = (0..64).filter(|bit| class(first as u32 + bit) == wanted);
+                    bits.fold(0, |word, bit| word | 1 << bit)
+                }
+            };
+            order.add(&scene, &ids, 0, Vec3::ZERO, 64, |first| Classes {
+                transparent: of(2)(first),
+                additive: of(1)(first),
+            });
+            order.finish(64);
+            let listed: Vec<u32> = (0..3)
+                .filter(|&wanted| wanted > 0 || listing == Listing::Ids)
+                .flat_map(|wanted| {
+                    let ids = (0..200).filter(move |&i| class(i) == wanted);
+                    // Back to front: the later, the farther.
+                    if wanted == 2 { ids.rev().collect::<Vec<_>>() } else { ids.collect() }
+                })
+                .collect();
+            assert_eq!(order.ids(), listed);
+            let blends = order.runs().iter().map(|run| run.blend as u8);
+            assert!(blends.is_sorted(), "{:?}", order.runs());
+            let mut at = 0;
+            for run in order.runs() {
+                assert!(run.is_listed && run.range.start == at);
+                at = run.range.end;
+            }
+            assert_eq!(at as usize, listed.len());
+        }
+    }
+
+    #[test]
+    fn the_place_of_a_polygon_does_not_depend_on_the_others() {
+        let all: Vec<u32> = (0..200).rev().collect();
+        let some: Vec<u32> = (0..200).filter(|i| i % 3 != 0).collect();
+        for blend in [Blend::Opaque, Blend::Additive, Blend::Transparent] {
+            let mut of_all = order_of(&all, 1024, blend).ids().to_vec();
+            of_all.retain(|i| i % 3 != 0);
+            assert_eq!(of_all, order_of(&some, 1024, blend).ids());
+        }
+    }
+
+    #[test]
+    fn every_page_is_a_run_of_its_own() {
+        let all: Vec<u32> = (0..200).collect();
+        let order = order_of(&all, 64, Blend::Opaque);
+        let pages: Vec<_> = order.runs().iter().map(|run| (run.page, run.range.len())).collect();
+        assert_eq!(pages, [(0, 64), (1, 64), (2, 64), (3, 8)]);
+        for run in order.runs() {
+            let ids = &order.ids()[run.range.start as usize..run.range.end as usize];
+            assert!(ids.iter().all(|id| id / 64 == run.page));
+        }
+        assert_eq!(order_of(&[199, 7, 64], 64, Blend::Transparent).runs().len(), 3);
+    }
+
+    #[test]
+    fn blocks_stand_for_the_same_polygons_in_the_same_order() {
+        let scattered: Vec<u32> = (0..200).filter(|i| i * i % 7 < 3).collect();
+        for page_len in [64, 1024] {
+            let blocks = listed(&scattered, page_len, Blend::Opaque, Listing::Blocks);
+            assert!(blocks.ids().is_empty());
+            let mut by_place = blocks.handles().to_vec();
+            assert!(by_place.is_sorted_by_key(|handle| handle.block));
+            by_place.sort_by_key(|handle| handle.place);
+            let ids = by_place.iter().flat_map(|handle| {
+                (0..16).filter(|bit| handle.mask >> bit & 1 == 1).map(|bit| handle.block * 16 + bit)
+            });
+            let listed = order_of(&scattered, page_len, Blend::Opaque);
+            assert_eq!(ids.collect::<Vec<_>>(), listed.ids());
+            let runs = blocks.handle_runs();
+            assert_eq!(runs.len(), listed.runs().len());
+            for (run, of_ids) in runs.iter().zip(listed.runs()) {
+                assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));
+            }
+        }
+    }
+
+    /// What a run draws.
+    fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
+        let (first, bits) = order.span_bits();
+        let is_set = |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;
+        match run.is_listed {
+            true => order.ids()[run.range.start as usize..run.range.end as usize].to_vec(),
+            false => run.range.clone().filter(is_set).collect(),
+        }
+    }
+
+    #[test]
+    fn long_spans_with_few_gaps_are_not_listed() {
+        let count = 4 * LEAST_SPAN as u32;
+        let scene = scene_of(count);
+        let page_len = 3 * LEAST_SPAN;
+        let all: Vec<u32> = (0..count).collect();
+        let few = |id: &u32| id % 600 > 100 && *id != 7;
+        let many = |id: &u32| id % 3 == 1;
+        let one_page = |id: &u32| id / page_len as u32 == 1 || id.is_multiple_of(9);
+        let mut order = DrawOrder::new();
+        type Wanted<'a> = &'a dyn Fn(&u32) -> bool;
+        let sets: [(Wanted<'_>, bool); 4] =
+            [(&|_| true, true), (&few, true), (&many, false), (&one_page, true)];
+        for (is_in, has_spans) in sets {
+            let wanted: Vec<u32> = all.iter().copied().filter(|id| is_in(id)).collect();
+            let polygons: VisibleBlocks = wanted.iter().copied().map(PolygonId).collect();
+            order.clear();
+            order.add(&scene, &polygons, 0, Vec3::ZERO, page_len, |_| Classes::default());
+            order.finish(page_len);
+            let drawn_all: Vec<u32> = order.runs().iter().flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(drawn_all, wanted);
+            for run in order.runs() {
+                assert!(drawn(&order, run).iter().all(|id| id / page_len as u32 == run.page));
+            }
+            let listed = order.ids().len();
+            assert_eq!(listed < wanted.len(), has_spans, "{listed} of {} are listed", wanted.len());
+        }
+    }
+
+    #[test]
+    fn what_is_in_two_lists_is_drawn_once_by_each() {
+        let count = 2 * LEAST_SPAN as u32;
+        let scene = scene_of(count);
+        let without_some = |gap: u32| (0..count).filter(move |id| id % 64 != gap);
+        let mut order = DrawOrder::new();
+        order.clear();
+        for style in 0..2 {
+            let polygons: VisibleBlocks = without_some(style).map(PolygonId).collect();
+            order.add(&scene, &polygons, style, Vec3::ZERO, 1 << 20, |_| Classes::default());
+        }
+        order.finish(1 << 20);
+        for style in 0..2 {
+            let of_style = order.runs().iter().filter(|run| run.style == style);
+            let ids: Vec<u32> = of_style.flat_map(|run| drawn(&order, run)).collect();
+            assert_eq!(ids, without_some(style).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn unknown_numbers_are_left_out() {
+        assert_eq!(order_of(&[5, 200, PolygonId::LIMIT - 1], 1024, Blend::Opaque).ids(), [5]);
+    }
+}

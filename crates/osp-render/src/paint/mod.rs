@@ -1,0 +1,218 @@
+//! What brushes paint: materials, generated textures, light and sky.
+
+mod material;
+mod relief;
+mod shadow;
+mod surroundings;
+mod textures;
+
+use wgpu::util::DeviceExt as _;
+
+use super::{
+    Gpu,
+    gpu_scene::GpuScene,
+    pipelines::{Pipelines, Shader, Sky},
+    shaders,
+    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+};
+use osp_session::{recording::Environment, scene::Scene};
+use shadow::Shadow;
+use surroundings::Surroundings;
+
+/// What drawing the paint of brushes needs, for all views.
+#[derive(Debug)]
+pub(super) struct Paint {
+    pipelines: Pipelines,
+    buffer: wgpu::Buffer,
+    /// What is in the buffer, and what should be.
+    sent: Surroundings,
+    wanted: Surroundings,
+    shadow: Shadow,
+}
+
+impl Paint {
+    pub(super) fn new(
+        gpu: &Gpu,
+        view: &wgpu::BindGroupLayout,
+        page: &wgpu::BindGroupLayout,
+        chunk_len: usize,
+        environment: Option<&Environment>,
+    ) -> Self {
+        let device = gpu.device();
+        let wanted = Surroundings::of(environment);
+        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("surroundings"),
+            contents: bytemuck::bytes_of(&wanted),
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        });
+        let materials = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("materials"),
+            contents: bytemuck::cast_slice(&material::all()),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let bind_layout = layout(device);
+        let sampler = |label, along| {
+            device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some(label),
+                address_mode_u: along,
+                address_mode_v: wgpu::AddressMode::ClampToEdge,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                ..Default::default()
+            })
+        };
+        let textures = textures::upload(gpu);
+        let resources = [
+            materials.as_entire_binding(),
+            buffer.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&textures),
+            wgpu::BindingResource::Sampler(&sampler("repeating", wgpu::AddressMode::Repeat)),
+            wgpu::BindingResource::Sampler(&sampler("clamping", wgpu::AddressMode::ClampToEdge)),
+            wgpu::BindingResource::TextureView(&textures),
+        ];
+        let entries: Vec<_> = resources
+            .into_iter()
+            .enumerate()
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("paint"),
+            layout: &bind_layout,
+            entries: &entries,
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("painted"),
+            source: wgpu::ShaderSource::Wgsl(shaders::PAINTED.into()),
+        });
+        let shadow_layout = Shadow::layout(gpu);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("painted"),
+            bind_group_layouts: &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)],
+            immediate_size: 0,
+        });
+        let shader = Shader {
+            module: &module,
+            layout: &pipeline_layout,
+            chunk_len,
+            vertex: "vertex_painted",
+            fragments: ["fragment_solid", "fragment_additive", "fragment_transparent"],
+            depth: ("vertex_cut", Some("fragment_cut")),
+        };
+        let sky_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("sky"),
+            bind_group_layouts: &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)],
+            immediate_size: 0,
+        });
+        let pipeline = create_sky(device, &module, &sky_layout);
+        let layouts = [view, page, &bind_layout];
+        let shadow = Shadow::new(gpu, &module, shadow_layout, layouts, chunk_len);
+        let is_shown = environment.is_some();
+        let sky = Sky { pipeline, paint: group, shadow: shadow.group().clone(), is_shown };
+        let pipelines = Pipelines::new(gpu, shader, Some(sky));
+        Self { pipelines, buffer, sent: wanted, wanted, shadow }
+    }
+
+    pub(super) fn pipelines(&self) -> &Pipelines {
+        &self.pipelines
+    }
+
+    /// Changes light and sky; sent with [`Paint::send`].
+    pub(super) fn set_environment(&mut self, environment: Option<&Environment>) {
+        self.wanted = Surroundings::of(environment);
+        self.pipelines.show_sky(environment.is_some());
+    }
+
+    /// Says that polygons have come, moved or gone.
+    pub(super) fn note_change(&mut self) {
+        self.shadow.note_change();
+    }
+
+    /// Says whether shadows may be some frames older than what throws them.
+    pub(super) fn set_patient(&mut self, is_patient: bool) {
+        self.shadow.set_patient(is_patient);
+    }
+
+    /// Draws what the first light sees, where that has changed.
+    pub(super) fn cast(&mut self, gpu: &Gpu, view: &wgpu::BindGroupLayout, scene: &Scene, on_gpu: &GpuScene) {
+        let way = self.wanted.shining();
+        if let Some(paint) = self.pipelines.paint()
+            && self.shadow.send(gpu, view, paint, scene, on_gpu, way)
+        {
+            self.pipelines.set_shadow(self.shadow.group());
+        }
+    }
+
+    /// Sends light, sky and the moment where they have changed.
+    pub(super) fn send(&mut self, gpu: &Gpu, time_s: f32) {
+        self.wanted.set_time(time_s);
+        if self.sent != self.wanted {
+            self.sent = self.wanted;
+            gpu.queue().write_buffer(&self.buffer, 0, bytemuck::bytes_of(&self.sent));
+        }
+    }
+}
+
+fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let uniform = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let entries = [uniform, uniform, texture, sampler, sampler, texture];
+    let entries: Vec<_> = entries
+        .into_iter()
+        .enumerate()
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding: binding as u32,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty,
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("paint"),
+        entries: &entries,
+    })
+}
+
+fn create_sky(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("sky"),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex_sky"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(false),
+            // It is as far away as can be: where a pass without colours has left depth, it is not seen.
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("fragment_sky"),
+            compilation_options: Default::default(),
+            targets: &[Some(COLOR_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

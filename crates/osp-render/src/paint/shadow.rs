@@ -1,0 +1,336 @@
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3, Mat4, Vec3};
+
+use crate::{
+    Classes, Gpu, ViewSlot, gpu_scene::GpuScene, record::DrawClass, target::DEPTH_FORMAT, view_slot::Uniforms,
+};
+use osp::{math::Aabb, polygon::VisibleBlocks};
+use osp_session::{
+    brush::Lighting,
+    scene::{Scene, Stroke},
+};
+
+/// Texels of a side of the map.
+const SIDE: u32 = 2048;
+/// How far from a surface a shadow begins, texels: strokes that lie on each other throw none on each other. An artist shrinks
+/// what is large to work on it: how thick paint lies goes with the size of the whole, as texels do.
+const NEAREST: f32 = 20.0;
+/// Polygons that a patient map draws for each frame that it has waited.
+const PATIENCE: usize = 1 << 13;
+
+/// What the first light sees: the depth of all that throws a shadow. Drawn anew when the scene or the light has changed,
+/// whatever the views are and whatever is culled for them.
+#[derive(Debug)]
+pub(super) struct Shadow {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::RenderPipeline,
+    sampler: wgpu::Sampler,
+    uniforms: wgpu::Buffer,
+    /// Of a single texel until there is a shadow.
+    map: wgpu::TextureView,
+    is_whole: bool,
+    /// For the pipelines that look the light up.
+    group: wgpu::BindGroup,
+    slot: ViewSlot,
+    casters: VisibleBlocks,
+    /// The way of the light that the map was drawn for, if it throws shadows.
+    way: Option<Vec3>,
+    is_stale: bool,
+    is_patient: bool,
+    frames_waited: usize,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Shade {
+    clip_from_middle: [[f32; 4]; 4],
+    middle: [f32; 4],
+    numbers: [f32; 4],
+}
+
+impl Shadow {
+    pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        };
+        let uniform = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: wgpu::BufferSize::new(size_of::<Shade>() as u64),
+        };
+        let map = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+        gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("shadow"),
+            entries: &[entry(0, uniform), entry(1, map), entry(2, sampler)],
+        })
+    }
+
+    /// Without any shadow. `layouts` are those of a view, a page of polygons and the paint.
+    pub(super) fn new(
+        gpu: &Gpu,
+        module: &wgpu::ShaderModule,
+        layout: wgpu::BindGroupLayout,
+        layouts: [&wgpu::BindGroupLayout; 3],
+        chunk_len: usize,
+    ) -> Self {
+        let device = gpu.device();
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("nearer"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::LessEqual),
+            ..Default::default()
+        });
+        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("shade"),
+            size: size_of::<Shade>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let map = create_map(gpu, 1);
+        let group = bind(gpu, &layout, &uniforms, &map, &sampler);
+        let pipeline = create_pipeline(gpu, module, layouts, chunk_len);
+        let slot = ViewSlot::new(gpu, layouts[0]);
+        let casters = VisibleBlocks::default();
+        Self {
+            layout,
+            pipeline,
+            sampler,
+            uniforms,
+            map,
+            is_whole: false,
+            group,
+            slot,
+            casters,
+            way: None,
+            is_stale: true,
+            is_patient: false,
+            frames_waited: 0,
+        }
+    }
+
+    pub(super) fn group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+
+    /// Says that what throws shadows has changed.
+    pub(super) fn note_change(&mut self) {
+        self.is_stale = true;
+    }
+
+    /// Says whether the map may be some frames older than the scene: the longer, the more there is to draw.
+    pub(super) fn set_patient(&mut self, is_patient: bool) {
+        self.is_patient = is_patient;
+    }
+
+    /// Draws the map if what it shows has changed; `way` is that of the first light, if there is one. Whether the bind group
+    /// is another one now.
+    pub(super) fn send(
+        &mut self,
+        gpu: &Gpu,
+        view_layout: &wgpu::BindGroupLayout,
+        paint: &wgpu::BindGroup,
+        scene: &Scene,
+        on_gpu: &GpuScene,
+        way: Option<Vec3>,
+    ) -> bool {
+        let has_turned = self.way != way;
+        self.frames_waited += 1;
+        let is_due = !self.is_patient || self.frames_waited > self.casters.len() / PATIENCE;
+        let is_wanted = has_turned || self.is_stale && is_due;
+        if !is_wanted {
+            return false;
+        }
+        (self.way, self.is_stale, self.frames_waited) = (way, false, 0);
+        self.casters.clear();
+        let bounds = way.and_then(|way| self.collect(scene, LightSpace::new(way), on_gpu.uploaded()));
+        let Some((space, bounds)) = bounds else {
+            gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&Shade::zeroed()));
+            return false;
+        };
+        let is_other = !self.is_whole;
+        if is_other {
+            self.map = create_map(gpu, SIDE);
+            self.group = bind(gpu, &self.layout, &self.uniforms, &self.map, &self.sampler);
+            self.is_whole = true;
+        }
+        let middle = space.to_world(bounds.center());
+        // A margin, so that nothing is cut off at the rim; never flat.
+        let half = bounds.extent() * 0.505 + 1.0e-3;
+        let texel = 2.0 * half.x.max(half.y) / SIDE as f32;
+        let clip_from_middle = Mat4::from_scale(half.recip()) * space.from_world;
+        // Depth from 0 at the light to 1.
+        let clip_from_middle = Mat4::from_translation(Vec3::Z * 0.5)
+            * Mat4::from_scale(Vec3::new(1.0, 1.0, -0.5))
+            * clip_from_middle;
+        let shade = Shade {
+            clip_from_middle: clip_from_middle.to_cols_array_2d(),
+            middle: middle.extend(1.0).to_array(),
+            numbers: [NEAREST * texel, texel, 0.0, 0.0],
+        };
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&shade));
+
+        self.slot.order.clear();
+        self.slot.order.add(scene, &self.casters, 0, middle, on_gpu.page_len(), |_| Classes::default());
+        self.slot.order.finish(on_gpu.page_len());
+        let uniforms = Uniforms::of_matrix(shade.clip_from_middle, shade.middle);
+        self.slot.send_uniforms(gpu, view_layout, uniforms);
+        self.draw(gpu, paint, on_gpu);
+        is_other
+    }
+
+    /// Collects what throws shadows; returns its bounds in the space of the light.
+    fn collect(&mut self, scene: &Scene, space: LightSpace, count: usize) -> Option<(LightSpace, Aabb)> {
+        let axes = Mat3::from_mat4(space.from_world);
+        let widths = Mat3::from_cols(axes.x_axis.abs(), axes.y_axis.abs(), axes.z_axis.abs());
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for stroke in scene.strokes().iter().filter(|stroke| throws_shadows(stroke)) {
+            for id in stroke.polygon_ids().filter(|id| id.index() < count) {
+                self.casters.insert(id);
+                let bounds = scene.bounds(id);
+                let (middle, half) = (axes * bounds.center(), widths * (bounds.extent() * 0.5));
+                (low, high) = (low.min(middle - half), high.max(middle + half));
+            }
+        }
+        let bounds = Aabb::new(low, high);
+        (!self.casters.is_empty() && bounds.is_valid()).then_some((space, bounds))
+    }
+
+    fn draw(&self, gpu: &Gpu, paint: &wgpu::BindGroup, on_gpu: &GpuScene) {
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.map,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, self.slot.bind_group(), &[]);
+        pass.set_bind_group(2, paint, &[]);
+        for run in self.slot.order.runs() {
+            let Some(page) = on_gpu.page(run.page as usize) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw(run.vertices(0, self.slot.all_from()), 0..1);
+        }
+        drop(pass);
+        gpu.queue().submit([encoder.finish()]);
+    }
+}
+
+/// Whether a stroke does. What has no answer to light does not, as in the program that the brushes come from.
+fn throws_shadows(stroke: &Stroke) -> bool {
+    let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
+    answers && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
+}
+
+/// Axes of a light: it travels along -z.
+struct LightSpace {
+    from_world: Mat4,
+}
+
+impl LightSpace {
+    fn new(way: Vec3) -> Self {
+        let z = -way;
+        let (x, y) = z.any_orthonormal_pair();
+        Self { from_world: Mat4::from_mat3(Mat3::from_cols(x, y, z).transpose()) }
+    }
+
+    fn to_world(&self, p: Vec3) -> Vec3 {
+        self.from_world.transpose().transform_vector3(p)
+    }
+}
+
+fn create_map(gpu: &Gpu, side: u32) -> wgpu::TextureView {
+    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("shadow map"),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: DEPTH_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+fn bind(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    map: &wgpu::TextureView,
+    sampler: &wgpu::Sampler,
+) -> wgpu::BindGroup {
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("shadow"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(map) },
+            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
+        ],
+    })
+}
+
+fn create_pipeline(
+    gpu: &Gpu,
+    module: &wgpu::ShaderModule,
+    layouts: [&wgpu::BindGroupLayout; 3],
+    chunk_len: usize,
+) -> wgpu::RenderPipeline {
+    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("shadow"),
+        bind_group_layouts: &layouts.map(Some),
+        immediate_size: 0,
+    });
+    let constants = [("CHUNK_LEN", chunk_len as f64)];
+    gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("shadow"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex_shadow"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            },
+            buffers: &[],
+        },
+        // Both sides of a polygon throw shadows.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: wgpu::StencilState::default(),
+            // What stands steep to the light throws no shadow on itself.
+            bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("fragment_shadow"),
+            compilation_options: Default::default(),
+            targets: &[],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,75 @@
+use bytemuck::{Pod, Zeroable};
+use glam::{Quat, Vec3};
+
+use osp::math::{rotate, unit};
+use osp_session::recording::Environment;
+
+/// Light and sky as the shader reads them.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Surroundings {
+    sky_low: [f32; 4],
+    sky_high: [f32; 4],
+    sky_up: [f32; 4],
+    floor: [f32; 4],
+    fog: [f32; 4],
+    ambient: [f32; 4],
+    ways: [[f32; 4]; 2],
+    lights: [[f32; 4]; 2],
+    moment: [f32; 4],
+}
+
+impl Surroundings {
+    /// Those of an environment, or of none.
+    pub(super) fn of(environment: Option<&Environment>) -> Self {
+        let usual;
+        let environment = match environment {
+            Some(environment) => environment,
+            None => {
+                usual = standard();
+                &usual
+            }
+        };
+        let words = |v: Vec3, w: f32| v.extend(w).to_array();
+        let up = rotate(unit(environment.sky_rotation), Vec3::Y);
+        let has_floor = if environment.floor.is_some() { 1.0 } else { 0.0 };
+        Self {
+            sky_low: words(environment.sky[0], 0.0),
+            sky_high: words(environment.sky[1], 0.0),
+            sky_up: words(up, has_floor),
+            floor: words(environment.floor.unwrap_or_default(), 0.0),
+            fog: words(environment.fog.0, environment.fog.1),
+            ambient: words(environment.ambient, environment.reflection),
+            ways: environment.lights.map(|(way, _)| words(way.normalize_or(Vec3::NEG_Y), 0.0)),
+            lights: environment.lights.map(|(_, color)| words(color, 0.0)),
+            moment: [0.0; 4],
+        }
+    }
+
+    /// The way of the first light, if it is not off.
+    pub(super) fn shining(&self) -> Option<Vec3> {
+        let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
+        (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))
+    }
+
+    pub(super) fn set_time(&mut self, time_s: f32) {
+        self.moment[0] = time_s;
+    }
+}
+
+/// Where Tilt Brush begins, without its fog.
+fn standard() -> Environment {
+    Environment {
+        preset: "Standard".to_owned(),
+        sky: [Vec3::new(70.0, 70.0, 81.0) / 255.0, Vec3::new(0.035, 0.035, 0.086)],
+        sky_rotation: Quat::IDENTITY,
+        floor: None,
+        fog: (Vec3::ZERO, 0.0),
+        ambient: Vec3::splat(0.392),
+        lights: [
+            (Vec3::new(0.0, -0.866, -0.5), Vec3::new(0.778, 0.816, 0.991)),
+            (Vec3::new(0.0, -0.643, 0.766), Vec3::new(0.428, 0.421, 0.346)),
+        ],
+        reflection: 0.3,
+    }
+}

@@ -1,0 +1,108 @@
+use std::ops::Range;
+
+use wgpu::util::DeviceExt as _;
+
+use super::{PaintList, list::PartCorner};
+use crate::{
+    Gpu,
+    gpu_scene::GpuScene,
+    shaders,
+    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+};
+
+/// Draws parts of polygons in the order of their list, each over what is there.
+#[derive(Debug)]
+pub(crate) struct PartPass {
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl PartPass {
+    pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Self {
+        let device = gpu.device();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("painter"),
+            source: wgpu::ShaderSource::Wgsl(shaders::PAINTER.into()),
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("painter"),
+            bind_group_layouts: &[Some(view_layout), Some(scene.layout())],
+            immediate_size: 0,
+        });
+        let constants = [("CHUNK_LEN", scene.chunk_len() as f64)];
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("painter"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex_part"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                buffers: &[Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<PartCorner>() as u64,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
+                })],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            // The pass has a depth; it is neither asked nor changed.
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fragment"),
+                compilation_options: Default::default(),
+                targets: &[Some(COLOR_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { pipeline }
+    }
+
+    /// Draws a list; returns the number of draw calls. Group 0 is to be bound.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        scene: &GpuScene,
+        list: &PaintList,
+    ) -> u64 {
+        if list.corners().is_empty() {
+            return 0;
+        }
+        let buffer = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("parts"),
+            contents: bytemuck::cast_slice(list.corners()),
+            usage: wgpu::BufferUsages::VERTEX,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_vertex_buffer(0, buffer.slice(..));
+        let mut calls = 0;
+        for (page, range) in runs(list.corners(), scene.page_len()) {
+            let Some(page) = scene.page(page) else { continue };
+            pass.set_bind_group(1, page, &[]);
+            pass.draw(range, 0..1);
+            calls += 1;
+        }
+        calls
+    }
+}
+
+/// Corners one after the other whose polygons are of one page, and the page.
+fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (usize, Range<u32>)> {
+    let page = move |corner: &PartCorner| corner.polygon as usize / page_len;
+    let mut at = 0;
+    corners.chunk_by(move |a, b| page(a) == page(b)).map(move |run| {
+        let first = at;
+        at += run.len() as u32;
+        (page(&run[0]), first..at)
+    })
+}

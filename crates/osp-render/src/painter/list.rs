@@ -1,0 +1,110 @@
+use osp_session::platform::time::Instant;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+
+use super::{BspTree, MOST_POLYGONS, Painter, PainterError, facets, tolerance_m};
+use osp::polygon::{PolygonId, VisibleBlocks};
+use osp_session::scene::Scene;
+
+/// A corner of a triangle to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct PartCorner {
+    /// World space relative to the eye, metres.
+    pub(super) from_eye: [f32; 3],
+    /// The polygon that it is a part of: its colour.
+    pub(super) polygon: u32,
+}
+
+/// What a painter has done to find the order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PaintStats {
+    /// Polygons, of which a quad that is not flat counts as two.
+    pub facets: usize,
+    /// Parts that they were cut into.
+    pub parts: usize,
+    /// Nodes of the tree; 0 without one.
+    pub nodes: usize,
+    /// Nodes on the longest way down the tree.
+    pub depth: usize,
+    /// Time for finding the order, nanoseconds.
+    pub ns: u64,
+}
+
+/// What is in view, back to front.
+#[derive(Clone, Debug, Default)]
+pub struct PaintList {
+    corners: Vec<PartCorner>,
+    stats: PaintStats,
+}
+
+impl PaintList {
+    /// The order in which a painter draws these polygons for this eye.
+    ///
+    /// # Errors
+    /// There are too many, or they cut each other into too many parts.
+    pub fn new(
+        painter: Painter,
+        scene: &Scene,
+        polygons: &VisibleBlocks,
+        eye_in_world: Vec3,
+    ) -> Result<Self, PainterError> {
+        if polygons.len() > MOST_POLYGONS {
+            return Err(PainterError::TooMany { polygons: polygons.len() });
+        }
+        let start = Instant::now();
+        let mut list = Self::default();
+        match painter {
+            Painter::Bsp => {
+                let tree = BspTree::new(scene, polygons)?;
+                let (facets, parts, nodes, depth) = (tree.facets(), tree.parts(), tree.nodes(), tree.depth());
+                list.stats = PaintStats { facets, parts, nodes, depth, ns: 0 };
+                tree.back_to_front(eye_in_world.as_dvec3(), |id, corners| {
+                    list.add(id, corners, eye_in_world)
+                });
+            }
+            Painter::Centre => list.by_centre(scene, polygons, eye_in_world),
+        }
+        list.stats.ns = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        Ok(list)
+    }
+
+    /// Of polygons whose middles are as far, the later comes later.
+    fn by_centre(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
+        let facets = facets(scene, polygons, tolerance_m(scene, polygons));
+        let distance = |corners: &[Vec3]| {
+            let middle = corners.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / corners.len() as f64;
+            middle.distance_squared(eye_in_world.as_dvec3())
+        };
+        let mut order: Vec<_> = facets.iter().map(|facet| (distance(facet.corners()), facet)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.stats = PaintStats { facets: facets.len(), parts: facets.len(), ..PaintStats::default() };
+        for (_, facet) in order {
+            let corners = facet.corners.map(|p| p.as_dvec3());
+            self.add(facet.polygon, &corners[..facet.count], eye_in_world);
+        }
+    }
+
+    /// What was done to find the order.
+    pub fn stats(&self) -> PaintStats {
+        self.stats
+    }
+
+    pub(super) fn corners(&self) -> &[PartCorner] {
+        &self.corners
+    }
+
+    /// Adds a convex part as triangles around its first corner.
+    fn add(&mut self, id: PolygonId, corners: &[DVec3], eye_in_world: Vec3) {
+        // As the shader has it: what was not cut is drawn on the very same pixels.
+        let corner = |p: DVec3| {
+            let from_eye = (p.as_vec3() - eye_in_world).to_array();
+            PartCorner { from_eye, polygon: id.0 }
+        };
+        let Some((&first, others)) = corners.split_first() else { return };
+        for pair in others.windows(2) {
+            self.corners.extend([first, pair[0], pair[1]].map(corner));
+        }
+    }
+}

@@ -1,0 +1,119 @@
+use bytemuck::{Pod, Zeroable};
+
+use osp::{
+    math::Aabb,
+    polygon::{ConvexPolygon, PolygonId},
+};
+use osp_session::{
+    brush::Draw,
+    scene::{Scene, Stroke},
+};
+
+/// A polygon as the vertex shader reads it: four corners (a triangle repeats its last), and how they are painted.
+///
+/// The spare words of the corners: the colour, as red, green, blue, opacity from the lowest byte; the corners' alpha, a byte
+/// each; the material and the flags; how far a square that is turned to the eye may go by itself, metres.
+///
+/// Words, not floats: a colour read as a float could be a signalling NaN, which some drivers quieten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct PolygonRecord {
+    corners: [[u32; 4]; 4],
+    uv: [u32; 4],
+    normals: [u32; 4],
+}
+
+/// Flag of a square that is turned to the eye; above the material's number.
+const FACING: u32 = 1 << 16;
+/// Flag of a polygon whose corners have normals of their own.
+const SMOOTH: u32 = 1 << 17;
+
+/// Which colours polygons are drawn in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colors {
+    /// Those that they were painted in.
+    #[default]
+    Own,
+    /// Those of their authors ([`Scene::author_color`]), with the opacity that they were painted with.
+    Authors,
+}
+
+impl Colors {
+    fn of(self, scene: &Scene, stroke: &Stroke) -> (f32, f32, f32, f32) {
+        match self {
+            Self::Own => stroke.color(),
+            Self::Authors => {
+                let (r, g, b) = scene.author_color(stroke.author());
+                (r, g, b, stroke.color().3)
+            }
+        }
+    }
+}
+
+/// How a polygon is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DrawClass {
+    /// It hides what is behind it, at least where it is solid.
+    Solid,
+    /// Its light is added.
+    Additive,
+    /// It covers what is behind it in part.
+    Transparent,
+}
+
+impl DrawClass {
+    /// The class of all polygons of a stroke.
+    pub(super) fn of(stroke: &Stroke) -> Self {
+        match stroke.brush().map(|brush| brush.draw) {
+            Some(Draw::Opaque | Draw::Cutout) => Self::Solid,
+            Some(Draw::Additive) => Self::Additive,
+            Some(Draw::Blended) => Self::Transparent,
+            None if color_bytes(stroke.color())[3] < 255 => Self::Transparent,
+            None => Self::Solid,
+        }
+    }
+}
+
+impl PolygonRecord {
+    /// Bytes of a polygon on the GPU.
+    pub(super) const SIZE: u64 = size_of::<Self>() as u64;
+
+    /// The record of a polygon as it is now.
+    pub(super) fn of(scene: &Scene, id: PolygonId, colors: Colors) -> Self {
+        let polygon = scene.polygon(id);
+        let corners = polygon.vertices();
+        let last = corners.len() - 1;
+        let mut record = Self::default();
+        for (i, words) in record.corners.iter_mut().enumerate() {
+            let p = corners[i.min(last)];
+            *words = [p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0];
+        }
+        let (stroke, surface) = (scene.stroke_of(id), scene.surface(id));
+        (record.normals, record.uv) = surface.words();
+        record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, stroke)));
+        record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
+        // Number 0 is what no brush has painted.
+        let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));
+        let facing = if surface.is_facing() { FACING } else { 0 };
+        let smooth = if surface.is_smooth() { SMOOTH } else { 0 };
+        record.corners[2][3] = material | facing | smooth;
+        if surface.is_facing() {
+            record.corners[3][3] = room_m(&polygon, &scene.bounds(id)).to_bits();
+        }
+        record
+    }
+}
+
+/// How far the ball around a square can be moved along each axis without leaving the box.
+fn room_m(square: &ConvexPolygon, bounds: &Aabb) -> f32 {
+    let around = square.bounds();
+    let middle = around.center();
+    let radius = square.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
+    let half = (bounds.max - middle).min(middle - bounds.min).min_element();
+    // Less by what the shader may round.
+    (half - radius * 1.001) * 0.999
+}
+
+fn color_bytes((r, g, b, a): (f32, f32, f32, f32)) -> [u8; 4] {
+    [r, g, b, a].map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+}

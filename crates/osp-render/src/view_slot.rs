@@ -1,0 +1,220 @@
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::{
+    DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
+    renderer::MAX_STYLES,
+};
+use osp::{math::rotate, occlusion::Occlusion, view::View};
+
+/// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
+#[derive(Debug)]
+pub struct ViewSlot {
+    uniforms: wgpu::Buffer,
+    /// The numbers that a frame lists, and behind them a bit a polygon for the runs that are not listed.
+    ids: wgpu::Buffer,
+    /// Room for listed numbers: where the bits begin.
+    all_from: u32,
+    /// Room for bits, in words of 32.
+    bit_words: u32,
+    bind_group: wgpu::BindGroup,
+    pub(super) order: DrawOrder,
+    pub(super) hzb: Option<Box<HzbView>>,
+    /// For [`Occlusion::Auto`]: whether the next frame is culled.
+    pub(super) switch: Option<DrawSwitch>,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Uniforms {
+    clip_from_eye: [[f32; 4]; 4],
+    eye_in_world: [f32; 4],
+    styles: [[[f32; 4]; 2]; MAX_STYLES],
+    up_in_world: [f32; 4],
+    corners: [[f32; 4]; 3],
+    /// First: the places from here on stand for a polygon each, number 0 first.
+    all_from: [u32; 4],
+}
+
+impl Uniforms {
+    /// Of what has no eye: places are relative to `middle`.
+    pub(super) fn of_matrix(clip_from_middle: [[f32; 4]; 4], middle: [f32; 4]) -> Self {
+        Self { clip_from_eye: clip_from_middle, eye_in_world: middle, ..Self::zeroed() }
+    }
+}
+
+impl ViewSlot {
+    pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Self {
+        let uniforms = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: Some("view"),
+            size: size_of::<Uniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let all_from = 1 << 14;
+        let ids = create_ids(gpu, u64::from(all_from));
+        let bind_group = bind(gpu, layout, &uniforms, &ids);
+        let order = DrawOrder::new();
+        Self { uniforms, ids, all_from, bit_words: 0, bind_group, order, hzb: None, switch: None }
+    }
+
+    pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+        let entry = |binding, visibility, ty, size: u64| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: wgpu::BufferSize::new(size),
+            },
+            count: None,
+        };
+        gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("view"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    wgpu::BufferBindingType::Uniform,
+                    size_of::<Uniforms>() as u64,
+                ),
+                entry(1, wgpu::ShaderStages::VERTEX, wgpu::BufferBindingType::Storage { read_only: true }, 4),
+            ],
+        })
+    }
+
+    pub(super) fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.bind_group
+    }
+
+    pub(super) fn uniforms(&self) -> &wgpu::Buffer {
+        &self.uniforms
+    }
+
+    pub(super) fn list(&self) -> &wgpu::Buffer {
+        &self.ids
+    }
+
+    /// For runs that are not listed: the place that stands for polygon 0.
+    pub(super) fn all_from(&self) -> u32 {
+        self.all_from
+    }
+
+    /// The method by which this view is culled on the GPU.
+    pub fn occlusion(&self) -> Occlusion {
+        match (&self.switch, &self.hzb) {
+            (Some(_), _) => Occlusion::Auto,
+            (None, Some(view)) => view.occlusion(),
+            (None, None) => Occlusion::None,
+        }
+    }
+
+    /// Takes the time of a frame of this view, now or some frames later, and whether that frame was culled on the GPU.
+    /// [`Occlusion::Auto`] decides by these times.
+    pub fn note_time(&mut self, culled: bool, ns: u64) {
+        if let Some(switch) = &mut self.switch {
+            switch.note(culled, ns);
+        }
+    }
+
+    /// Whether the current frame is culled on the GPU.
+    pub fn culls(&self) -> bool {
+        self.hzb.is_some() && self.order.listing() == Listing::Blocks
+    }
+
+    /// To be called after the submission of what [`Renderer::encode`](super::Renderer::encode) has encoded.
+    pub fn submitted(&mut self) {
+        if self.culls()
+            && let Some(view) = &mut self.hzb
+        {
+            view.submitted();
+        }
+    }
+
+    /// Counts of the latest frame whose results have arrived since the last call.
+    pub fn take_counts(&mut self) -> Option<DrawnCounts> {
+        self.hzb.as_mut()?.take_counts()
+    }
+
+    /// Sends the view and the order of drawing; returns the bytes sent.
+    pub(super) fn send(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        view: &View,
+        styles: &[Style; MAX_STYLES],
+    ) -> u64 {
+        let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
+        let [from, right, _, up] = view.corner_directions();
+        let uniforms = Uniforms {
+            clip_from_eye: from_eye.clip_from_world().to_cols_array_2d(),
+            eye_in_world: view.eye_in_world.extend(1.0).to_array(),
+            styles: styles.map(|style| style.words()),
+            up_in_world: rotate(view.world_from_view, Vec3::Y).extend(0.0).to_array(),
+            corners: [from, right - from, up - from].map(|way| way.extend(0.0).to_array()),
+            ..Uniforms::zeroed()
+        };
+        self.send_uniforms(gpu, layout, uniforms)
+    }
+
+    /// The same, of what is drawn with other numbers than a view's.
+    pub(super) fn send_uniforms(
+        &mut self,
+        gpu: &Gpu,
+        layout: &wgpu::BindGroupLayout,
+        uniforms: Uniforms,
+    ) -> u64 {
+        // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
+        let before = u64::from(self.order.opaque_count());
+        let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
+        let (first_word, bits) = self.order.span_bits();
+        let listed = before + self.order.ids().len() as u64;
+        let bit_words = if bits.is_empty() { 0 } else { (first_word + bits.len()) as u64 * 2 };
+        if listed > u64::from(self.all_from) || bit_words > u64::from(self.bit_words) {
+            // Both are written anew every frame: the old ones need not be copied.
+            let grown = |room: u32, wanted: u64| u64::from(room).max(wanted.next_power_of_two()) as u32;
+            self.all_from = grown(self.all_from, listed);
+            self.bit_words = if bit_words == 0 { self.bit_words } else { grown(self.bit_words, bit_words) };
+            self.ids = create_ids(gpu, u64::from(self.all_from) + u64::from(self.bit_words));
+            self.bind_group = bind(gpu, layout, &self.uniforms, &self.ids);
+        }
+        if !ids.is_empty() {
+            gpu.queue().write_buffer(&self.ids, before * 4, ids);
+        }
+        let bits: &[u8] = bytemuck::cast_slice(bits);
+        // Where nothing is drawn by its bit, no place stands for a polygon: other lists may be longer than this one.
+        let mut all_from = u32::MAX;
+        if !bits.is_empty() {
+            all_from = self.all_from;
+            gpu.queue().write_buffer(&self.ids, u64::from(all_from) * 4 + first_word as u64 * 8, bits);
+        }
+        let uniforms = Uniforms { all_from: [all_from; 4], ..uniforms };
+        gpu.queue().write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
+        (ids.len() + bits.len() + size_of::<Uniforms>()) as u64
+    }
+}
+
+fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("draw list"),
+        size: count * 4,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn bind(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    ids: &wgpu::Buffer,
+) -> wgpu::BindGroup {
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("view"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: ids.as_entire_binding() },
+        ],
+    })
+}

@@ -1,0 +1,193 @@
+use osp::{
+    index::{
+        DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+        kernels::{Backend, Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
+    },
+    math::{Aabb, Containment, Frustum},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
+};
+
+/// One wide pass over flat boxes, sixteen at a time, in order of arrival. No structure at all: the rival that a tree
+/// has to beat.
+#[derive(Clone, Debug)]
+pub struct BruteSimd {
+    backend: Backend,
+    blocks: Vec<Boxes<16>>,
+    /// Per block the ids that are filed.
+    filed: Vec<u16>,
+    len: usize,
+}
+
+impl BruteSimd {
+    /// An empty index.
+    pub fn new(config: &IndexConfig) -> Self {
+        let blocks = config.room().div_ceil(16);
+        Self {
+            backend: Backend::detect(),
+            blocks: Vec::with_capacity(blocks),
+            filed: Vec::with_capacity(blocks),
+            len: 0,
+        }
+    }
+
+    fn holds(&self, id: PolygonId) -> bool {
+        self.filed.get(id.index() / 16).is_some_and(|filed| filed >> (id.0 % 16) & 1 == 1)
+    }
+}
+
+struct Pass<'a, S> {
+    index: &'a BruteSimd,
+    planes: PlaneSet,
+    out: S,
+}
+
+impl<S: RunSink> WithKernel for Pass<'_, S> {
+    type Output = (WorkCounts, S);
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> (WorkCounts, S) {
+        let mut work = WorkCounts::default();
+        let before = self.out.found();
+        for (i, (boxes, &filed)) in self.index.blocks.iter().zip(&self.index.filed).enumerate() {
+            let filed = u32::from(filed);
+            let seen = filed & !self.planes.behind_any(kernel, boxes);
+            self.out.push_run(kernel, i as u32 * 16, seen);
+        }
+        work.reported = (self.out.found() - before) as u64;
+        work.boxes = self.index.len as u64;
+        work.planes = 6 * work.boxes;
+        (work, self.out)
+    }
+}
+
+impl SpatialIndex for BruteSimd {
+    fn name(&self) -> &'static str {
+        "brute-simd"
+    }
+
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        admit(id, bounds)?;
+        let (block, lane) = (id.index() / 16, id.index() % 16);
+        if block >= self.blocks.len() {
+            self.blocks.resize(block + 1, Boxes::EMPTY);
+            self.filed.resize(block + 1, 0);
+        }
+        if self.filed[block] >> lane & 1 == 1 {
+            return Err(IndexError::Duplicate(id));
+        }
+        self.blocks[block].set(lane, bounds);
+        self.filed[block] |= 1 << lane;
+        self.len += 1;
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        if !self.holds(id) {
+            return Err(IndexError::Unknown(id));
+        }
+        self.filed[id.index() / 16] &= !(1 << (id.0 % 16));
+        self.len -= 1;
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if !self.holds(id) {
+            return Err(IndexError::Unknown(id));
+        }
+        if !bounds.is_valid() {
+            return Err(IndexError::InvalidBounds(id));
+        }
+        self.blocks[id.index() / 16].set(id.index() % 16, bounds);
+        Ok(())
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        let out = IdWriter::new(draw_list.ids_mut());
+        let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
+        out.finish();
+        work
+    }
+
+    fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
+        let out = MaskWriter::new(visible.masks_for(self.filed.len() * BLOCK));
+        let (work, out) = self.backend.run(Pass { index: self, planes: PlaneSet::new(frustum), out });
+        let (blocks, polygons) = out.finish();
+        visible.note_filled(blocks, polygons);
+        work
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let planes = PlaneSet::new(frustum);
+        let mut work = WorkCounts::default();
+        for (i, (boxes, &filed)) in
+            self.blocks.iter().zip(&self.filed).enumerate().filter(|(_, (_, f))| **f != 0)
+        {
+            let mut ids = Vec::new();
+            let first = i as u32 * 16;
+            let bounds = boxes.around(u32::from(filed));
+            let containment = frustum.classify(&bounds);
+            work.nodes += 1;
+            work.boxes += 1;
+            work.planes += 6;
+            let polygons = filed.count_ones() as usize;
+            if containment == Containment::Outside {
+                continue;
+            }
+            let node = Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true };
+            let answer = visitor.node(&node);
+            if answer == Visit::Skip {
+                continue;
+            }
+            let one = One { planes: &planes, boxes, filed: u32::from(filed) };
+            let seen = self.backend.run(one);
+            ids.extend((0..16).filter(|lane| seen >> lane & 1 == 1).map(|lane| PolygonId(first + lane)));
+            work.boxes += polygons as u64;
+            work.planes += 6 * polygons as u64;
+            work.reported += ids.len() as u64;
+            if !ids.is_empty() {
+                visitor.polygons(&ids, answer);
+            }
+        }
+        work
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        let filed: usize = self.filed.iter().map(|filed| filed.count_ones() as usize).sum();
+        if filed != self.len || self.blocks.len() != self.filed.len() {
+            return Err(format!("{filed} boxes filed, {} counted", self.len));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.blocks.capacity() * size_of::<Boxes<16>>() + self.filed.capacity() * size_of::<u16>()
+    }
+
+    fn clear(&mut self) {
+        self.blocks.clear();
+        self.filed.clear();
+        self.len = 0;
+    }
+}
+
+/// One block against all planes.
+struct One<'a> {
+    planes: &'a PlaneSet,
+    boxes: &'a Boxes<16>,
+    filed: u32,
+}
+
+impl WithKernel for One<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> u32 {
+        self.filed & !self.planes.behind_any(kernel, self.boxes)
+    }
+}

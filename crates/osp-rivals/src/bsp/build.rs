@@ -1,0 +1,433 @@
+use glam::Vec3;
+
+use super::{
+    order::{NO_NODE, OrderTree},
+    plane::{MAX_CORNERS, Side, SplitPlane},
+};
+use crate::{
+    bvh::{
+        LEAF_CAPACITY,
+        top_down::{InPlace, Pending as CullPending, Split, box_of_centers, build_top_down, longest_axis},
+    },
+    by_id::ById,
+    flat_tree::{COUNTED_DEPTH, FlatTree},
+    item::Item,
+    rebuilt::{OnUpdate, TreeBuilder},
+};
+use osp::{
+    math::Aabb,
+    polygon::{ConvexPolygon, PolygonId},
+};
+
+/// The deepest node. From here the tree for culling goes on by number.
+pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
+
+/// Pieces that a plane is tried on at most.
+const TRIED_ON: usize = 48;
+
+/// Share of the pieces on one side from which on a plane across an axis is tried, too. Smaller: shallower trees, more
+/// cuts.
+const LOPSIDED: f64 = 0.75;
+
+/// Nodes with fewer pieces become chains if need be: no plane across an axis is tried.
+const SMALL: usize = 16;
+
+/// Pieces that even a small tree may have.
+const FEWEST_PIECES: usize = 4096;
+
+/// Corners that a piece may have on average.
+const CORNERS_PER_PIECE: usize = 8;
+
+/// How a tree is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BspConfig {
+    /// Polygons of a node whose planes are tried. More: better trees, slower builds.
+    pub candidates: usize,
+    /// How many polygons on the wrong side a cut weighs. Larger: fewer pieces, deeper trees.
+    pub cut_weight: f32,
+    /// Pieces for each polygon at most, over the whole tree. Beyond, nodes become leaves.
+    pub max_pieces_per_polygon: usize,
+}
+
+impl Default for BspConfig {
+    fn default() -> Self {
+        Self { candidates: 8, cut_weight: 8.0, max_pieces_per_polygon: 8 }
+    }
+}
+
+/// A piece while the tree is built.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// Its polygon, by place in the items.
+    item: u32,
+    first: u32,
+    corners: u32,
+    /// Whether its polygon is culled where it ends up.
+    is_home: bool,
+}
+
+/// A plane that a node may be split with.
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    plane: SplitPlane,
+    /// The polygon that it is from.
+    own: Option<u32>,
+    /// Less is better.
+    cost: f64,
+    /// Share of the parts, of those that it was tried on, that end up on its larger side.
+    larger_share: f64,
+}
+
+/// A node still to be made. Its parts are the last of those that wait.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    start: u32,
+    depth: u32,
+    parent: u32,
+    is_front: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct BspBuilder {
+    config: BspConfig,
+    /// The polygons that somebody has told; the others stand as plates (see [`plate`]).
+    shapes: ById<Option<ConvexPolygon>>,
+    order: OrderTree,
+    // What follows is filled and emptied within a build.
+    planes: Vec<Option<SplitPlane>>,
+    parts: Vec<Part>,
+    points: Vec<Vec3>,
+    waiting: Vec<u32>,
+    pending: Vec<Pending>,
+    here: Vec<u32>,
+    front: Vec<u32>,
+    back: Vec<u32>,
+    cut: [Vec<Vec3>; 2],
+    /// Boxes to cull, in the order of their nodes; for each node its first, and how many it has, itself and with all
+    /// below.
+    homes: Vec<Item>,
+    at_home: Vec<Homes>,
+    cull_pending: Vec<CullPending>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Homes {
+    first: u32,
+    own: u32,
+    all: u32,
+}
+
+impl BspBuilder {
+    pub(super) fn new(config: BspConfig) -> Self {
+        Self {
+            config,
+            shapes: ById::new(None),
+            order: OrderTree::default(),
+            planes: Vec::new(),
+            parts: Vec::new(),
+            points: Vec::new(),
+            waiting: Vec::new(),
+            pending: Vec::new(),
+            here: Vec::new(),
+            front: Vec::new(),
+            back: Vec::new(),
+            cut: [Vec::new(), Vec::new()],
+            homes: Vec::new(),
+            at_home: Vec::new(),
+            cull_pending: Vec::new(),
+        }
+    }
+
+    pub(super) fn order(&self) -> &OrderTree {
+        &self.order
+    }
+
+    /// Forgets the tree of the last build.
+    pub(super) fn clear_order(&mut self) {
+        self.order.clear();
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.shapes.clear();
+        self.order.clear();
+    }
+
+    /// Sets the corners of a polygon, or forgets them.
+    pub(super) fn set_shape(&mut self, id: PolygonId, shape: Option<ConvexPolygon>) {
+        if shape.is_some() || self.shapes.get(id).is_some() {
+            self.shapes.set(id, shape);
+        }
+    }
+
+    fn corners(&self, part: u32) -> &[Vec3] {
+        let part = &self.parts[part as usize];
+        &self.points[part.first as usize..(part.first + part.corners) as usize]
+    }
+
+    fn add_part(&mut self, item: u32, corners: &[Vec3], is_home: bool) -> u32 {
+        let first = self.points.len() as u32;
+        self.points.extend_from_slice(corners);
+        self.parts.push(Part { item, first, corners: corners.len() as u32, is_home });
+        self.parts.len() as u32 - 1
+    }
+
+    fn take_in(&mut self, items: &[Item]) {
+        self.planes.clear();
+        self.parts.clear();
+        self.points.clear();
+        self.waiting.clear();
+        self.homes.clear();
+        self.at_home.clear();
+        self.order.clear();
+        for (at, item) in items.iter().enumerate() {
+            let shape = self.shapes.get(item.id).unwrap_or_else(|| plate(&item.bounds));
+            self.planes.push(SplitPlane::of(shape.vertices()));
+            let part = self.add_part(at as u32, shape.vertices(), true);
+            self.waiting.push(part);
+        }
+    }
+
+    /// Rates a plane for the parts at hand and keeps it in `best` if it is better. `own` is the polygon that it is from.
+    fn consider(&self, plane: SplitPlane, own: Option<u32>, best: &mut Option<Choice>) {
+        let (mut front, mut back, mut both) = (0.0, 0.0, 0.0);
+        let step = self.here.len().div_ceil(TRIED_ON).max(1);
+        for &part in self.here.iter().step_by(step) {
+            if own == Some(self.parts[part as usize].item) {
+                continue;
+            }
+            match plane.side(self.corners(part)) {
+                Side::On => {}
+                Side::Front => front += 1.0,
+                Side::Back => back += 1.0,
+                Side::Both => both += 1.0,
+            }
+        }
+        let cost = f64::abs(front - back) + f64::from(self.config.cut_weight) * both;
+        if best.is_none_or(|choice| cost < choice.cost) {
+            let tried = self.here.len().div_ceil(step) as f64;
+            let larger_share = (f64::max(front, back) + both) / tried;
+            *best = Some(Choice { plane, own, cost, larger_share });
+        }
+    }
+
+    /// The plane to split the parts at hand with.
+    fn choose(&self) -> Option<Choice> {
+        let mut best = None;
+        let step = self.here.len().div_ceil(self.config.candidates.max(1)).max(1);
+        // From the middle of each stretch: the ends of a row of parts are the ends of a stroke.
+        for &part in self.here.iter().skip(step / 2).step_by(step) {
+            let item = self.parts[part as usize].item;
+            if let Some(plane) = self.planes[item as usize] {
+                self.consider(plane, Some(item), &mut best);
+            }
+        }
+        if best.is_none() {
+            // None of these has a plane, but another one may.
+            let mut items = self.here.iter().map(|&part| self.parts[part as usize].item);
+            if let Some((item, plane)) = items.find_map(|item| Some((item, self.planes[item as usize]?))) {
+                self.consider(plane, Some(item), &mut best);
+            }
+        }
+        let is_lopsided = best.is_none_or(|choice| choice.larger_share > LOPSIDED);
+        if is_lopsided && self.here.len() >= SMALL {
+            let mut middles = [Vec3::ZERO; TRIED_ON];
+            let step = self.here.len().div_ceil(TRIED_ON);
+            let sample = self.here.iter().step_by(step).map(|&part| middle(self.corners(part)));
+            let count = middles.iter_mut().zip(sample).map(|(at, middle)| *at = middle).count();
+            let middles = &mut middles[..count];
+            let bounds = Aabb::from_points(middles);
+            let axis = longest_axis(&bounds);
+            if bounds.min[axis] < bounds.max[axis] {
+                middles.sort_unstable_by(|a, b| a[axis].total_cmp(&b[axis]));
+                let mut across = None;
+                self.consider(SplitPlane::across(axis, middles[count / 2][axis]), None, &mut across);
+                let better = |choice: &Choice| {
+                    choice.larger_share <= LOPSIDED || best.is_none_or(|best| choice.cost < best.cost)
+                };
+                best = across.filter(better).or(best);
+            }
+        }
+        // A plane through none of the polygons that leaves all on one side would be chosen for ever.
+        best.filter(|choice| choice.own.is_some() || choice.larger_share < 1.0)
+    }
+
+    /// Whether the bounds leave room for splitting the parts at hand.
+    fn has_room(&self, polygons: usize) -> bool {
+        let pieces = polygons.saturating_mul(self.config.max_pieces_per_polygon.max(1)).max(FEWEST_PIECES);
+        let points = pieces.saturating_mul(CORNERS_PER_PIECE);
+        self.parts.len() + 2 * self.here.len() <= pieces.min(u32::MAX as usize)
+            && self.points.len() + 16 * self.here.len() <= points.min(u32::MAX as usize)
+    }
+
+    fn build_order(&mut self, items: &[Item]) {
+        self.take_in(items);
+        self.pending.clear();
+        self.pending.push(Pending { start: 0, depth: 0, parent: NO_NODE, is_front: false });
+        while let Some(Pending { start, depth, parent, is_front }) = self.pending.pop() {
+            self.here.clear();
+            self.here.extend(self.waiting.drain(start as usize..));
+            let may_split = self.here.len() > 1 && (depth as usize) < MAX_DEPTH && self.has_room(items.len());
+            let split = if may_split { self.choose() } else { None };
+            let (plane, own) = split.map_or((SplitPlane::NONE, None), |choice| (choice.plane, choice.own));
+            let node = self.order.node(plane, depth as usize);
+            if let Some(parent) = self.order.nodes.get_mut(parent as usize) {
+                *(if is_front { &mut parent.front } else { &mut parent.back }) = node;
+            }
+            let first = self.homes.len() as u32;
+            self.front.clear();
+            self.back.clear();
+            for i in 0..self.here.len() {
+                let part = self.here[i];
+                let item = self.parts[part as usize].item;
+                let stays = split.is_none() || own == Some(item);
+                match if stays { Side::On } else { plane.side(self.corners(part)) } {
+                    Side::On => self.keep(part, items),
+                    Side::Front => self.front.push(part),
+                    Side::Back => self.back.push(part),
+                    Side::Both => self.split(part, &plane),
+                }
+            }
+            self.at_home.push(Homes { first, own: self.homes.len() as u32 - first, all: 0 });
+            // The last to wait is the first to be made: what is behind.
+            for (is_front, parts) in [(true, &self.front), (false, &self.back)] {
+                if !parts.is_empty() {
+                    let start = self.waiting.len() as u32;
+                    self.waiting.extend_from_slice(parts);
+                    self.pending.push(Pending { start, depth: depth + 1, parent: node, is_front });
+                }
+            }
+        }
+    }
+
+    /// Makes a part a piece of the node at hand.
+    fn keep(&mut self, part: u32, items: &[Item]) {
+        let Part { item, first, corners, is_home } = self.parts[part as usize];
+        let item = items[item as usize];
+        self.order.piece(item.id, &self.points[first as usize..(first + corners) as usize]);
+        if is_home {
+            self.homes.push(item);
+        }
+    }
+
+    /// Cuts a part in two.
+    fn split(&mut self, part: u32, plane: &SplitPlane) {
+        let Part { item, corners, is_home, .. } = self.parts[part as usize];
+        let larger = plane.larger_side(self.corners(part));
+        let [mut front, mut back] = std::mem::take(&mut self.cut);
+        plane.cut(self.corners(part), &mut front, &mut back);
+        let fits = |piece: &[Vec3]| (3..=MAX_CORNERS).contains(&piece.len());
+        if (corners as usize) < MAX_CORNERS && fits(&front) && fits(&back) {
+            let part = self.add_part(item, &front, is_home && larger == Side::Front);
+            self.front.push(part);
+            let part = self.add_part(item, &back, is_home && larger == Side::Back);
+            self.back.push(part);
+        } else if larger == Side::Front {
+            self.front.push(part);
+        } else {
+            self.back.push(part);
+        }
+        self.cut = [front, back];
+    }
+
+    /// The tree for culling: the nodes with the polygons at home there, without those that have few.
+    fn build_cull(&mut self, tree: &mut FlatTree) {
+        let all = |at_home: &[Homes], node: u32| at_home.get(node as usize).map_or(0, |homes| homes.all);
+        for at in (0..self.order.nodes.len()).rev() {
+            let node = &self.order.nodes[at];
+            self.at_home[at].all =
+                self.at_home[at].own + all(&self.at_home, node.front) + all(&self.at_home, node.back);
+        }
+        let mut waiting = vec![(0, 0)];
+        while let Some((mut at, depth)) = waiting.pop() {
+            let (homes, node) = loop {
+                let (homes, node) = (self.at_home[at as usize], self.order.nodes[at as usize]);
+                let [front, back] = [node.front, node.back].map(|node| all(&self.at_home, node));
+                match (homes.own, front, back) {
+                    (0, 0, 1..) => at = node.back,
+                    (0, 1.., 0) => at = node.front,
+                    _ => break (homes, node),
+                }
+            };
+            if homes.all == 0 {
+                continue;
+            }
+            let first = homes.first as usize;
+            if homes.all as usize <= LEAF_CAPACITY || homes.own == homes.all {
+                self.group(first, homes.all as usize, depth, tree);
+                continue;
+            }
+            tree.inner(depth);
+            if homes.own > 0 {
+                self.group(first, homes.own as usize, depth + 1, tree);
+            }
+            let below = [node.front, node.back];
+            let has_some = |node: &u32| all(&self.at_home, *node) > 0;
+            waiting.extend(below.into_iter().filter(has_some).map(|node| (node, depth + 1)));
+        }
+    }
+
+    /// Polygons in a row, halved by number where a leaf cannot hold them.
+    fn group(&mut self, first: usize, count: usize, depth: usize, tree: &mut FlatTree) {
+        let split = |items: &mut [Item]| {
+            if items.len() <= LEAF_CAPACITY {
+                return Split::Leaf;
+            }
+            let axis = longest_axis(&box_of_centers(items));
+            let center = |item: &Item| item.bounds.center()[axis];
+            let half = items.len() / 2;
+            items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
+            Split::After(half)
+        };
+        let items = &mut self.homes[..];
+        let mut ranges = InPlace { items, split };
+        build_top_down(first..first + count, depth, LEAF_CAPACITY, &mut ranges, &mut self.cull_pending, tree);
+    }
+}
+
+impl TreeBuilder for BspBuilder {
+    const NAME: &'static str = "bsp";
+    const ON_UPDATE: OnUpdate = OnUpdate::Rebuild;
+
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
+        self.build_order(items);
+        self.build_cull(tree);
+    }
+
+    fn bytes(&self) -> usize {
+        let cut: usize = self.cut.iter().map(Vec::capacity).sum();
+        let lists = [&self.waiting, &self.here, &self.front, &self.back];
+        self.shapes.bytes()
+            + self.order.bytes()
+            + self.planes.capacity() * size_of::<Option<SplitPlane>>()
+            + self.parts.capacity() * size_of::<Part>()
+            + (self.points.capacity() + cut) * size_of::<Vec3>()
+            + lists.iter().map(|list| list.capacity()).sum::<usize>() * size_of::<u32>()
+            + self.pending.capacity() * size_of::<Pending>()
+            + self.homes.capacity() * size_of::<Item>()
+            + self.at_home.capacity() * size_of::<Homes>()
+            + self.cull_pending.capacity() * size_of::<CullPending>()
+    }
+}
+
+/// The middle of some points, computed so that it does not overflow.
+fn middle(points: &[Vec3]) -> Vec3 {
+    let bounds = Aabb::from_points(points);
+    bounds.center()
+}
+
+/// Stands for a polygon of which only the box is known: the rectangle through the middle of the box, across its
+/// shortest side.
+fn plate(bounds: &Aabb) -> ConvexPolygon {
+    let half = bounds.max * 0.5 - bounds.min * 0.5;
+    let axis = half.min_position();
+    let mut corner = bounds.min;
+    corner[axis] = bounds.center()[axis];
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let at = |max_u: bool, max_v: bool| {
+        let mut p = corner;
+        p[u] = if max_u { bounds.max[u] } else { p[u] };
+        p[v] = if max_v { bounds.max[v] } else { p[v] };
+        p
+    };
+    ConvexPolygon::quad([at(false, false), at(true, false), at(true, true), at(false, true)])
+}

@@ -1,0 +1,154 @@
+use glam::Vec3;
+
+use super::{
+    BspConfig, BspCounts,
+    build::{BspBuilder, MAX_DEPTH},
+    plane::MAX_CORNERS,
+};
+use crate::{by_id::ById, rebuilt::Rebuilt};
+use osp::{
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    math::{Aabb, Frustum, Ray},
+    polygon::{ConvexPolygon, PolygonId},
+};
+
+/// A binary space partition along the polygons' planes; see [`osp::index`] for what every index does.
+///
+/// It wants the polygons themselves ([`SpatialIndex::shape`]); where only a box is known, a plate in its middle stands
+/// for the polygon.
+#[derive(Debug)]
+pub struct Bsp(Rebuilt<BspBuilder>);
+
+impl Bsp {
+    /// An empty tree.
+    pub fn new(config: BspConfig, index: &IndexConfig) -> Self {
+        Self(Rebuilt::new(BspBuilder::new(config), index.room()))
+    }
+
+    /// Hands over the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece hides any
+    /// part of one that comes after it. A polygon comes once for each of its pieces, each with its corners in order.
+    ///
+    /// The order is exact but for pieces in leaves that hold several ([`BspCounts::unordered`]) and for the bend of
+    /// quads that are not quite flat.
+    pub fn back_to_front(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+        self.0.builder().order().back_to_front(eye, draw);
+    }
+
+    /// Hands over the planes of nodes, level by level, at most `most`: the level, 0 at the top, and the outline of what
+    /// the planes above and `bounds` leave of the plane, world space.
+    pub fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
+        self.0.builder().order().splits(bounds, most, draw);
+    }
+
+    /// What the tree has become at the last commit.
+    pub fn counts(&self) -> BspCounts {
+        self.0.builder().order().counts()
+    }
+}
+
+impl SpatialIndex for Bsp {
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.0.insert(id, bounds)
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.0.remove(id)?;
+        self.0.builder_mut().set_shape(id, None);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.0.update(id, bounds)?;
+        // What was known lies elsewhere now.
+        self.0.builder_mut().set_shape(id, None);
+        Ok(())
+    }
+
+    fn wants_shapes(&self) -> bool {
+        true
+    }
+
+    fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
+        if self.0.contains(id) && polygon.vertices().iter().all(|p| p.is_finite()) {
+            self.0.builder_mut().set_shape(id, Some(*polygon));
+        }
+    }
+
+    fn commit(&mut self) {
+        self.0.commit();
+        if self.0.is_empty() {
+            self.0.builder_mut().clear_order();
+            self.0.commit();
+        }
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        self.0.frustum_cull(frustum, draw_list)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.0.traverse(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        self.0.ray_nearest(ray, t_max, hit)
+    }
+
+    fn nearest(
+        &self,
+        point: Vec3,
+        count: usize,
+        distance_m: &mut dyn FnMut(PolygonId) -> f32,
+        out: &mut Vec<(PolygonId, f32)>,
+    ) -> WorkCounts {
+        self.0.nearest(point, count, distance_m, out)
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        self.0.upkeep()
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.0.validate()?;
+        if self.0.is_due() {
+            return Ok(());
+        }
+        let order = self.0.builder().order();
+        order.validate(MAX_DEPTH, MAX_CORNERS)?;
+        let mut pieces = ById::new(0u32);
+        let mut polygons = 0;
+        for id in order.ids() {
+            polygons += usize::from(pieces.get(id) == 0);
+            pieces.set(id, pieces.get(id) + 1);
+            if !self.0.contains(id) {
+                return Err(format!("a piece of polygon {}, which is not filed", id.0));
+            }
+        }
+        if polygons != self.len() {
+            return Err(format!("pieces of {polygons} polygons, {} filed", self.len()));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.0.builder_mut().clear();
+        self.0.clear();
+    }
+}

@@ -1,0 +1,236 @@
+use glam::{DVec3, Vec3};
+
+use super::plane::{Side, SplitPlane};
+use crate::walk_stack::WalkStack;
+use osp::{
+    math::{Aabb, clip_convex},
+    polygon::PolygonId,
+};
+
+/// Stands for a node that is not there.
+pub(super) const NO_NODE: u32 = u32::MAX;
+
+/// What a tree has become.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BspCounts {
+    /// Nodes.
+    pub nodes: usize,
+    /// Pieces of all polygons; as many as polygons if nothing had to be cut.
+    pub pieces: usize,
+    /// Pieces in leaves that hold several, because a bound was reached or they have no plane: their order is that of
+    /// their distances, which need not be right.
+    pub unordered: usize,
+    /// The deepest node; the top has depth 0.
+    pub depth: usize,
+}
+
+/// A node: the pieces in its plane, and what is in front of and behind it. A leaf has no plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OrderNode {
+    pub(super) plane: SplitPlane,
+    pub(super) front: u32,
+    pub(super) back: u32,
+    /// Its own pieces.
+    pub(super) first: u32,
+    pub(super) count: u32,
+}
+
+/// A piece of a polygon.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    id: PolygonId,
+    first: u32,
+    corners: u32,
+}
+
+/// Polygons cut so that they have an order from every eye. Nodes depth first, what is behind a plane first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OrderTree {
+    pub(super) nodes: Vec<OrderNode>,
+    pieces: Vec<Piece>,
+    points: Vec<Vec3>,
+    depth: usize,
+}
+
+/// What a walk has still to do.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Below(u32),
+    Own(u32),
+}
+
+impl OrderTree {
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.pieces.clear();
+        self.points.clear();
+        self.depth = 0;
+    }
+
+    /// The next node, depth first, with its pieces still to come.
+    pub(super) fn node(&mut self, plane: SplitPlane, depth: usize) -> u32 {
+        let first = self.pieces.len() as u32;
+        self.nodes.push(OrderNode { plane, front: NO_NODE, back: NO_NODE, first, count: 0 });
+        self.depth = self.depth.max(depth);
+        self.nodes.len() as u32 - 1
+    }
+
+    /// A piece of the last node.
+    pub(super) fn piece(&mut self, id: PolygonId, corners: &[Vec3]) {
+        let first = self.points.len() as u32;
+        self.points.extend_from_slice(corners);
+        self.pieces.push(Piece { id, first, corners: corners.len() as u32 });
+        if let Some(node) = self.nodes.last_mut() {
+            node.count += 1;
+        }
+    }
+
+    fn own(&self, node: &OrderNode) -> &[Piece] {
+        &self.pieces[node.first as usize..(node.first + node.count) as usize]
+    }
+
+    fn corners(&self, piece: &Piece) -> &[Vec3] {
+        &self.points[piece.first as usize..(piece.first + piece.corners) as usize]
+    }
+
+    pub(super) fn back_to_front(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut stack = WalkStack::from(Step::Below(0));
+        while let Some(step) = stack.pop() {
+            match step {
+                Step::Own(at) => self.draw_own(&self.nodes[at as usize], eye, draw),
+                Step::Below(NO_NODE) => {}
+                Step::Below(at) => {
+                    let node = &self.nodes[at as usize];
+                    let in_front = node.plane.distance(eye) >= 0.0;
+                    let (near, far) =
+                        if in_front { (node.front, node.back) } else { (node.back, node.front) };
+                    stack.push(Step::Below(near));
+                    stack.push(Step::Own(at));
+                    stack.push(Step::Below(far));
+                }
+            }
+        }
+    }
+
+    /// See [`Bsp::splits`](super::Bsp::splits).
+    pub(super) fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
+        let (center, reach) = (bounds.center().as_dvec3(), f64::from(bounds.extent().length()));
+        let sides: Vec<_> = (0..3)
+            .flat_map(|axis| {
+                let (min, max) = (bounds.min[axis], bounds.max[axis]);
+                [(SplitPlane::across(axis, min), 1.0), (SplitPlane::across(axis, max), -1.0)]
+            })
+            .collect();
+        // Level by level, so that it is the lowest that are left out.
+        let mut queue = std::collections::VecDeque::from([(0u32, 0u32, sides)]);
+        let mut drawn = 0;
+        while let Some((at, depth, sides)) = queue.pop_front() {
+            let Some(node) = self.nodes.get(at as usize).filter(|node| !node.plane.is_none()) else {
+                continue;
+            };
+            if drawn == most {
+                return;
+            }
+            drawn += 1;
+            let mut outline = node.plane.square(center, reach);
+            for (plane, sign) in &sides {
+                let mut kept = Vec::with_capacity(outline.len() + 1);
+                clip_convex(&outline, |p: DVec3| sign * plane.distance_of(p), |p| kept.push(p));
+                outline = kept;
+            }
+            let corners: Vec<Vec3> = outline.iter().map(|p| p.as_vec3()).collect();
+            if corners.len() > 2 {
+                draw(depth, &corners);
+            }
+            for (below, sign) in [(node.front, 1.0), (node.back, -1.0)] {
+                let mut sides = sides.clone();
+                sides.push((node.plane, sign));
+                queue.push_back((below, depth + 1, sides));
+            }
+        }
+    }
+
+    fn draw_own(&self, node: &OrderNode, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
+        let own = self.own(node);
+        if own.len() < 2 || !node.plane.is_none() {
+            own.iter().for_each(|piece| draw(piece.id, self.corners(piece)));
+            return;
+        }
+        let distance = |piece: &Piece| {
+            let corners = self.corners(piece);
+            let sum: f64 = corners.iter().map(|p| p.as_dvec3().distance_squared(eye.as_dvec3())).sum();
+            sum / corners.len().max(1) as f64
+        };
+        let mut farthest_first: Vec<(f64, &Piece)> =
+            own.iter().map(|piece| (distance(piece), piece)).collect();
+        farthest_first.sort_by(|a, b| b.0.total_cmp(&a.0));
+        farthest_first.iter().for_each(|(_, piece)| draw(piece.id, self.corners(piece)));
+    }
+
+    pub(super) fn counts(&self) -> BspCounts {
+        let several = self.nodes.iter().filter(|node| node.plane.is_none() && node.count > 1);
+        BspCounts {
+            nodes: self.nodes.len(),
+            pieces: self.pieces.len(),
+            unordered: several.map(|node| node.count as usize).sum(),
+            depth: self.depth,
+        }
+    }
+
+    /// The polygon of every piece.
+    pub(super) fn ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
+        self.pieces.iter().map(|piece| piece.id)
+    }
+
+    /// Checks that every node has one parent, and that all pieces lie where the planes above say.
+    pub(super) fn validate(&self, max_depth: usize, max_corners: usize) -> Result<(), String> {
+        let reach = self.points.iter().map(|p| f64::from(p.abs().max_element())).fold(0.0, f64::max);
+        let mut seen = 0;
+        let mut pieces = 0;
+        // Nodes to look at, with their depth; the planes above, each with the side that is being looked at.
+        let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![(0, Side::Both, 0)] };
+        let mut above: Vec<(SplitPlane, Side)> = vec![(SplitPlane::NONE, Side::Both)];
+        while let Some((at, side, depth)) = waiting.pop() {
+            if at as usize != seen {
+                return Err(format!("node {at} comes as number {seen}"));
+            }
+            seen += 1;
+            if depth > max_depth {
+                return Err(format!("node {at} is deeper than {max_depth}"));
+            }
+            above.truncate(depth + 1);
+            above[depth].1 = side;
+            let node = &self.nodes[at as usize];
+            if node.first as usize != pieces {
+                return Err(format!("node {at} has pieces from {}, expected {pieces}", node.first));
+            }
+            pieces += node.count as usize;
+            for piece in self.own(node).iter().filter(|piece| (piece.corners as usize) < max_corners) {
+                for &p in self.corners(piece) {
+                    let is_wrong = |(plane, side): &(SplitPlane, Side)| !plane.allows(*side, p, reach);
+                    if above.iter().any(is_wrong) || !node.plane.allows(Side::On, p, reach) {
+                        return Err(format!("a piece of polygon {} is on the wrong side", piece.id.0));
+                    }
+                }
+            }
+            above.push((node.plane, Side::Both));
+            let below = [(node.front, Side::Front), (node.back, Side::Back)];
+            waiting.extend(
+                below.iter().filter(|(at, _)| *at != NO_NODE).map(|&(at, side)| (at, side, depth + 1)),
+            );
+        }
+        if seen != self.nodes.len() || pieces != self.pieces.len() {
+            return Err(format!("{seen} of {} nodes hang in the tree", self.nodes.len()));
+        }
+        Ok(())
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<OrderNode>()
+            + self.pieces.capacity() * size_of::<Piece>()
+            + self.points.capacity() * size_of::<Vec3>()
+    }
+}

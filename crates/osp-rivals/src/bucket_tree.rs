@@ -1,0 +1,242 @@
+//! A tree that grows in place, whatever way it partitions space: polygons lie in the leaf of their centre, leaves split
+//! when they are full and join when they have become empty, every node has the tight box of what is below.
+
+mod cull;
+mod edit;
+mod validate;
+
+use glam::Vec3;
+
+use super::{
+    buckets::{Buckets, NOWHERE, Spot},
+    by_id::{ById, FiledBoxes},
+    item::Item,
+};
+use osp::{
+    index::{
+        DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
+        kernels::{IdWriter, Nearest},
+    },
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// Blocks of sixteen polygons of a bucket: a full leaf.
+const BLOCKS: usize = 4;
+
+/// No node.
+const NONE: u32 = u32::MAX;
+
+/// The top node.
+const ROOT: u32 = 0;
+
+/// A way to partition space.
+pub(super) trait Partition: Send + Sync + std::fmt::Debug {
+    /// The name of the index on the command line and in tables.
+    const NAME: &'static str;
+
+    /// Children of an inner node, at most four.
+    const ARITY: usize;
+
+    /// Where a node lies and, in an inner node, where it is split.
+    type Cell: Copy + Send + Sync + std::fmt::Debug;
+
+    /// The cell of the first node.
+    fn root_cell(&self) -> Self::Cell;
+
+    /// The cell around `root` that is nearer to holding `center`, and which of its children `root` is; [`None`] if
+    /// `root` holds it, or if there is no larger cell.
+    fn grow(&self, root: &Self::Cell, center: Vec3) -> Option<(Self::Cell, usize)>;
+
+    /// The cell, with a split, of a leaf that becomes an inner node; [`None`] if `items`, its polygons, cannot be told
+    /// apart. Every child gets at least one of them, or all children have smaller cells.
+    fn split(&self, cell: &Self::Cell, items: &mut [Item]) -> Option<Self::Cell>;
+
+    /// The cell of a child of an inner node.
+    fn child_cell(cell: &Self::Cell, child: usize) -> Self::Cell;
+
+    /// The child of an inner node that a centre belongs to.
+    fn child_of(&self, cell: &Self::Cell, center: Vec3) -> usize;
+
+    /// Whether splits follow the polygons, so that a subtree that has lost most of them is built anew.
+    const FOLLOWS_POLYGONS: bool;
+
+    /// Whether a child with `child` of its parent's `count` polygons has too many of them.
+    fn is_lopsided(&self, count: u32, child: u32) -> bool;
+}
+
+#[derive(Clone, Copy, Debug)]
+struct TreeNode<C> {
+    bounds: Aabb,
+    cell: C,
+    parent: u32,
+    /// The first of [`Partition::ARITY`] children in a row; [`NONE`] in a leaf.
+    first_child: u32,
+    /// A leaf's chain of buckets.
+    chain: u32,
+    /// Here and below.
+    polygons: u32,
+    /// A leaf is split when it holds more; doubled when its polygons cannot be told apart. An inner node is looked at
+    /// for lopsidedness when it holds more: half as many again as when it was built.
+    rebuild_at: u32,
+}
+
+impl<C> TreeNode<C> {
+    fn is_leaf(&self) -> bool {
+        self.first_child == NONE
+    }
+}
+
+/// See [the module](self).
+#[derive(Debug)]
+pub(super) struct BucketTree<P: Partition> {
+    partition: P,
+    /// Polygons of a leaf before it is split; a subtree with half as many becomes a leaf again.
+    leaf_capacity: u32,
+    /// The first one is the root.
+    nodes: Vec<TreeNode<P::Cell>>,
+    /// First of a chain of unused rows of nodes, linked by `parent`.
+    first_free: u32,
+    buckets: Buckets<BLOCKS>,
+    filed: FiledBoxes,
+    spot: ById<Spot>,
+    /// Filled and emptied within a change.
+    items: Vec<Item>,
+    pending: Vec<(u32, u32, u32)>,
+    upkeep: Upkeep,
+}
+
+impl<P: Partition> BucketTree<P> {
+    pub(super) fn new(partition: P, leaf_capacity: usize, index: &IndexConfig) -> Self {
+        let mut spot = ById::new(NOWHERE);
+        spot.reserve(index.room());
+        let mut tree = Self {
+            partition,
+            leaf_capacity: leaf_capacity.clamp(1, 1 << 20) as u32,
+            nodes: Vec::new(),
+            first_free: NONE,
+            buckets: Buckets::with_capacity(index.room()),
+            filed: FiledBoxes::with_capacity(index.room()),
+            spot,
+            items: Vec::new(),
+            pending: Vec::new(),
+            upkeep: Upkeep::default(),
+        };
+        tree.init_root();
+        tree
+    }
+
+    fn init_root(&mut self) {
+        self.nodes.clear();
+        self.first_free = NONE;
+        let root = self.new_leaf(self.partition.root_cell(), NONE);
+        self.nodes.push(root);
+    }
+
+    fn new_leaf(&self, cell: P::Cell, parent: u32) -> TreeNode<P::Cell> {
+        TreeNode {
+            bounds: Aabb::EMPTY,
+            cell,
+            parent,
+            first_child: NONE,
+            chain: super::buckets::NONE,
+            polygons: 0,
+            rebuild_at: self.leaf_capacity,
+        }
+    }
+
+    fn node(&self, at: u32) -> &TreeNode<P::Cell> {
+        &self.nodes[at as usize]
+    }
+
+    fn node_mut(&mut self, at: u32) -> &mut TreeNode<P::Cell> {
+        &mut self.nodes[at as usize]
+    }
+
+    fn children(&self, at: u32) -> impl DoubleEndedIterator<Item = u32> + use<P> {
+        let first = self.node(at).first_child;
+        let count = if first == NONE { 0 } else { P::ARITY as u32 };
+        (0..count).map(move |i| first + i)
+    }
+}
+
+impl<P: Partition> SpatialIndex for BucketTree<P> {
+    fn name(&self) -> &'static str {
+        P::NAME
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.file(&Item { bounds: *bounds, id });
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.filed.remove(id)?;
+        self.take_out(id);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.update(id, bounds)?;
+        let spot = self.spot.get(id);
+        let owner = self.buckets.owner(spot);
+        if self.leaf_for(bounds.center()) == Some(owner) {
+            self.buckets.set_bounds(spot, bounds);
+            self.tighten_upwards(owner);
+            self.upkeep.adjusted += 1;
+        } else {
+            self.take_out(id);
+            self.file(&Item { bounds: *bounds, id });
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        IdWriter::append(draw_list.ids_mut(), |out| self.frustum_cull_all(frustum, out))
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.visit(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.ask_along(ray, &mut nearest);
+        nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.check()
+    }
+
+    fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<TreeNode<P::Cell>>()
+            + self.buckets.bytes()
+            + self.filed.bytes()
+            + self.spot.bytes()
+            + self.items.capacity() * size_of::<Item>()
+    }
+
+    fn clear(&mut self) {
+        self.buckets.clear();
+        self.filed.clear();
+        self.spot.clear();
+        self.init_root();
+    }
+}

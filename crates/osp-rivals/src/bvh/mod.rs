@@ -1,0 +1,61 @@
+//! Bounding volume hierarchies, built from scratch when polygons come or go and refitted when they only move.
+//!
+//! What they share is elsewhere: the flat tree with its queries, refit and checks, and the index around it that says
+//! when to build. Here are only the builders, one file each; each puts the polygons into an order and says where nodes
+//! begin and end. Leaves hold up to 64 polygons in all of them, tested sixteen at a time.
+
+mod binned_sah;
+mod hlbvh;
+mod lbvh;
+mod median;
+mod midpoint;
+mod morton;
+mod sweep_sah;
+pub(super) mod top_down;
+mod two_level;
+
+pub(super) use binned_sah::BinnedSahBuilder;
+pub use binned_sah::SahConfig;
+pub use hlbvh::HlbvhConfig;
+pub use lbvh::LbvhConfig;
+pub use median::MedianConfig;
+pub use midpoint::MidpointConfig;
+pub use sweep_sah::SweepSahConfig;
+pub use two_level::{BvhTwoLevel, TwoLevelConfig};
+
+use super::rebuilt::Rebuilt;
+use osp::index::{IndexConfig, SpatialIndex};
+
+/// Polygons of a leaf unless told otherwise: four wide tests. More: smaller trees, more polygons tested. Frustum queries
+/// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
+pub(super) const LEAF_CAPACITY: usize = 64;
+
+/// A hierarchy halved in the middle of space.
+pub fn bvh_midpoint(config: &MidpointConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(midpoint::MidpointBuilder::new(*config), index.room()))
+}
+
+/// A hierarchy halved by number of polygons.
+pub fn bvh_median(config: &MedianConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(median::MedianBuilder::new(*config), index.room()))
+}
+
+/// A hierarchy split where the surface area heuristic over a few buckets says.
+pub fn bvh_sah(config: &SahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.room()))
+}
+
+/// A hierarchy split where the surface area heuristic over all places says.
+pub fn bvh_sah_sweep(config: &SweepSahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.room()))
+}
+
+/// A hierarchy along the Morton curve.
+pub fn lbvh(config: &LbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.room()))
+}
+
+/// A hierarchy along the Morton curve below, by the surface area heuristic on top.
+pub fn hlbvh(config: &HlbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.room()))
+}

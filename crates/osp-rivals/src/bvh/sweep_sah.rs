@@ -1,0 +1,173 @@
+//! Split by the surface area heuristic at every possible place: the best tree of its kind, and the slowest to build.
+//!
+//! Source: Ingo Wald and Vlastimil Havran, "On building fast kd-Trees for Ray Tracing, and on doing that in
+//! O(N log N)" (2006): sorted once along each axis, the orders kept by stable partition; for boxes as in Ingo Wald,
+//! Solomon Boulos, Peter Shirley, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies" (2007).
+
+use std::ops::Range;
+
+use super::{
+    LEAF_CAPACITY,
+    top_down::{Pending, Ranges, Split, build_top_down},
+};
+use crate::{
+    flat_tree::{FlatTree, area},
+    item::Item,
+    rebuilt::{OnUpdate, TreeBuilder},
+};
+use osp::math::Aabb;
+
+/// How a hierarchy is split by the full sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweepSahConfig {
+    /// No leaf holds more polygons.
+    pub leaf_capacity: usize,
+    /// Cost of looking at a node. Larger: larger leaves.
+    pub node_cost: f64,
+    /// Cost of testing a polygon of a leaf; less than a node's, because sixteen are tested at once.
+    pub polygon_cost: f64,
+}
+
+impl Default for SweepSahConfig {
+    fn default() -> Self {
+        Self { leaf_capacity: LEAF_CAPACITY, node_cost: 1.0, polygon_cost: 0.03 }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct SweepSahBuilder {
+    config: SweepSahConfig,
+    /// Item numbers by centre, an order for each axis.
+    orders: [Vec<u32>; 3],
+    scratch: Scratch,
+    pending: Vec<Pending>,
+}
+
+/// Filled and used within a build.
+#[derive(Debug, Default)]
+struct Scratch {
+    /// Cost of what lies behind a place of the sweep.
+    behind: Vec<f64>,
+    is_first: Vec<bool>,
+    second: Vec<u32>,
+    leaf: Vec<Item>,
+}
+
+impl SweepSahBuilder {
+    pub(super) fn new(config: SweepSahConfig) -> Self {
+        Self { config, orders: Default::default(), scratch: Scratch::default(), pending: Vec::new() }
+    }
+}
+
+struct Sweep<'a> {
+    config: SweepSahConfig,
+    items: &'a [Item],
+    orders: &'a mut [Vec<u32>; 3],
+    scratch: &'a mut Scratch,
+}
+
+impl Sweep<'_> {
+    /// The cheapest place along an order: its cost and how many come first.
+    fn best_along(&mut self, axis: usize, range: Range<usize>) -> (f64, usize) {
+        let order = &self.orders[axis][range];
+        let bounds = |&i: &u32| &self.items[i as usize].bounds;
+        let mut around = Aabb::EMPTY;
+        for (i, item) in order.iter().enumerate().skip(1).rev() {
+            around = around.union(bounds(item));
+            self.scratch.behind[i] = area(&around) * (order.len() - i) as f64;
+        }
+        around = Aabb::EMPTY;
+        let mut best = (f64::INFINITY, 0);
+        for (i, item) in order.iter().enumerate().take(order.len() - 1) {
+            around = around.union(bounds(item));
+            let cost = area(&around) * (i + 1) as f64 + self.scratch.behind[i + 1];
+            if cost < best.0 {
+                best = (cost, i + 1);
+            }
+        }
+        best
+    }
+
+    /// Brings the first `first` of an axis' order to the front of the other orders too; nothing else changes place.
+    fn reorder(&mut self, axis: usize, range: Range<usize>, first: usize) {
+        for (i, &item) in self.orders[axis][range.clone()].iter().enumerate() {
+            self.scratch.is_first[item as usize] = i < first;
+        }
+        for other in (0..3).filter(|&other| other != axis) {
+            let order = &mut self.orders[other][range.clone()];
+            self.scratch.second.clear();
+            let mut kept = 0;
+            for i in 0..order.len() {
+                let item = order[i];
+                if self.scratch.is_first[item as usize] {
+                    order[kept] = item;
+                    kept += 1;
+                } else {
+                    self.scratch.second.push(item);
+                }
+            }
+            order[kept..].copy_from_slice(&self.scratch.second);
+        }
+    }
+}
+
+impl Ranges for Sweep<'_> {
+    fn split(&mut self, range: Range<usize>) -> Split {
+        let count = range.len();
+        let along = [0, 1, 2].map(|axis| self.best_along(axis, range.clone()));
+        let axis = (0..3).min_by(|&a, &b| along[a].0.total_cmp(&along[b].0)).unwrap_or(0);
+        let (cost, first) = along[axis];
+        let around = self.orders[0][range.clone()]
+            .iter()
+            .fold(Aabb::EMPTY, |all, &i| all.union(&self.items[i as usize].bounds));
+        let whole = area(&around);
+        let SweepSahConfig { leaf_capacity, node_cost, polygon_cost } = self.config;
+        let leaf_cost = polygon_cost * whole * count as f64;
+        if count <= leaf_capacity && leaf_cost <= node_cost * whole + polygon_cost * cost {
+            return Split::Leaf;
+        }
+        // Without any surface all places cost the same: halves, along the axis on which there is some length.
+        let (axis, first) = if whole > 0.0 && cost.is_finite() {
+            (axis, first)
+        } else {
+            (super::top_down::longest_axis(&around), count / 2)
+        };
+        self.reorder(axis, range, first);
+        Split::After(first)
+    }
+
+    fn leaf(&mut self, range: Range<usize>, depth: usize, tree: &mut FlatTree) {
+        self.scratch.leaf.clear();
+        self.scratch.leaf.extend(self.orders[0][range].iter().map(|&i| self.items[i as usize]));
+        tree.leaf(depth, &self.scratch.leaf);
+    }
+}
+
+impl TreeBuilder for SweepSahBuilder {
+    const NAME: &'static str = "bvh-sah-sweep";
+    const ON_UPDATE: OnUpdate = OnUpdate::Refit;
+
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree) {
+        for (axis, order) in self.orders.iter_mut().enumerate() {
+            order.clear();
+            order.extend(0..items.len() as u32);
+            let center = |i: u32| items[i as usize].bounds.center()[axis];
+            order.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+        }
+        self.scratch.behind.resize(items.len() + 1, 0.0);
+        self.scratch.is_first.resize(items.len(), false);
+        let mut sweep =
+            Sweep { config: self.config, items, orders: &mut self.orders, scratch: &mut self.scratch };
+        let range = 0..sweep.items.len();
+        build_top_down(range, 0, self.config.leaf_capacity, &mut sweep, &mut self.pending, tree);
+    }
+
+    fn bytes(&self) -> usize {
+        let orders: usize = self.orders.iter().map(Vec::capacity).sum();
+        (orders + self.scratch.second.capacity()) * size_of::<u32>()
+            + self.scratch.behind.capacity() * size_of::<f64>()
+            + self.scratch.is_first.capacity()
+            + self.scratch.leaf.capacity() * size_of::<Item>()
+            + self.pending.capacity() * size_of::<Pending>()
+    }
+}

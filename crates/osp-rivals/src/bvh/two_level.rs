@@ -1,0 +1,240 @@
+//! Two levels: a hierarchy of high quality over what has been there for a while, a dynamic one over what is new.
+//!
+//! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic
+//! Transformation" (1980), with two structures instead of a logarithmic number; common in renderers as the static and
+//! the dynamic scene. A query asks both. What is new goes to the dynamic tree, what is erased from the static one leaves
+//! a hole, what moves does both; when either has piled up beyond a share of the whole, one rebuild makes everything
+//! static again. That keeps queries close to a fresh tree's, and puts a spike of O(n log n) into single frames.
+
+use super::BinnedSahBuilder;
+use crate::{
+    SahConfig,
+    by_id::{ById, FiledBoxes, NO_POLYGON},
+    dynamic_bvh::BoxTree,
+    flat_tree::{FlatTree, Tightness},
+    item::Item,
+    rebuilt::TreeBuilder,
+};
+use osp::{
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// When the two levels become one again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoLevelConfig {
+    /// Polygons of the dynamic level, and holes of the static one, as a share of all polygons. Larger: rarer rebuilds,
+    /// slower queries in between.
+    pub max_share: f32,
+    /// Below this number of either nothing is rebuilt.
+    pub min_changed: usize,
+    /// How the static level is built.
+    pub sah: SahConfig,
+}
+
+impl Default for TwoLevelConfig {
+    fn default() -> Self {
+        Self { max_share: 0.25, min_changed: 512, sah: SahConfig::default() }
+    }
+}
+
+/// Where a polygon is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Nowhere,
+    /// Filed since the last commit.
+    Waiting,
+    /// Place in the static tree's order.
+    Static(u32),
+    /// Leaf of the dynamic tree.
+    Dynamic(u32),
+}
+
+/// The two levels as an index.
+#[derive(Debug)]
+pub struct BvhTwoLevel {
+    config: TwoLevelConfig,
+    builder: BinnedSahBuilder,
+    filed: FiledBoxes,
+    place: ById<Place>,
+    fixed: FlatTree,
+    dynamic: BoxTree,
+    /// Polygons that were filed since the last commit; some may have gone again.
+    waiting: Vec<PolygonId>,
+    /// Filled and emptied within a rebuild.
+    items: Vec<Item>,
+    /// Work of the rebuilds.
+    rebuilt: Upkeep,
+}
+
+impl BvhTwoLevel {
+    /// An empty index.
+    pub fn new(config: TwoLevelConfig, index: &IndexConfig) -> Self {
+        let mut place = ById::new(Place::Nowhere);
+        place.reserve(index.room());
+        Self {
+            config,
+            builder: BinnedSahBuilder::new(config.sah),
+            filed: FiledBoxes::with_capacity(index.room()),
+            place,
+            fixed: FlatTree::default(),
+            dynamic: BoxTree::with_capacity(config.min_changed),
+            waiting: Vec::new(),
+            items: Vec::with_capacity(index.room()),
+            rebuilt: Upkeep::default(),
+        }
+    }
+
+    fn wait(&mut self, id: PolygonId) {
+        self.place.set(id, Place::Waiting);
+        self.waiting.push(id);
+    }
+
+    fn take_out(&mut self, id: PolygonId) {
+        match self.place.get(id) {
+            Place::Static(at) => self.fixed.vacate(at as usize),
+            Place::Dynamic(leaf) => self.dynamic.remove(leaf),
+            Place::Nowhere | Place::Waiting => {}
+        }
+        self.place.set(id, Place::Nowhere);
+    }
+
+    /// Whether so many changed polygons are worth a rebuild.
+    fn pays(&self, changed: usize) -> bool {
+        changed > self.config.min_changed && changed as f32 > self.config.max_share * self.filed.len() as f32
+    }
+
+    fn rebuild(&mut self) {
+        self.dynamic.clear();
+        self.fixed.start(self.filed.len());
+        self.items.clear();
+        self.items.extend(self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
+        if !self.items.is_empty() {
+            self.builder.build(&mut self.items, &mut self.fixed);
+        }
+        self.fixed.finish();
+        self.rebuilt.filed += self.filed.len() as u64;
+        self.rebuilt.boxes += self.fixed.node_count() as u64;
+        for (at, &id) in self.fixed.ids().iter().enumerate() {
+            self.place.set(id, Place::Static(at as u32));
+        }
+    }
+}
+
+impl SpatialIndex for BvhTwoLevel {
+    fn name(&self) -> &'static str {
+        "bvh-two-level"
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.wait(id);
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.filed.remove(id)?;
+        self.take_out(id);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.update(id, bounds)?;
+        self.take_out(id);
+        self.wait(id);
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if self.pays(self.dynamic.len() + self.waiting.len()) || self.pays(self.fixed.holes()) {
+            self.waiting.clear();
+            self.rebuild();
+            return;
+        }
+        for id in self.waiting.drain(..) {
+            // Gone again, or listed twice.
+            if self.place.get(id) == Place::Waiting {
+                let leaf = self.dynamic.insert(id, &self.filed.get(id));
+                self.place.set(id, Place::Dynamic(leaf));
+            }
+        }
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        let mut work = self.fixed.frustum_cull(frustum, draw_list);
+        work += self.dynamic.frustum_cull(frustum, draw_list);
+        work
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let mut work = self.fixed.traverse(frustum, visitor);
+        work += self.dynamic.traverse(frustum, visitor);
+        work
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.fixed.ray_nearest(ray, &mut nearest);
+        self.dynamic.ray_nearest(ray, &mut nearest);
+        nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        let mut all = self.rebuilt;
+        all += self.dynamic.upkeep();
+        Some(all)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.fixed.validate(Tightness::Loose)?;
+        self.dynamic.validate()?;
+        for (at, &id) in self.fixed.ids().iter().enumerate().filter(|(_, id)| **id != NO_POLYGON) {
+            if self.place.get(id) != Place::Static(at as u32) || self.fixed.get_box(at) != self.filed.get(id)
+            {
+                return Err(format!("polygon {} of the static level has another place or box", id.0));
+            }
+        }
+        for (leaf, id, bounds) in self.dynamic.leaves() {
+            if self.place.get(id) != Place::Dynamic(leaf) || *bounds != self.filed.get(id) {
+                return Err(format!("polygon {} of the dynamic level has another place or box", id.0));
+            }
+        }
+        let (all, holes, dynamic) = (self.fixed.len(), self.fixed.holes(), self.dynamic.len());
+        let waiting = self.filed.iter().filter(|(id, _)| self.place.get(*id) == Place::Waiting).count();
+        if all - holes + dynamic + waiting != self.filed.len() {
+            return Err(format!(
+                "{all} static, {holes} of them holes, {dynamic} dynamic, {waiting} waiting, {} filed",
+                self.filed.len()
+            ));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.builder.bytes()
+            + self.filed.bytes()
+            + self.place.bytes()
+            + self.fixed.bytes()
+            + self.dynamic.bytes()
+            + self.waiting.capacity() * size_of::<PolygonId>()
+            + self.items.capacity() * size_of::<Item>()
+    }
+
+    fn clear(&mut self) {
+        self.filed.clear();
+        self.place.clear();
+        self.fixed.clear();
+        self.dynamic.clear();
+        self.waiting.clear();
+    }
+}

@@ -1,0 +1,128 @@
+//! A hierarchy that takes polygons one at a time and never rebuilds.
+//!
+//! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it: a
+//! polygon becomes the sibling of the node that a greedy, bounded descent finds cheapest by surface area, and every
+//! node on the way back up exchanges a child with a grandchild of its other child where that makes boxes smaller.
+//!
+//! # Differences from the source
+//! * In three dimensions, with surfaces (in `f64`, whose squares do not overflow) for perimeters.
+//! * No fat margins: a box that moves is taken out and put in again, because every query here is exact.
+//! * Where two ways cost the same the descent goes on, to the nearer centre and then to the lower subtree. Coincident
+//!   polygons would otherwise all become the root's sibling: a chain as deep as there are polygons.
+//! * Two siblings' heights may differ by 32 at most; beyond that the taller one is rotated up, whatever it costs. No
+//!   order of insertion (boxes around boxes, for one) makes a chain.
+
+mod query;
+mod tree;
+mod validate;
+
+pub(super) use tree::BoxTree;
+
+use super::by_id::{ById, FiledBoxes};
+use osp::{
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::Nearest},
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// The dynamic hierarchy as an index.
+#[derive(Debug)]
+pub struct DynamicBvh {
+    filed: FiledBoxes,
+    /// Node of a polygon.
+    leaf: ById<u32>,
+    tree: BoxTree,
+}
+
+impl DynamicBvh {
+    /// An empty tree.
+    pub fn new(config: &IndexConfig) -> Self {
+        let mut leaf = ById::new(tree::NONE);
+        leaf.reserve(config.room());
+        Self {
+            filed: FiledBoxes::with_capacity(config.room()),
+            leaf,
+            tree: BoxTree::with_capacity(config.room()),
+        }
+    }
+}
+
+impl SpatialIndex for DynamicBvh {
+    fn name(&self) -> &'static str {
+        "dynamic-bvh"
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.leaf.set(id, self.tree.insert(id, bounds));
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.filed.remove(id)?;
+        self.tree.remove(self.leaf.get(id));
+        self.leaf.set(id, tree::NONE);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.update(id, bounds)?;
+        self.tree.remove(self.leaf.get(id));
+        self.leaf.set(id, self.tree.insert(id, bounds));
+        Ok(())
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        self.tree.frustum_cull(frustum, draw_list)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.tree.traverse(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.tree.ray_nearest(ray, &mut nearest);
+        nearest.found()
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.tree.upkeep())
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.tree.validate()?;
+        let mut found = 0;
+        for (leaf, id, bounds) in self.tree.leaves() {
+            if self.leaf.get(id) != leaf || self.filed.get(id) != *bounds {
+                return Err(format!("polygon {} is at another leaf or has another box", id.0));
+            }
+            found += 1;
+        }
+        if found != self.filed.len() {
+            return Err(format!("{found} polygons in the tree, {} filed", self.filed.len()));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.filed.bytes() + self.leaf.bytes() + self.tree.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.filed.clear();
+        self.leaf.clear();
+        self.tree.clear();
+    }
+}

@@ -1,0 +1,45 @@
+use std::collections::BinaryHeap;
+
+use super::FlatTree;
+use crate::by_id::NO_POLYGON;
+use osp::index::{
+    WorkCounts,
+    kernels::{NearestPolygons, Waiting},
+};
+
+impl FlatTree {
+    /// Asks about the polygons around a point, always those of the nearest node first: no order of nodes asks fewer
+    /// (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
+    pub(crate) fn ask_nearest(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let mut heap = BinaryHeap::new();
+        let Some(top) = self.nodes.first() else { return work };
+        // A node, and the place of its first polygon.
+        heap.extend(nearest.distance_of(&top.bounds).map(|t| Waiting { t, place: (0, 0) }));
+        while let Some(Waiting { place: (node, first), .. }) = heap.pop() {
+            // Others may have come nearer since it was put in; then all that wait are too far.
+            if nearest.distance_of(&self.nodes[node].bounds).is_none() {
+                break;
+            }
+            work.nodes += 1;
+            if self.is_leaf(node) {
+                for at in first..first + self.nodes[node].polygons as usize {
+                    let id = self.lanes.ids()[at];
+                    work.boxes += 1;
+                    if id != NO_POLYGON && nearest.distance_of(&self.lanes.get(at)).is_some() {
+                        nearest.ask(id);
+                    }
+                }
+                continue;
+            }
+            let mut first = first;
+            for child in self.children(node) {
+                work.boxes += 1;
+                let distance_m = nearest.distance_of(&self.nodes[child].bounds);
+                heap.extend(distance_m.map(|t| Waiting { t, place: (child, first) }));
+                first += self.nodes[child].polygons as usize;
+            }
+        }
+        work
+    }
+}

@@ -1,0 +1,102 @@
+//! A k-d tree that takes polygons one at a time.
+//!
+//! Source: Jon Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975), with polygons in
+//! leaves; kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993), and, for moving points, Yixi
+//! Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021): the highest subtree that has become lopsided is built anew. Leaves are
+//! split at the median of the longest axis.
+//!
+//! Differences: polygons are filed by the centres of their boxes, and every node has the tight box of what is below; a
+//! polygon that moves within its leaf's cell stays there. An unbalanced tree without rebuilds would grow one level for
+//! every few polygons of a stroke that runs in one direction.
+
+use glam::Vec3;
+
+use super::{
+    bucket_tree::{BucketTree, Partition},
+    item::Item,
+};
+use osp::{
+    index::{IndexConfig, SpatialIndex},
+    math::Aabb,
+};
+
+/// How a k-d tree is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KdTreeConfig {
+    /// A leaf with more polygons is split.
+    pub leaf_capacity: usize,
+    /// A child may have this share of its parent's polygons, 0.5 to 1. Larger: fewer rebuilds, deeper trees.
+    pub max_share: f32,
+}
+
+impl Default for KdTreeConfig {
+    fn default() -> Self {
+        Self { leaf_capacity: 64, max_share: 0.7 }
+    }
+}
+
+/// A k-d tree.
+pub fn kd_tree(config: &KdTreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    let partition = KdPartition { max_share: config.max_share.clamp(0.55, 1.0) };
+    Box::new(BucketTree::new(partition, config.leaf_capacity, index))
+}
+
+#[derive(Debug)]
+struct KdPartition {
+    max_share: f32,
+}
+
+/// Where an inner node is split: below `at` to the first child.
+#[derive(Clone, Copy, Debug)]
+struct KdSplit {
+    axis: usize,
+    at: f32,
+}
+
+impl Partition for KdPartition {
+    const NAME: &'static str = "kd-tree";
+    const ARITY: usize = 2;
+    const FOLLOWS_POLYGONS: bool = true;
+    type Cell = KdSplit;
+
+    fn root_cell(&self) -> KdSplit {
+        KdSplit { axis: 0, at: 0.0 }
+    }
+
+    fn grow(&self, _root: &KdSplit, _center: Vec3) -> Option<(KdSplit, usize)> {
+        None // The root holds all of space.
+    }
+
+    fn split(&self, _cell: &KdSplit, items: &mut [Item]) -> Option<KdSplit> {
+        let centers = items.iter().fold(Aabb::EMPTY, |all, item| {
+            let center = item.bounds.center();
+            Aabb::new(all.min.min(center), all.max.max(center))
+        });
+        // Halved, because the length of a huge box overflows.
+        let axis = (centers.max * 0.5 - centers.min * 0.5).max_position();
+        if centers.min[axis] == centers.max[axis] {
+            return None;
+        }
+        let center = |item: &Item| item.bounds.center()[axis];
+        let half = items.len() / 2;
+        let (_, median, after) = items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
+        let mut at = center(median);
+        if at == centers.min[axis] {
+            // At least half lie at the least place of all: split above them.
+            at = after.iter().map(center).filter(|&x| x > at).fold(f32::INFINITY, f32::min);
+        }
+        Some(KdSplit { axis, at })
+    }
+
+    fn child_cell(_cell: &KdSplit, _child: usize) -> KdSplit {
+        KdSplit { axis: 0, at: 0.0 }
+    }
+
+    fn child_of(&self, cell: &KdSplit, center: Vec3) -> usize {
+        usize::from(center[cell.axis] >= cell.at)
+    }
+
+    fn is_lopsided(&self, count: u32, child: u32) -> bool {
+        child as f32 > self.max_share * count as f32
+    }
+}

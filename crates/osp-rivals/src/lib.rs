@@ -1,0 +1,51 @@
+//! Every other spatial index, to measure [`Osp`](osp::index::Osp) against: in its best form, with the same kernels.
+//!
+//! Each answers exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] names
+//! them all, ours included. Knows [`polygon`](osp::polygon) and [`index`](osp::index).
+
+mod as_printed;
+mod brute_simd;
+mod bsp;
+mod bucket_tree;
+mod buckets;
+mod bvh;
+mod by_id;
+mod dynamic_bvh;
+mod exact;
+mod flat_tree;
+mod item;
+mod kd_tree;
+mod kind;
+mod lanes;
+mod loose_octree;
+mod octree_paper;
+mod octree_rebuild;
+mod osp_paper;
+#[cfg(feature = "peers")]
+mod peers;
+mod quadtree;
+mod rebuilt;
+mod sink;
+mod time_order;
+mod walk_stack;
+
+pub use as_printed::{CutNodes, FilingCounts};
+pub use brute_simd::BruteSimd;
+pub use bsp::{Bsp, BspConfig, BspCounts};
+pub use bvh::{
+    BvhTwoLevel, HlbvhConfig, LbvhConfig, MedianConfig, MidpointConfig, SahConfig, SweepSahConfig,
+    TwoLevelConfig, bvh_median, bvh_midpoint, bvh_sah, bvh_sah_sweep, hlbvh, lbvh,
+};
+pub use dynamic_bvh::DynamicBvh;
+pub use kd_tree::{KdTreeConfig, kd_tree};
+pub use kind::IndexKind;
+pub use loose_octree::{LooseOctree, LooseOctreeConfig};
+pub use octree_paper::{OctreePaper, OctreePaperConfig};
+pub use octree_rebuild::{OctreeConfig, octree_rebuild};
+pub use osp_paper::DEFAULT_MAX_DEPTH;
+pub use osp_paper::MAX_MAX_DEPTH;
+pub use osp_paper::{OspGrid, OspPaper, OspPlace};
+#[cfg(feature = "peers")]
+pub use peers::PeerKind;
+pub use quadtree::{QuadtreeConfig, quadtree};
+pub use time_order::TimeOrder;

@@ -1,0 +1,207 @@
+//! The loose octree: cells twice as large as their spacing, so that a polygon's size says its level and its centre its
+//! cell.
+//!
+//! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated flat
+//! arrays (eight bytes a cell), so filing is O(1) but for the counts of the cells above, which let a query pass over
+//! what is empty.
+//!
+//! # Differences from the source
+//! * Rounding may leave a polygon a hair outside the loose cell that its size and centre ask for; it then goes a level
+//!   up.
+//! * A polygon whose centre is outside the root, or that is larger than the root, is kept in a list beside the tree and
+//!   tested by itself. (The source leaves that open; many of them make a linear scan.)
+
+mod cell;
+mod query;
+mod validate;
+
+use cell::LooseGrid;
+
+use super::{
+    buckets::{self, Buckets, NOWHERE, Spot},
+    by_id::{ById, FiledBoxes},
+    item::Item,
+};
+use osp::{
+    index::{
+        DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts, kernels::IdWriter,
+    },
+    math::{Aabb, Frustum},
+    polygon::PolygonId,
+};
+
+/// Blocks of sixteen polygons of a bucket: about what a cell holds.
+const BLOCKS: usize = 2;
+
+/// The deepest tree that is made: 2.4 million cells, 19 MB.
+const MAX_MAX_DEPTH: u32 = 7;
+
+/// How a loose octree is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LooseOctreeConfig {
+    /// Levels below the root, at most 7. More: fewer polygons a cell, more cells to look at. Polygons smaller than the
+    /// smallest cells all lie on the last level.
+    pub max_depth: u32,
+}
+
+impl LooseOctreeConfig {
+    /// As deep as leaves about 32 polygons for each of the smallest cells.
+    pub fn for_capacity(polygons: usize) -> Self {
+        let cells = (polygons / 32).max(1);
+        Self { max_depth: cells.ilog2().div_ceil(3).clamp(2, MAX_MAX_DEPTH) }
+    }
+}
+
+/// What there is of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    /// First bucket of its own polygons.
+    chain: u32,
+    /// Polygons in it and below.
+    polygons: u32,
+}
+
+impl Slot {
+    const EMPTY: Self = Self { chain: buckets::NONE, polygons: 0 };
+}
+
+/// The tree.
+#[derive(Debug)]
+pub struct LooseOctree {
+    grid: LooseGrid,
+    /// Every cell by its number; the last one is the list beside the tree.
+    slots: Vec<Slot>,
+    buckets: Buckets<BLOCKS>,
+    filed: FiledBoxes,
+    spot: ById<Spot>,
+    upkeep: Upkeep,
+}
+
+impl LooseOctree {
+    /// An empty tree over the root of `index`.
+    pub fn new(config: LooseOctreeConfig, index: &IndexConfig) -> Self {
+        let grid = LooseGrid::new(&index.root, config.max_depth.min(MAX_MAX_DEPTH));
+        let mut spot = ById::new(NOWHERE);
+        spot.reserve(index.room());
+        Self {
+            grid,
+            slots: vec![Slot::EMPTY; grid.cell_count() + 1],
+            buckets: Buckets::with_capacity(2 * index.room()),
+            filed: FiledBoxes::with_capacity(index.room()),
+            spot,
+            upkeep: Upkeep::default(),
+        }
+    }
+
+    /// Number of polygons that no cell of the tree can hold.
+    pub fn outside_root(&self) -> usize {
+        self.slots[self.outside()].polygons as usize
+    }
+
+    /// The place of the list beside the tree.
+    fn outside(&self) -> usize {
+        self.slots.len() - 1
+    }
+
+    /// Adds to the counts of a cell and those above it.
+    fn count(&mut self, mut cell: usize, by: i32) {
+        let outside = self.outside();
+        loop {
+            let count = &mut self.slots[cell].polygons;
+            *count = count.wrapping_add_signed(by);
+            if cell == 0 || cell == outside {
+                return;
+            }
+            cell = (cell - 1) / 8;
+        }
+    }
+
+    fn cell_for(&self, bounds: &Aabb) -> usize {
+        self.grid.place(bounds).map_or(self.outside(), |cell| cell.number as usize)
+    }
+
+    fn file(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.upkeep.filed += 1;
+        let cell = self.cell_for(bounds);
+        let spot = self.buckets.push(&mut self.slots[cell].chain, cell as u32, &Item { bounds: *bounds, id });
+        self.spot.set(id, spot);
+        self.count(cell, 1);
+    }
+
+    fn take_out(&mut self, id: PolygonId) {
+        let spot = self.spot.get(id);
+        self.spot.set(id, NOWHERE);
+        let cell = self.buckets.owner(spot) as usize;
+        if let Some(moved) = self.buckets.remove(&mut self.slots[cell].chain, spot) {
+            self.spot.set(moved, spot);
+        }
+        self.count(cell, -1);
+    }
+}
+
+impl SpatialIndex for LooseOctree {
+    fn name(&self) -> &'static str {
+        "loose-octree"
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.file(id, bounds);
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.filed.remove(id)?;
+        self.take_out(id);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.update(id, bounds)?;
+        let spot = self.spot.get(id);
+        if self.cell_for(bounds) == self.buckets.owner(spot) as usize {
+            self.buckets.set_bounds(spot, bounds);
+            self.upkeep.adjusted += 1;
+        } else {
+            self.take_out(id);
+            self.file(id, bounds);
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        IdWriter::append(draw_list.ids_mut(), |out| self.cull_all(frustum, out))
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.visit(frustum, visitor)
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.check()
+    }
+
+    fn bytes(&self) -> usize {
+        self.slots.capacity() * size_of::<Slot>()
+            + self.buckets.bytes()
+            + self.filed.bytes()
+            + self.spot.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.slots.fill(Slot::EMPTY);
+        self.buckets.clear();
+        self.filed.clear();
+        self.spot.clear();
+    }
+}

@@ -1,0 +1,162 @@
+use super::{LooseOctree, buckets, cell::Cell};
+use crate::{
+    lanes::Planes,
+    sink::{Sink, VisitorSink},
+    walk_stack::WalkStack,
+};
+use osp::{
+    index::{
+        Node, Visit, Visitor, WorkCounts,
+        kernels::{Backend, Kernel, PlaneLanes, PlaneSet, WithKernel},
+    },
+    math::{Aabb, Containment, Frustum, PlaneMask},
+};
+
+/// A walk through cells, or a list of polygons, with a kernel.
+struct Cull<'a, S> {
+    tree: &'a LooseOctree,
+    one: PlaneLanes,
+    many: PlaneSet,
+    sink: &'a mut S,
+    from: From,
+}
+
+/// What is culled.
+#[derive(Clone, Copy)]
+enum From {
+    /// A cell and everything below, against these planes.
+    Cell(Cell, PlaneMask),
+    /// The polygons of a cell itself.
+    Own(Cell, PlaneMask),
+    /// The list beside the tree.
+    Outside,
+}
+
+impl<S: Sink> WithKernel for Cull<'_, S> {
+    type Output = WorkCounts;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let (top, mask) = match self.from {
+            From::Cell(top, mask) => (top, mask),
+            From::Own(cell, mask) => {
+                self.chain(kernel, cell.number as usize, mask.bits(), &mut work);
+                return work;
+            }
+            From::Outside => {
+                self.chain(kernel, self.tree.outside(), PlaneSet::ALL, &mut work);
+                return work;
+            }
+        };
+        let mut stack = WalkStack::from((top, mask.bits()));
+        while let Some((cell, mask)) = stack.pop() {
+            work.nodes += 1;
+            let mut mask = mask;
+            if mask != 0 {
+                work.boxes += 1;
+                work.planes += u64::from(mask.count_ones());
+                let Some(cut) = self.one.cut(kernel, mask, &self.tree.grid.loose_box(&cell)) else {
+                    continue;
+                };
+                mask = cut;
+            }
+            self.chain(kernel, cell.number as usize, mask, &mut work);
+            self.tree.for_children(&cell, |child| stack.push((child, mask)));
+        }
+        work
+    }
+}
+
+impl<S: Sink> Cull<'_, S> {
+    /// The polygons of a slot.
+    #[inline(always)]
+    fn chain<K: Kernel>(&mut self, kernel: K, slot: usize, mask: u8, work: &mut WorkCounts) {
+        let chain = self.tree.slots[slot].chain;
+        if mask == 0 {
+            self.tree.buckets.take_all(chain, self.sink, work);
+        } else {
+            self.tree.buckets.cull(chain, kernel, Planes { all: &self.many, mask }, self.sink, work);
+        }
+    }
+}
+
+impl LooseOctree {
+    pub(super) fn cull_all(&self, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        if self.slots[0].polygons > 0 {
+            work += self.cull(From::Cell(Cell::ROOT, PlaneMask::ALL), frustum, sink);
+        }
+        work += self.cull(From::Outside, frustum, sink);
+        work
+    }
+
+    fn cull(&self, from: From, frustum: &Frustum, sink: &mut impl Sink) -> WorkCounts {
+        let (one, many) = (PlaneLanes::new(frustum), PlaneSet::new(frustum));
+        Backend::detect().run(Cull { tree: self, one, many, sink, from })
+    }
+
+    /// Calls `each` for the children that hold anything, the last first.
+    fn for_children(&self, cell: &Cell, mut each: impl FnMut(Cell)) {
+        if cell.level < self.grid.max_depth {
+            let first = cell.child(0).number as usize;
+            let children = &self.slots[first..first + 8];
+            for i in (0..8).rev().filter(|&i| children[i].polygons > 0) {
+                each(cell.child(i as u32));
+            }
+        }
+    }
+
+    pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let mut work = WorkCounts::default();
+        let mut stack = WalkStack::from((Cell::ROOT, PlaneMask::ALL));
+        while let Some((cell, mask)) = stack.pop() {
+            let polygons = self.slots[cell.number as usize].polygons as usize;
+            if polygons == 0 {
+                continue; // Only an empty root: children without polygons are never pushed.
+            }
+            let bounds = self.grid.loose_box(&cell);
+            work.nodes += 1;
+            work.boxes += 1;
+            let (containment, mask, planes) = frustum.classify_masked(&bounds, mask);
+            work.planes += u64::from(planes);
+            if containment == Containment::Outside {
+                continue;
+            }
+            let mut is_leaf = true;
+            self.for_children(&cell, |_| is_leaf = false);
+            let asked =
+                visitor.node(&Node { bounds: &bounds, depth: cell.level, containment, polygons, is_leaf });
+            let sink = &mut VisitorSink { visitor, asked };
+            match asked {
+                Visit::Skip => {}
+                Visit::Take => work += self.cull(From::Cell(cell, mask), frustum, sink),
+                Visit::Descend => {
+                    work += self.cull(From::Own(cell, mask), frustum, sink);
+                    self.for_children(&cell, |child| stack.push((child, mask)));
+                }
+            }
+        }
+        self.visit_outside(frustum, visitor, &mut work);
+        work
+    }
+
+    /// The list beside the tree as one more leaf at the top.
+    fn visit_outside(&self, frustum: &Frustum, visitor: &mut dyn Visitor, work: &mut WorkCounts) {
+        let chain = self.slots[self.outside()].chain;
+        if chain == buckets::NONE {
+            return;
+        }
+        let bounds: Aabb = self.buckets.bounds(chain);
+        let containment = frustum.classify(&bounds);
+        if containment == Containment::Outside {
+            return;
+        }
+        work.nodes += 1;
+        let polygons = self.outside_root();
+        let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
+        if asked != Visit::Skip {
+            *work += self.cull(From::Outside, frustum, &mut VisitorSink { visitor, asked });
+        }
+    }
+}

@@ -1,0 +1,74 @@
+use glam::Vec3;
+
+use super::{NONE, Node, OctreePaper};
+use crate::item::Item;
+use osp::math::Aabb;
+
+/// The part of a cell on one side of each of the three planes through `center`: bit by axis, 1 is the greater side.
+fn octant(cell: &Aabb, center: Vec3, child: usize) -> Aabb {
+    let side = |axis: usize| child >> axis & 1 == 1;
+    let min = std::array::from_fn(|a| if side(a) { center[a] } else { cell.min[a] });
+    let max = std::array::from_fn(|a| if side(a) { cell.max[a] } else { center[a] });
+    Aabb::new(Vec3::from_array(min), Vec3::from_array(max))
+}
+
+impl OctreePaper {
+    pub(super) fn rebuild(&mut self) {
+        self.nodes.clear();
+        self.items.clear();
+        self.ids.clear();
+        let items: Vec<Item> = self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }).collect();
+        if !items.is_empty() {
+            let cell = items.iter().fold(Aabb::EMPTY, |all, item| all.union(&item.bounds));
+            self.build(items, cell, 0);
+        }
+    }
+
+    /// Makes the node of a cell with everything below it; its number.
+    fn build(&mut self, items: Vec<Item>, cell: Aabb, depth: u32) -> u32 {
+        let number = self.nodes.len();
+        let start = self.items.len() as u32;
+        let node = Node { cell, children: [NONE; 8], depth, start, own_end: start, all_end: start };
+        self.nodes.push(node);
+        let mut parts: [Vec<Item>; 8] = Default::default();
+        let is_leaf = items.len() <= self.config.leaf_capacity || depth == self.config.max_depth;
+        let center = cell.center();
+        for item in items {
+            match (!is_leaf).then(|| self.child_of(&item.bounds, center)).flatten() {
+                Some(child) => parts[child].push(item),
+                None => {
+                    self.ids.push(item.id);
+                    self.items.push(item);
+                }
+            }
+        }
+        self.filing.polygons += u64::from(depth == 0) * self.filed.len() as u64;
+        self.nodes[number].own_end = self.items.len() as u32;
+        for (child, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty()) {
+            let below = self.build(part, octant(&cell, center, child), depth + 1);
+            self.nodes[number].children[child] = below;
+        }
+        self.nodes[number].all_end = self.items.len() as u32;
+        number as u32
+    }
+
+    /// The child that holds a box whole. Fig. 1(a): each of the eight is asked, by each of the planes.
+    fn child_of(&mut self, bounds: &Aabb, center: Vec3) -> Option<usize> {
+        let mut found = None;
+        for child in 0..8 {
+            let mut is_inside = true;
+            for axis in 0..3 {
+                is_inside &= match child >> axis & 1 {
+                    1 => bounds.min[axis] > center[axis],
+                    _ => bounds.max[axis] < center[axis],
+                };
+                self.filing.planes += 1;
+            }
+            self.filing.nodes += 1;
+            if is_inside {
+                found = Some(child);
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,101 @@
+use glam::Vec3;
+
+use super::state::State;
+use osp::{index::IndexConfig, math::Aabb};
+
+/// Binary levels below the root unless told otherwise: five full cycles, 65,535 nodes. More: smaller leaves, twice the
+/// memory for each level; fewer: more polygons a leaf.
+pub const DEFAULT_MAX_DEPTH: u32 = 15;
+
+/// The deepest tree that is made; a larger wish is cut to it. All nodes exist from the start, and 21 levels are
+/// already four million of them.
+pub const MAX_MAX_DEPTH: u32 = 21;
+
+/// Where the splitting planes of an OSP tree lie (the paper's section 2.2, input ①: centre, size, maximum depth).
+///
+/// Every plane's place is computed from its whole number on its level, never from its parent's place: so the place is
+/// the same however one gets there, and neighbours share their border to the bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OspGrid {
+    min: Vec3,
+    size_m: f32,
+    max_depth: u32,
+}
+
+impl OspGrid {
+    /// A cube around `center`. A centre or size that is not finite makes a cube of size 0 at the origin: every polygon
+    /// is then outside, kept and found.
+    pub fn new(center: Vec3, size_m: f32, max_depth: u32) -> Self {
+        let max_depth = max_depth.min(MAX_MAX_DEPTH);
+        if center.is_finite() && size_m.is_finite() && size_m >= 0.0 {
+            Self { min: center - Vec3::splat(size_m * 0.5), size_m, max_depth }
+        } else {
+            Self { min: Vec3::ZERO, size_m: 0.0, max_depth }
+        }
+    }
+
+    /// The cube around the root of `config`, with [`DEFAULT_MAX_DEPTH`] levels.
+    pub fn from_config(config: &IndexConfig) -> Self {
+        Self::new(config.root.center(), config.root.extent().max_element(), DEFAULT_MAX_DEPTH)
+    }
+
+    /// Binary levels below the root.
+    pub fn max_depth(&self) -> u32 {
+        self.max_depth
+    }
+
+    /// How many times an axis is halved on the way from the root to a leaf.
+    pub(super) fn levels(&self, axis: usize) -> u32 {
+        (self.max_depth + 2 - axis as u32) / 3
+    }
+
+    /// The `k`-th border of `axis`, counted from the cube's least side, where the axis is cut into `2^level` cells.
+    /// Grows with `k` (weakly, where a small cube lies far from the origin).
+    pub(super) fn border(&self, axis: usize, k: u32, level: u32) -> f32 {
+        self.min[axis] + self.size_m * (k as f32 / (1u32 << level) as f32)
+    }
+
+    /// The box of a cell.
+    pub(super) fn cell_box(&self, cell: &Cell) -> Aabb {
+        let corner = |add: u32| {
+            Vec3::from_array(std::array::from_fn(|a| self.border(a, cell.k[a] + add, cell.level[a])))
+        };
+        Aabb::new(corner(0), corner(1))
+    }
+
+    /// The cube.
+    pub fn root_box(&self) -> Aabb {
+        self.cell_box(&Cell::ROOT)
+    }
+
+    /// The length of the cube's edges, metres.
+    pub(super) fn size_m(&self) -> f32 {
+        self.size_m
+    }
+}
+
+/// A node's place: on each axis the number of its cell, and into how many the axis is cut there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cell {
+    pub(super) k: [u32; 3],
+    pub(super) level: [u32; 3],
+}
+
+impl Cell {
+    pub(super) const ROOT: Self = Self { k: [0; 3], level: [0; 3] };
+
+    /// Where the plane lies that halves the cell across `state`'s axis.
+    pub(super) fn split(&self, grid: &OspGrid, state: State) -> f32 {
+        let axis = state.axis();
+        grid.border(axis, 2 * self.k[axis] + 1, self.level[axis] + 1)
+    }
+
+    /// The half in front of that plane (`1`) or behind it (`0`).
+    pub(super) fn half(&self, state: State, front: u32) -> Self {
+        let axis = state.axis();
+        let mut half = *self;
+        half.k[axis] = 2 * self.k[axis] + front;
+        half.level[axis] += 1;
+        half
+    }
+}

@@ -1,0 +1,284 @@
+use super::{
+    grid::{Cell, OspGrid},
+    node::{NONE, OspNode},
+    placement::OspPlace,
+};
+use crate::{
+    as_printed::{CutNodes, FilingCounts},
+    by_id::{ById, FiledBoxes},
+};
+use osp::{
+    index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
+    math::{Aabb, Frustum},
+    polygon::PolygonId,
+};
+
+/// In place of a node number: the polygon is in the list beside the tree.
+pub(super) const OUTSIDE: u32 = u32::MAX - 1;
+
+/// Where a polygon is: in whose list, and at which place of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Location {
+    node: u32,
+    slot: u32,
+}
+
+impl Location {
+    const NOWHERE: Self = Self { node: NONE, slot: 0 };
+}
+
+/// The paper's tree. See [the module](super).
+#[derive(Debug)]
+pub struct OspPaper {
+    grid: OspGrid,
+    /// Level by level; the children of node `i` are `2 i + 1` (back) and `2 i + 2` (front).
+    pub(super) nodes: Vec<OspNode>,
+    /// Polygons that are not wholly inside the cube.
+    pub(super) outside: Vec<PolygonId>,
+    pub(super) boxes: FiledBoxes,
+    pub(super) cut_nodes: CutNodes,
+    filing: FilingCounts,
+    location: ById<Location>,
+}
+
+impl OspPaper {
+    /// Makes all nodes of the tree (Fig. 2) and room for `capacity` polygons.
+    pub fn new(grid: OspGrid, capacity: usize) -> Self {
+        let inner = (1usize << grid.max_depth()) - 1;
+        let mut nodes = Vec::with_capacity(2 * inner + 1);
+        let mut cells = Vec::with_capacity(inner + 1);
+        cells.push(Cell::ROOT);
+        for depth in 0..=grid.max_depth() {
+            // Step ② for every cell of this depth: its plane and its eight points; step ③: the next state's cells.
+            let mut halves = Vec::with_capacity(2 * cells.len());
+            for cell in &cells {
+                let i = nodes.len() as u32;
+                let children = (depth < grid.max_depth()).then_some((2 * i + 2, 2 * i + 1));
+                let node = OspNode::new(&grid, cell, depth, children);
+                halves.extend([0, 1].map(|front| cell.half(node.state, front)));
+                nodes.push(node);
+            }
+            cells = halves;
+        }
+        let mut location = ById::new(Location::NOWHERE);
+        location.reserve(capacity);
+        Self {
+            grid,
+            nodes,
+            outside: Vec::new(),
+            boxes: FiledBoxes::with_capacity(capacity),
+            cut_nodes: CutNodes::default(),
+            filing: FilingCounts::default(),
+            location,
+        }
+    }
+
+    /// The tree with another answer for the nodes that the frustum cuts.
+    #[must_use]
+    pub fn with_cut_nodes(self, cut_nodes: CutNodes) -> Self {
+        Self { cut_nodes, ..self }
+    }
+
+    /// What filing took so far: one plane at each node on the way down but the last.
+    pub fn filing(&self) -> FilingCounts {
+        self.filing
+    }
+
+    /// The tree over the root of `config`, 15 levels deep.
+    pub fn from_config(config: &IndexConfig) -> Self {
+        Self::new(OspGrid::from_config(config), config.room())
+    }
+
+    /// Where its planes lie.
+    pub fn grid(&self) -> &OspGrid {
+        &self.grid
+    }
+
+    /// Number of polygons that are not wholly inside the cube, and so are tested one by one.
+    pub fn outside_root(&self) -> usize {
+        self.outside.len()
+    }
+
+    /// Where a polygon is filed; [`None`] if it is not, or is outside the cube.
+    pub fn place_of(&self, id: PolygonId) -> Option<OspPlace> {
+        let node = self.location.get(id).node;
+        (node < OUTSIDE).then(|| OspPlace::of_node(node))
+    }
+
+    /// Fig. 5: files a polygon, walking down from the root.
+    fn file(&mut self, id: PolygonId, bounds: &Aabb) {
+        self.filing.polygons += 1;
+        if !self.grid.root_box().contains(bounds) {
+            self.location.set(id, Location { node: OUTSIDE, slot: self.outside.len() as u32 });
+            self.outside.push(id);
+            return;
+        }
+        let mut at = 0;
+        loop {
+            let node = &mut self.nodes[at as usize];
+            node.polygons += 1;
+            self.filing.planes += u64::from(!node.is_leaf);
+            // The normal is an axis, so the box's least corner has the least distance of all vertices.
+            let in_front = node.splitter.signed_distance(bounds.min) > 0.0;
+            let behind = node.splitter.signed_distance(bounds.max) < 0.0;
+            if node.is_leaf || !(in_front || behind) {
+                // The last node, or a polygon that is cut by the plane or lies in it.
+                node.is_polygon = true;
+                self.location.set(id, Location { node: at, slot: node.tri_names.len() as u32 });
+                node.tri_names.push(id);
+                return;
+            }
+            node.is_subnode = true;
+            at = if in_front { node.front } else { node.back };
+        }
+    }
+
+    /// Takes a polygon out of its list and brings the flags above it up to date.
+    fn take_out(&mut self, id: PolygonId) {
+        let Location { node: at, slot } = self.location.get(id);
+        self.location.set(id, Location::NOWHERE);
+        let list = if at == OUTSIDE { &mut self.outside } else { &mut self.nodes[at as usize].tri_names };
+        list.swap_remove(slot as usize);
+        if let Some(&moved) = list.get(slot as usize) {
+            self.location.set(moved, Location { node: at, slot });
+        }
+        if at == OUTSIDE {
+            return;
+        }
+        let mut at = at as usize;
+        loop {
+            let node = &mut self.nodes[at];
+            node.polygons -= 1;
+            node.is_polygon = !node.tri_names.is_empty();
+            node.is_subnode = node.polygons as usize > node.tri_names.len();
+            if at == 0 {
+                return;
+            }
+            at = (at - 1) / 2;
+        }
+    }
+
+    fn validate_node(&self, i: usize) -> Result<(), String> {
+        let node = &self.nodes[i];
+        let fault = |what: &str| Err(format!("node {i}: {what}"));
+        let bounds = node.bounds();
+        if node.depth != OspPlace::of_node(i as u32).depth || node.depth > self.grid.max_depth() {
+            return fault("wrong depth");
+        }
+        if node.is_leaf != (node.depth == self.grid.max_depth()) {
+            return fault("IsLeaf is not 'at the maximum depth'");
+        }
+        if node.is_polygon == node.tri_names.is_empty() {
+            return fault("IsPolygon does not follow the list");
+        }
+        let axis = node.state.axis();
+        if node.splitter.signed_distance(node.bounds().min) > 0.0
+            || node.splitter.signed_distance(node.bounds().max) < 0.0
+            || node.splitter.normal[axis] != 1.0
+        {
+            return fault("the plane does not cut the box");
+        }
+        if !bounds.contains(&Aabb::new(node.center, node.center)) || node.width_m > self.grid.size_m() {
+            return fault("centre or width do not belong to the box");
+        }
+        let below: u32 = if node.is_leaf {
+            0
+        } else {
+            [node.front, node.back].iter().map(|&child| self.nodes[child as usize].polygons).sum()
+        };
+        if node.is_subnode != (below > 0) || node.polygons != below + node.tri_names.len() as u32 {
+            return fault("IsSubnode or the count does not follow the children");
+        }
+        for (slot, &id) in node.tri_names.iter().enumerate() {
+            if self.location.get(id) != (Location { node: i as u32, slot: slot as u32 }) {
+                return fault("a polygon's location is wrong");
+            }
+            let own = self.boxes.get(id);
+            if own.is_empty() || !bounds.contains(&own) {
+                return fault("a polygon is not inside its node");
+            }
+            if self.grid.place(&own) != Some(OspPlace::of_node(i as u32)) {
+                return fault("a polygon is in the wrong node");
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SpatialIndex for OspPaper {
+    fn name(&self) -> &'static str {
+        "osp-paper"
+    }
+
+    fn len(&self) -> usize {
+        self.boxes.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.boxes.insert(id, bounds)?;
+        self.file(id, bounds);
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.boxes.remove(id)?;
+        self.take_out(id);
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.boxes.update(id, bounds)?;
+        self.take_out(id);
+        self.file(id, bounds);
+        Ok(())
+    }
+
+    fn commit(&mut self) {}
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        self.cull(frustum, draw_list)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.visit(frustum, visitor)
+    }
+
+    /// Its cells are fixed: nothing but places changes.
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(Upkeep { filed: self.filing.polygons, ..Upkeep::default() })
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        (0..self.nodes.len()).try_for_each(|i| self.validate_node(i))?;
+        for (slot, &id) in self.outside.iter().enumerate() {
+            if self.location.get(id) != (Location { node: OUTSIDE, slot: slot as u32 })
+                || self.grid.place(&self.boxes.get(id)).is_some()
+            {
+                return Err(format!("polygon {} in the list beside the tree does not belong there", id.0));
+            }
+        }
+        let filed = self.nodes[0].polygons as usize + self.outside.len();
+        if filed != self.len() || self.boxes.iter().count() != filed {
+            return Err(format!("{filed} polygons filed, {} counted", self.len()));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        let lists: usize = self.nodes.iter().map(|node| node.tri_names.capacity()).sum();
+        self.nodes.capacity() * size_of::<OspNode>()
+            + (lists + self.outside.capacity()) * size_of::<PolygonId>()
+            + self.boxes.bytes()
+            + self.location.bytes()
+    }
+
+    fn clear(&mut self) {
+        for node in self.nodes.iter_mut().filter(|node| node.polygons > 0) {
+            node.tri_names.clear();
+            (node.is_polygon, node.is_subnode, node.polygons) = (false, false, 0);
+        }
+        self.outside.clear();
+        self.boxes.clear();
+        self.location.clear();
+    }
+}

@@ -1,0 +1,113 @@
+use crate::by_id::FiledBoxes;
+use osp::{
+    index::{DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts},
+    math::{Aabb, Containment, Frustum},
+    polygon::PolygonId,
+};
+
+/// What another crate's tree has to do.
+pub(super) trait PeerTree: Default + Send + Sync {
+    fn insert(&mut self, id: u32, bounds: &Aabb);
+
+    /// Takes out what is known to be there, with this box.
+    fn remove(&mut self, id: u32, bounds: &Aabb);
+
+    /// Ends a batch of changes; `filed` is what is there now.
+    fn commit(&mut self, _filed: &FiledBoxes) {}
+
+    fn cull(&self, frustum: &Frustum, out: &mut DrawList);
+
+    fn bytes(&self) -> usize;
+}
+
+/// Another crate's tree as an index.
+pub(super) struct Adapted<T> {
+    name: &'static str,
+    tree: T,
+    filed: FiledBoxes,
+    is_due: bool,
+}
+
+impl<T: PeerTree> Adapted<T> {
+    pub(super) fn new(name: &'static str, config: &IndexConfig) -> Self {
+        let filed = FiledBoxes::with_capacity(config.room());
+        Self { name, tree: T::default(), filed, is_due: false }
+    }
+}
+
+impl<T: PeerTree> SpatialIndex for Adapted<T> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.tree.insert(id.0, bounds);
+        self.is_due = true;
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        let bounds = self.filed.remove(id)?;
+        self.tree.remove(id.0, &bounds);
+        self.is_due = true;
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        let before = self.filed.update(id, bounds)?;
+        self.tree.remove(id.0, &before);
+        self.tree.insert(id.0, bounds);
+        self.is_due = true;
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if std::mem::take(&mut self.is_due) {
+            self.tree.commit(&self.filed);
+        }
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        let before = draw_list.len();
+        if !self.is_empty() {
+            self.tree.cull(frustum, draw_list);
+        }
+        WorkCounts { reported: (draw_list.len() - before) as u64, ..WorkCounts::default() }
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        let bounds = self.filed.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
+        let containment = frustum.classify(&bounds);
+        if self.is_empty() || containment == Containment::Outside {
+            return WorkCounts::default();
+        }
+        let polygons = self.filed.len();
+        let asked = visitor.node(&Node { bounds: &bounds, depth: 0, containment, polygons, is_leaf: true });
+        let mut list = DrawList::new();
+        if asked == Visit::Skip {
+            return WorkCounts::default();
+        }
+        let work = self.frustum_cull(frustum, &mut list);
+        visitor.polygons(list.ids(), asked);
+        work
+    }
+
+    /// Nothing is known about another crate's invariants.
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.tree.bytes()
+    }
+
+    fn clear(&mut self) {
+        self.filed.clear();
+        self.tree = T::default();
+    }
+}

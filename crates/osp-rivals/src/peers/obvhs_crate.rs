@@ -1,0 +1,110 @@
+use std::sync::{Mutex, PoisonError};
+
+use obvhs::{
+    bvh2::{Bvh2, node::Bvh2Node},
+    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
+};
+
+use super::adapter::PeerTree;
+use crate::by_id::FiledBoxes;
+use osp::{
+    index::DrawList,
+    math::{Aabb, Containment, Frustum, PlaneMask},
+    polygon::PolygonId,
+};
+
+fn box_of(bounds: &Aabb) -> obvhs::aabb::Aabb {
+    obvhs::aabb::Aabb::new(bounds.min.into(), bounds.max.into())
+}
+
+#[derive(Default)]
+pub(super) struct Growing {
+    tree: Bvh2,
+    stack: Mutex<Vec<(u32, PlaneMask)>>,
+}
+
+impl Growing {
+    fn walk(&self, frustum: &Frustum, mut found: impl FnMut(u32)) {
+        if self.tree.nodes.is_empty() {
+            return;
+        }
+        let mut stack = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
+        stack.push((0, PlaneMask::ALL));
+        while let Some((at, mask)) = stack.pop() {
+            let node = &self.tree.nodes[at as usize];
+            let bounds = Aabb::new(node.aabb().min.into(), node.aabb().max.into());
+            let below = if mask.is_empty() {
+                mask
+            } else {
+                match frustum.classify_masked(&bounds, mask) {
+                    (Containment::Outside, ..) => continue,
+                    (_, below, _) => below,
+                }
+            };
+            if node.is_leaf() {
+                for i in node.first_index..node.first_index + node.prim_count {
+                    found(self.tree.primitive_indices[i as usize]);
+                }
+            } else {
+                stack.push((node.first_index, below));
+                stack.push((node.first_index + 1, below));
+            }
+        }
+    }
+}
+
+impl PeerTree for Growing {
+    fn insert(&mut self, id: u32, bounds: &Aabb) {
+        self.tree.insert_primitive(box_of(bounds), id);
+    }
+
+    fn remove(&mut self, id: u32, _bounds: &Aabb) {
+        self.tree.remove_primitive(id);
+    }
+
+    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+        self.walk(frustum, |id| out.push(PolygonId(id)));
+    }
+
+    fn bytes(&self) -> usize {
+        let Bvh2 { nodes, primitive_indices, primitives_to_nodes, parents, .. } = &self.tree;
+        let numbers = primitive_indices.capacity() + primitives_to_nodes.capacity() + parents.capacity();
+        nodes.capacity() * size_of::<Bvh2Node>() + numbers * size_of::<u32>()
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Rebuilt {
+    ids: Vec<PolygonId>,
+    boxes: Vec<obvhs::aabb::Aabb>,
+    of: Growing,
+}
+
+impl PeerTree for Rebuilt {
+    fn insert(&mut self, _id: u32, _bounds: &Aabb) {}
+
+    fn remove(&mut self, _id: u32, _bounds: &Aabb) {}
+
+    fn commit(&mut self, filed: &FiledBoxes) {
+        self.ids.clear();
+        self.boxes.clear();
+        self.ids.extend(filed.iter().map(|(id, _)| id));
+        self.boxes.extend(filed.iter().map(|(_, bounds)| box_of(bounds)));
+        if self.boxes.is_empty() {
+            self.of.tree = Bvh2::default();
+            return;
+        }
+        let indices = (0..self.boxes.len() as u32).collect();
+        self.of.tree =
+            PlocBuilder::new().build(PlocSearchDistance::Low, &self.boxes, indices, SortPrecision::U64, 0);
+        self.of.tree.reorder_in_stack_traversal_order();
+    }
+
+    fn cull(&self, frustum: &Frustum, out: &mut DrawList) {
+        self.of.walk(frustum, |at| out.push(self.ids[at as usize]));
+    }
+
+    fn bytes(&self) -> usize {
+        self.of.bytes()
+    }
+}

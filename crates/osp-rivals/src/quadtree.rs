@@ -1,0 +1,128 @@
+//! A quadtree over the ground: space is divided along x and z only, as for scenes that are wider than they are high.
+//!
+//! Source: Raphael Finkel and Jon Bentley, "Quad Trees: A Data Structure for Retrieval on Composite Keys" (1974), in the
+//! regular form with polygons in leaves (Hanan Samet, "The Quadtree and Related Hierarchical Data Structures", 1984).
+//!
+//! Differences: polygons are filed by the centres of their boxes, and every node has the tight box, in three
+//! dimensions, of what is below; the root doubles towards polygons that come from outside.
+
+use glam::Vec3;
+
+use super::{
+    bucket_tree::{BucketTree, Partition},
+    item::Item,
+};
+use osp::{
+    index::{IndexConfig, SpatialIndex},
+    math::Aabb,
+};
+
+/// How a quadtree is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QuadtreeConfig {
+    /// A leaf with more polygons is split.
+    pub leaf_capacity: usize,
+    /// Levels below the first root; polygons that share a cell there are never told apart.
+    pub max_depth: u32,
+}
+
+impl Default for QuadtreeConfig {
+    fn default() -> Self {
+        Self { leaf_capacity: 64, max_depth: 32 }
+    }
+}
+
+/// A quadtree over the root of `index`.
+pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
+    let Aabb { min, max } = index.root;
+    let size = f64::from(max.x - min.x).max(f64::from(max.z - min.z));
+    // Any first root will do, because it grows.
+    let usable = index.root.is_valid() && size > 0.0 && size.is_finite();
+    let (center, half_m) = if usable { (index.root.center(), size * 0.5) } else { (Vec3::ZERO, 2.0) };
+    let origin_m = [f64::from(center.x), f64::from(center.z)];
+    let smallest_half = 0.5f64.powi(config.max_depth.min(1000) as i32);
+    let partition = QuadPartition { origin_m, unit_m: half_m, smallest_half };
+    Box::new(BucketTree::new(partition, config.leaf_capacity, index))
+}
+
+/// Farthest place that the root grows to, in units: all whole numbers up to there, and a half more, are `f64`s, so that
+/// no border moves by rounding. What lies farther out is filed as if it lay there.
+const FARTHEST: f64 = (1u64 << 50) as f64;
+
+/// Squares are measured in units of half the first root's edge, from its middle.
+#[derive(Debug)]
+struct QuadPartition {
+    origin_m: [f64; 2],
+    unit_m: f64,
+    smallest_half: f64,
+}
+
+/// A square of the ground: x and z.
+#[derive(Clone, Copy, Debug)]
+struct Square {
+    center: [f64; 2],
+    half: f64,
+}
+
+impl QuadPartition {
+    fn on_ground(&self, p: Vec3) -> [f64; 2] {
+        let p = [f64::from(p.x), f64::from(p.z)];
+        std::array::from_fn(|i| ((p[i] - self.origin_m[i]) / self.unit_m).clamp(-FARTHEST, FARTHEST))
+    }
+}
+
+impl Partition for QuadPartition {
+    const NAME: &'static str = "quadtree";
+    const ARITY: usize = 4;
+    const FOLLOWS_POLYGONS: bool = false;
+    type Cell = Square;
+
+    fn root_cell(&self) -> Square {
+        Square { center: [0.0; 2], half: 1.0 }
+    }
+
+    fn grow(&self, root: &Square, center: Vec3) -> Option<(Square, usize)> {
+        let p = self.on_ground(center);
+        // The borders as they become splits below, and the same side of them: what is inside stays in the old root.
+        let is_inside = |i: usize| {
+            let (center, half) = (root.center[i], root.half);
+            p[i] >= center - half && p[i] < center + half
+        };
+        if is_inside(0) && is_inside(1) {
+            return None;
+        }
+        // The old root becomes the child on the side away from the polygon.
+        let mut grown = Square { center: root.center, half: 2.0 * root.half };
+        let mut child = 0;
+        for (i, center) in grown.center.iter_mut().enumerate() {
+            if p[i] < *center {
+                *center -= root.half;
+                child |= 1 << i;
+            } else {
+                *center += root.half;
+            }
+        }
+        Some((grown, child))
+    }
+
+    fn split(&self, cell: &Square, items: &mut [Item]) -> Option<Square> {
+        let first = self.on_ground(items.first()?.bounds.center());
+        let differ = items.iter().any(|item| self.on_ground(item.bounds.center()) != first);
+        (differ && cell.half > self.smallest_half).then_some(*cell)
+    }
+
+    fn child_cell(cell: &Square, child: usize) -> Square {
+        let half = 0.5 * cell.half;
+        let center = std::array::from_fn(|i| cell.center[i] + if child >> i & 1 == 1 { half } else { -half });
+        Square { center, half }
+    }
+
+    fn child_of(&self, cell: &Square, center: Vec3) -> usize {
+        let p = self.on_ground(center);
+        usize::from(p[0] >= cell.center[0]) | usize::from(p[1] >= cell.center[1]) << 1
+    }
+
+    fn is_lopsided(&self, _count: u32, _child: u32) -> bool {
+        false // Cells are regular: a subtree is as deep as its polygons are close, however they came.
+    }
+}

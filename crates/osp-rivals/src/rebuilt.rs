@@ -1,0 +1,236 @@
+use glam::Vec3;
+
+use super::{
+    by_id::{ById, FiledBoxes},
+    flat_tree::{FlatTree, Tightness},
+    item::Item,
+};
+use osp::{
+    index::{
+        DrawList, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts,
+        kernels::{Nearest, nearest_by},
+    },
+    math::{Aabb, Frustum, Ray},
+    polygon::PolygonId,
+};
+
+/// A tree that is refitted may grow to this multiple of the relative surface it was built with; then it is rebuilt.
+/// Larger: cheaper commits, slower queries.
+const REFIT_LIMIT: f64 = 1.5;
+
+/// Something that orders polygons into a [`FlatTree`].
+pub(super) trait TreeBuilder: Send + Sync + std::fmt::Debug {
+    /// The name of the index on the command line and in tables.
+    const NAME: &'static str;
+
+    /// What a commit does if boxes have changed, but nothing came or went.
+    const ON_UPDATE: OnUpdate;
+
+    /// Fills `tree` with all `items` (at least one), which it may reorder.
+    fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
+
+    /// Memory held between builds, bytes.
+    fn bytes(&self) -> usize;
+}
+
+/// See [`TreeBuilder::ON_UPDATE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OnUpdate {
+    /// Build anew.
+    Rebuild,
+    /// Make the node boxes tight again, bottom up, as long as the tree stays good (see [`REFIT_LIMIT`]).
+    Refit,
+}
+
+/// What has to be done at the next commit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Due {
+    Nothing,
+    Refit,
+    Rebuild,
+}
+
+/// A static structure as an index: built from scratch in [`SpatialIndex::commit`] whenever polygons came or went since
+/// the last one. All memory is kept from build to build.
+#[derive(Debug)]
+pub(super) struct Rebuilt<B> {
+    builder: B,
+    filed: FiledBoxes,
+    /// Place of a polygon in the tree's order; kept only where boxes may be refitted.
+    place: ById<u32>,
+    tree: FlatTree,
+    due: Due,
+    /// [`FlatTree::relative_area`] after the last build.
+    built_area: f64,
+    /// Filled and emptied within a build.
+    items: Vec<Item>,
+    upkeep: Upkeep,
+}
+
+impl<B: TreeBuilder> Rebuilt<B> {
+    pub(super) fn new(builder: B, capacity: usize) -> Self {
+        Self {
+            builder,
+            filed: FiledBoxes::with_capacity(capacity),
+            place: ById::new(u32::MAX),
+            tree: FlatTree::default(),
+            due: Due::Nothing,
+            built_area: 0.0,
+            items: Vec::with_capacity(capacity),
+            upkeep: Upkeep::default(),
+        }
+    }
+
+    pub(super) fn builder(&self) -> &B {
+        &self.builder
+    }
+
+    /// The builder, to be told something that boxes do not say: the next commit builds anew.
+    pub(super) fn builder_mut(&mut self) -> &mut B {
+        self.due = Due::Rebuild;
+        &mut self.builder
+    }
+
+    /// Whether something has changed since the last commit.
+    pub(super) fn is_due(&self) -> bool {
+        self.due != Due::Nothing
+    }
+
+    pub(super) fn contains(&self, id: PolygonId) -> bool {
+        self.filed.contains(id)
+    }
+
+    fn rebuild(&mut self) {
+        self.tree.start(self.filed.len());
+        self.items.clear();
+        self.items.extend(self.filed.iter().map(|(id, bounds)| Item { bounds: *bounds, id }));
+        if !self.items.is_empty() {
+            self.builder.build(&mut self.items, &mut self.tree);
+        }
+        self.tree.finish();
+        self.upkeep.filed += self.filed.len() as u64;
+        self.upkeep.boxes += self.tree.node_count() as u64;
+        if B::ON_UPDATE == OnUpdate::Refit {
+            for (at, &id) in self.tree.ids().iter().enumerate() {
+                self.place.set(id, at as u32);
+            }
+            self.built_area = self.tree.relative_area();
+        }
+    }
+}
+
+impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
+    fn name(&self) -> &'static str {
+        B::NAME
+    }
+
+    fn len(&self) -> usize {
+        self.filed.len()
+    }
+
+    fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.insert(id, bounds)?;
+        self.due = Due::Rebuild;
+        Ok(())
+    }
+
+    fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        self.filed.remove(id)?;
+        self.due = Due::Rebuild;
+        Ok(())
+    }
+
+    fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        self.filed.update(id, bounds)?;
+        match (self.due, B::ON_UPDATE) {
+            (Due::Rebuild, _) => {}
+            (_, OnUpdate::Rebuild) => self.due = Due::Rebuild,
+            (_, OnUpdate::Refit) => {
+                self.tree.set_box(self.place.get(id) as usize, bounds);
+                self.due = Due::Refit;
+                self.upkeep.adjusted += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn commit(&mut self) {
+        if self.due == Due::Refit {
+            self.tree.refit();
+            self.upkeep.boxes += self.tree.node_count() as u64;
+            if self.tree.relative_area() > REFIT_LIMIT * self.built_area {
+                self.due = Due::Rebuild;
+            }
+        }
+        if self.due == Due::Rebuild {
+            self.rebuild();
+        }
+        self.due = Due::Nothing;
+    }
+
+    fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+        self.tree.frustum_cull(frustum, draw_list)
+    }
+
+    fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+        self.tree.traverse(frustum, visitor)
+    }
+
+    fn ray_nearest(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    ) -> Option<(PolygonId, f32)> {
+        let mut nearest = Nearest::new(t_max, hit);
+        self.tree.ray_nearest(ray, &mut nearest);
+        nearest.found()
+    }
+
+    fn nearest(
+        &self,
+        point: Vec3,
+        count: usize,
+        distance_m: &mut dyn FnMut(PolygonId) -> f32,
+        out: &mut Vec<(PolygonId, f32)>,
+    ) -> WorkCounts {
+        nearest_by(point, count, self.len(), distance_m, out, |nearest| self.tree.ask_nearest(nearest))
+    }
+
+    fn upkeep(&self) -> Option<Upkeep> {
+        Some(self.upkeep)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        if self.due != Due::Nothing {
+            return Ok(()); // The tree is that of the last commit, and is not kept.
+        }
+        self.tree.validate(Tightness::Tight)?;
+        if self.tree.len() != self.filed.len() || self.tree.holes() > 0 {
+            return Err(format!("{} polygons in the tree, {} filed", self.tree.len(), self.filed.len()));
+        }
+        for (at, &id) in self.tree.ids().iter().enumerate() {
+            if self.tree.get_box(at) != self.filed.get(id) {
+                return Err(format!("polygon {} has another box in the tree", id.0));
+            }
+            if B::ON_UPDATE == OnUpdate::Refit && self.place.get(id) as usize != at {
+                return Err(format!("polygon {} is not where its place says", id.0));
+            }
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> usize {
+        self.builder.bytes()
+            + self.filed.bytes()
+            + self.place.bytes()
+            + self.tree.bytes()
+            + self.items.capacity() * size_of::<Item>()
+    }
+
+    fn clear(&mut self) {
+        self.filed.clear();
+        self.tree.clear();
+        self.due = Due::Nothing;
+    }
+}

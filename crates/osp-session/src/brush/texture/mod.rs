@@ -1,0 +1,11 @@
+//! The textures of brushes, generated, and where the cut-out ones are solid.
+
+pub mod noise;
+pub mod picture;
+mod shapes;
+pub mod solid;
+
+pub use solid::solid_across;
+
+/// Width and height of a texture, texels.
+pub const SIDE: usize = 128;

@@ -1,0 +1,125 @@
+//! Which texels of a brush's picture are solid from every distance: what is behind them is hidden.
+
+use std::sync::{LazyLock, OnceLock};
+
+use super::{SIDE, picture::Picture};
+use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
+
+/// How much more solid than need be a texel must be: textures are kept in 8 bits, and devices filter them roughly.
+const SURELY: f32 = 0.03;
+
+/// For each column of texels along the stroke a bit for each texel across, set where the texture is solid from whatever
+/// distance it is seen: there, and one texel around it, at every level of detail.
+type Solid = [u128; SIDE];
+
+/// By the numbers of the brushes; found when it is first asked for.
+static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
+    LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
+
+/// Of the part of a cut-out brush's texture from `u.0` to `u.1` along and from `v.0` to `v.1` across: the widest range
+/// across that is solid all along. `None` if there is none, or the brush's texture moves.
+pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Option<(f32, f32)> {
+    if brush.draw != Draw::Cutout || brush.effect != Effect::None {
+        return None;
+    }
+    let solid = SOLID.get(usize::from(brush.number()))?.get_or_init(|| find(brush)).as_deref()?;
+    let texel = |x: f32| (x * SIDE as f32).floor() as i64;
+    let (from, to) = (texel(u.0.min(u.1)), texel(u.0.max(u.1)));
+    // Whatever lies further apart than the texture is wide goes through all of it.
+    let columns = from..=to.min(from + SIDE as i64 - 1);
+    let column = |x: i64| match repeats(brush) {
+        true => solid[x.rem_euclid(SIDE as i64) as usize],
+        false => solid[x.clamp(0, SIDE as i64 - 1) as usize],
+    };
+    let all = columns.fold(u128::MAX, |all, x| all & column(x));
+    let (low, high) = (v.0.min(v.1).max(0.0), v.0.max(v.1).min(1.0));
+    // Whole texels within the range.
+    let rows = (low * SIDE as f32).ceil() as usize..(high * SIDE as f32).floor() as usize;
+    let (mut best, mut start) = (0..0, rows.start);
+    for row in rows {
+        if all >> row & 1 == 0 {
+            start = row + 1;
+        } else if row + 1 - start > best.len() {
+            best = start..row + 1;
+        }
+    }
+    (!best.is_empty()).then(|| (best.start as f32 / SIDE as f32, best.end as f32 / SIDE as f32))
+}
+
+/// Whether the texture is repeated along the stroke; it is cut off at its ends if not.
+pub fn repeats(brush: &Brush) -> bool {
+    match brush.family {
+        Family::QuadStrip(uv) | Family::Welded { uv, .. } | Family::Tube { uv, .. } => uv == Uv::Distance,
+        _ => false,
+    }
+}
+
+fn find(brush: &Brush) -> Option<Box<Solid>> {
+    let Some(picture) = Picture::of(brush) else { return Some(Box::new([u128::MAX; SIDE])) };
+    let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
+    let mut level: Vec<f32> = (0..SIDE * SIDE)
+        .map(|i| picture.texel(place(i % SIDE), place(i / SIDE))[3].clamp(0.0, 1.0))
+        .collect();
+    let enough = brush.cutoff + SURELY;
+    let (mut solid, mut side) = (Box::new([u128::MAX; SIDE]), SIDE);
+    loop {
+        let is_solid = |x: usize, y: usize| {
+            let around = |c: usize| match repeats(brush) {
+                true => [(c + side - 1) % side, c, (c + 1) % side],
+                false => [c.saturating_sub(1), c, (c + 1).min(side - 1)],
+            };
+            around(y).iter().all(|y| around(x).iter().all(|x| level[y * side + x] >= enough))
+        };
+        let texels = SIDE / side;
+        for (x, column) in solid.iter_mut().enumerate() {
+            for y in (0..SIDE).filter(|y| !is_solid(x / texels, y / texels)) {
+                *column &= !(1 << y);
+            }
+        }
+        if side == 1 {
+            break;
+        }
+        side /= 2;
+        let of = |x: usize, y: usize| level[y * side * 2 + x];
+        level = (0..side * side)
+            .map(|i| (i % side * 2, i / side * 2))
+            .map(|(x, y)| (of(x, y) + of(x + 1, y) + of(x, y + 1) + of(x + 1, y + 1)) * 0.25)
+            .collect();
+    }
+    solid.iter().any(|column| *column != 0).then_some(solid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_marker_is_solid_in_its_middle_and_a_taper_not_at_its_tip() {
+        let find = |name| brush::find(name).expect("a brush of the table");
+        let (low, high) = solid_across(find("Marker"), (0.2, 0.4), (0.0, 1.0)).expect("a solid middle");
+        assert!(low < 0.2 && high > 0.8 && low > 0.0 && high < 1.0, "{low} to {high}");
+        let taper = find("TaperedMarker");
+        let widest = solid_across(taper, (0.1, 0.2), (0.0, 1.0)).map_or(0.0, |(low, high)| high - low);
+        let thin = solid_across(taper, (0.7, 0.8), (0.0, 1.0)).map_or(0.0, |(low, high)| high - low);
+        assert!(widest > 0.7 && thin < 0.6, "{widest}, {thin}");
+        assert_eq!(solid_across(taper, (0.9, 1.0), (0.0, 1.0)), None);
+        assert_eq!(solid_across(find("Light"), (0.4, 0.5), (0.0, 1.0)), None, "light hides nothing");
+    }
+
+    #[test]
+    fn what_is_solid_has_no_hole() {
+        for brush in brush::all().iter().filter(|brush| brush.draw == Draw::Cutout) {
+            let Some(picture) = Picture::of(brush) else { continue };
+            for i in 0..32 {
+                let u = (i as f32 / 32.0, (i + 1) as f32 / 32.0);
+                let Some((low, high)) = solid_across(brush, u, (0.0, 1.0)) else { continue };
+                for k in 0..=20 {
+                    let (u, v) = (u.0 + (u.1 - u.0) * 0.37, low + (high - low) * k as f32 / 20.0);
+                    let texel = |x: f32| ((x * SIDE as f32).floor().min(127.0) + 0.5) / SIDE as f32;
+                    let alpha = picture.texel(texel(u), texel(v))[3];
+                    assert!(alpha > brush.cutoff, "{} at {u}, {v}: {alpha}", brush.name);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! Binary glTF 2.0: "glTF 2.0 Specification", Khronos Group, 2021.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
+
+use glam::{Vec2, Vec3};
+use thiserror::Error;
+
+use super::{
+    gltf_json::{Object, document},
+    gltf_material::Material,
+    times::PolygonTimes,
+};
+use crate::{
+    brush::Surface,
+    scene::{Scene, Stroke},
+};
+use osp::polygon::{ConvexPolygon, PolygonId};
+
+/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates, time and stroke
+/// as floats.
+pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8 + 4 + 4;
+const GLB_MAGIC: u32 = 0x4654_6c67;
+const JSON_CHUNK: u32 = 0x4e4f_534a;
+const BIN_CHUNK: u32 = 0x004e_4942;
+
+/// Why a model was not exported.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// The file cannot be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The format counts bytes in 32 bits.
+    #[error("the model is too large for one .glb file: {0} bytes of at most 4294967295")]
+    TooLarge(u64),
+    /// Somebody did not want to wait.
+    #[error("writing it was cancelled")]
+    Cancelled,
+}
+
+/// What an object of the exported file is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Objects {
+    /// A layer of the session.
+    #[default]
+    Layers,
+    /// A stroke.
+    Strokes,
+}
+
+/// How a model is exported.
+#[derive(Clone, Debug, Default)]
+pub struct ExportOptions {
+    /// What an object is.
+    pub objects: Objects,
+    /// Names of the layers, by their numbers.
+    pub layer_names: Vec<String>,
+    /// When the polygons came to be, if that is to be in the file.
+    pub times: Option<PolygonTimes>,
+    /// What faces the eye is turned to this eye (world space, metres) for good, since a mesh cannot turn.
+    pub eye_in_world: Option<Vec3>,
+}
+
+/// What was exported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GltfCounts {
+    /// Objects.
+    pub objects: u64,
+    /// Polygons.
+    pub polygons: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Polygons left out: a corner is not a finite number, which the format does not have.
+    pub not_finite: u64,
+    /// Polygons that face the eye in the session, and one way only in the file.
+    pub turned: u64,
+}
+
+/// Vertices and triangles of one material in one object.
+#[derive(Default)]
+pub(super) struct Part {
+    pub(super) vertices: Vec<u8>,
+    pub(super) indices: Vec<u32>,
+    pub(super) min: Vec3,
+    pub(super) max: Vec3,
+}
+
+impl Part {
+    pub(super) fn count(&self) -> usize {
+        self.vertices.len() / VERTEX_BYTES
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.vertices.len() + self.indices.len() * 4
+    }
+
+    /// `tail` is the same at all corners: the time, seconds, and the number of the stroke.
+    fn add(&mut self, polygon: &ConvexPolygon, surface: &Surface, color: [f32; 4], tail: [f32; 2]) {
+        let corners = polygon.vertices();
+        let flat = unit_normal(polygon.area_vector());
+        let first = self.count() as u32;
+        if first == 0 {
+            (self.min, self.max) = (corners[0], corners[0]);
+        }
+        for (i, &corner) in corners.iter().enumerate() {
+            (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
+            let normal = surface.normal(i).unwrap_or(flat);
+            let Vec2 { x, y } = surface.uv(i);
+            for number in corner.to_array().into_iter().chain(normal.to_array()) {
+                self.vertices.extend(number.to_le_bytes());
+            }
+            let [r, g, b, a] = color;
+            let color = [r, g, b, a * surface.alpha(i)].map(|c| (c * 65535.0).round() as u16);
+            self.vertices.extend(color.iter().flat_map(|c| c.to_le_bytes()));
+            let [secs, stroke] = tail;
+            self.vertices.extend([x, y, secs, stroke].iter().flat_map(|number| number.to_le_bytes()));
+        }
+        for i in 2..corners.len() as u32 {
+            self.indices.extend([first, first + i - 1, first + i]);
+        }
+    }
+}
+
+/// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
+/// brush, with the strokes' colours at the vertices. World space, metres, as glTF has it.
+///
+/// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
+/// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
+///
+/// glTF has neither textures that grow with a stroke nor light that is added: cut-out brushes are exported whole, and those
+/// of light as emissive surfaces that what is behind shines through.
+///
+/// # Errors
+/// The output fails, or the model does not fit the format.
+pub fn write_glb(
+    scene: &Scene,
+    name: &str,
+    options: &ExportOptions,
+    out: impl Write,
+) -> Result<GltfCounts, ExportError> {
+    write_glb_watched(scene, name, options, out, &|_| true)
+}
+
+/// [`write_glb`]; `go_on` is asked from time to time, with the number of polygons that were looked at.
+///
+/// # Errors
+/// As there, and `go_on` said no.
+pub fn write_glb_watched(
+    scene: &Scene,
+    name: &str,
+    options: &ExportOptions,
+    mut out: impl Write,
+    go_on: &dyn Fn(u64) -> bool,
+) -> Result<GltfCounts, ExportError> {
+    /// Polygons after which it is asked: a few milliseconds.
+    const ASKED_AFTER: usize = 4096;
+    let mut counts = GltfCounts::default();
+    let mut objects = BTreeMap::<u64, Object>::new();
+    let mut materials = Vec::<Material>::new();
+    for (at, id) in scene.visible_ids().enumerate() {
+        if at % ASKED_AFTER == 0 && !go_on(at as u64) {
+            return Err(ExportError::Cancelled);
+        }
+        let surface = scene.surface(id);
+        let polygon = match options.eye_in_world {
+            Some(eye) => scene.polygon_from(id, eye, Vec3::Y),
+            None => scene.polygon(id),
+        };
+        // A group can be placed so far away that `f32` has no number for it.
+        if !polygon.vertices().iter().all(|corner| corner.is_finite()) {
+            counts.not_finite += 1;
+            continue;
+        }
+        let stroke = scene.stroke_of(id);
+        if !scene.has_area(id) {
+            continue;
+        }
+        let material = Material::of(stroke);
+        let material = materials.iter().position(|known| *known == material).unwrap_or_else(|| {
+            materials.push(material);
+            materials.len() - 1
+        });
+        let (key, object_name) = object_of(id, stroke, options);
+        let object =
+            objects.entry(key).or_insert_with(|| Object { name: object_name(), parts: BTreeMap::new() });
+        let secs = options.times.as_ref().map_or(0.0, |times| times.secs(id.index()));
+        // Numbers from 2^24 on are rounded: the format has no attribute of 32-bit integers.
+        let number = stroke.id().map_or(-1.0, |stroke| stroke.0 as f32);
+        let color = linear_color(stroke.color());
+        object.parts.entry(material).or_default().add(&polygon, &surface, color, [secs, number]);
+        counts.polygons += 1;
+        counts.turned += u64::from(surface.is_facing());
+        counts.triangles += polygon.vertices().len() as u64 - 2;
+    }
+    let objects: Vec<Object> = objects.into_values().collect();
+    counts.objects = objects.len() as u64;
+    let parts = || objects.iter().flat_map(|object| object.parts.values());
+    let binary_bytes: usize = parts().map(Part::bytes).sum();
+    let mut json =
+        document(name, &objects, &materials, options.times.is_some(), binary_bytes).to_string().into_bytes();
+    // Chunks are multiples of four bytes; JSON is filled up with spaces.
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let binary_chunk = if binary_bytes > 0 { 8 + binary_bytes as u64 } else { 0 };
+    let total = 12 + 8 + json.len() as u64 + binary_chunk;
+    let total_u32 = u32::try_from(total).map_err(|_| ExportError::TooLarge(total))?;
+    let mut words = |words: &[u32]| words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()));
+    words(&[GLB_MAGIC, 2, total_u32, json.len() as u32, JSON_CHUNK])?;
+    out.write_all(&json)?;
+    if binary_bytes > 0 {
+        out.write_all(&(binary_bytes as u32).to_le_bytes())?;
+        out.write_all(&BIN_CHUNK.to_le_bytes())?;
+        for part in parts() {
+            if !go_on(counts.polygons) {
+                return Err(ExportError::Cancelled);
+            }
+            out.write_all(&part.vertices)?;
+            for index in &part.indices {
+                out.write_all(&index.to_le_bytes())?;
+            }
+        }
+    }
+    out.flush()?;
+    Ok(counts)
+}
+
+/// The object that a polygon belongs to, and what it is called.
+fn object_of<'a>(
+    id: PolygonId,
+    stroke: &'a Stroke,
+    options: &'a ExportOptions,
+) -> (u64, impl FnOnce() -> String + use<'a>) {
+    let key = match (options.objects, stroke.id()) {
+        (Objects::Layers, _) => u64::from(stroke.layer()),
+        (Objects::Strokes, Some(stroke)) => u64::from(stroke.0),
+        // Polygons that came without a stroke are one each.
+        (Objects::Strokes, None) => 1 << 32 | u64::from(id.0),
+    };
+    let name = move || match (options.objects, stroke.id(), stroke.brush()) {
+        (Objects::Layers, ..) => match options.layer_names.get(stroke.layer() as usize) {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => format!("layer {}", stroke.layer()),
+        },
+        (Objects::Strokes, Some(id), Some(brush)) => format!("stroke {} ({})", id.0, brush.name),
+        (Objects::Strokes, Some(id), None) => format!("stroke {}", id.0),
+        (Objects::Strokes, None, _) => format!("polygon {}", id.0),
+    };
+    (key, name)
+}
+
+/// The normal of a polygon; that of a huge one overflows, and any will do.
+fn unit_normal(area_vector: Vec3) -> Vec3 {
+    area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
+}
+
+/// Vertex colours are linear in glTF.
+pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
+    let linear = |c: f32| {
+        let c = c.clamp(0.0, 1.0);
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Author, Event, GroupId, StrokeId, Transform};
+    use glam::Quat;
+    use serde_json::{Value, json};
+
+    fn word(bytes: &[u8], at: usize) -> u32 {
+        u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+    }
+
+    fn export(events: &[Event]) -> (GltfCounts, Value, Vec<u8>) {
+        let mut scene = Scene::new();
+        events.iter().for_each(|event| scene.apply(event, &mut Vec::new()));
+        let mut bytes = Vec::new();
+        let counts = write_glb(&scene, "test", &ExportOptions::default(), &mut bytes).expect("memory");
+        assert_eq!((word(&bytes, 0), word(&bytes, 4), word(&bytes, 8)), (GLB_MAGIC, 2, bytes.len() as u32));
+        let json_bytes = word(&bytes, 12) as usize;
+        assert_eq!((word(&bytes, 16), json_bytes % 4), (JSON_CHUNK, 0));
+        let json = serde_json::from_slice(&bytes[20..20 + json_bytes]).expect("JSON");
+        let rest = bytes.split_off(20 + json_bytes);
+        (counts, json, rest)
+    }
+
+    fn polygon(vertices: &[[f32; 3]], alpha: f32) -> Event {
+        let vertices = vertices.iter().map(|&v| Vec3::from(v)).collect();
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 0.5, 0.0, alpha) }
+    }
+
+    #[test]
+    fn polygons_come_back_from_the_bytes() {
+        let quad = polygon(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
+        let glass = polygon(&[[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], 0.5);
+        let (counts, json, chunk) = export(&[quad, glass]);
+        assert_eq!(counts, GltfCounts { objects: 1, polygons: 2, triangles: 3, ..GltfCounts::default() });
+        assert_eq!(word(&chunk, 4), BIN_CHUNK);
+        let binary = &chunk[8..];
+        assert_eq!(binary.len() as u64, json["buffers"][0]["byteLength"].as_u64().expect("a number"));
+        let primitives = json["meshes"][0]["primitives"].as_array().expect("a list");
+        assert_eq!(primitives.len(), 2);
+        assert_eq!(json["materials"][1]["alphaMode"], "BLEND");
+        let accessor = |i: u64| &json["accessors"][i as usize];
+        let positions = accessor(primitives[0]["attributes"]["POSITION"].as_u64().expect("a number"));
+        assert_eq!(positions["max"], json!([2.0, 1.0, 0.0]));
+        assert_eq!(positions["count"], 4);
+        let indices = accessor(primitives[0]["indices"].as_u64().expect("a number"));
+        let view = &json["bufferViews"][indices["bufferView"].as_u64().expect("a number") as usize];
+        let at = view["byteOffset"].as_u64().expect("a number") as usize;
+        let found: Vec<u32> = (0..6).map(|i| word(binary, at + 4 * i)).collect();
+        assert_eq!(found, [0, 1, 2, 0, 2, 3]);
+        let float = |at| f32::from_bits(word(binary, at));
+        assert_eq!([float(VERTEX_BYTES), float(VERTEX_BYTES + 4)], [2.0, 0.0], "the second corner");
+        assert_eq!([float(12), float(16), float(20)], [0.0, 0.0, 1.0], "its normal");
+    }
+
+    #[test]
+    fn nothing_is_a_valid_file_too() {
+        let (counts, json, rest) = export(&[]);
+        assert_eq!(counts, GltfCounts::default());
+        assert!(rest.is_empty() && json.get("buffers").is_none());
+    }
+
+    #[test]
+    fn a_polygon_at_infinity_is_left_out_and_counted() {
+        let corners = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let Event::Polygon { vertices, color, .. } = polygon(&corners, 1.0) else {
+            unreachable!("made above")
+        };
+        let far = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: Some(StrokeId(1)), vertices, color };
+        let group = |id: u32, strokes: Vec<StrokeId>, parent: Option<u32>| Event::Group {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(id),
+            strokes,
+            parent: parent.map(GroupId),
+            name: None,
+        };
+        let to = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0e30 };
+        let place = |id: u32| Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(id), to };
+        let near = polygon(&corners, 1.0);
+        let grouped = [group(2, vec![], None), group(1, vec![StrokeId(1)], Some(2)), place(1), place(2)];
+        let (counts, json, _) = export(&[&[near, far], &grouped[..]].concat());
+        assert_eq!(counts, GltfCounts { objects: 1, polygons: 1, triangles: 1, not_finite: 1, turned: 0 });
+        assert!(json["accessors"][0]["max"].as_array().is_some_and(|max| max.iter().all(Value::is_number)));
+    }
+}

@@ -1,0 +1,29 @@
+//! Recorded sketching sessions: what a tracked hand drew, as files, as polygons, and frame by frame.
+//!
+//! ```text
+//! a file ──> recording (events) ──> stroke (polygons) ──> scene (a Geometry of osp) ──> replay (frames of osp)
+//! ```
+//!
+//! | module | what it is |
+//! | --- | --- |
+//! | [`recording`] | events, their files, importers, synthetic sessions |
+//! | [`brush`] | the brushes: what strokes become and look like |
+//! | [`stroke`] | samples become polygons |
+//! | [`scene`] | strokes, groups, undo; implements [`Geometry`](osp::polygon::Geometry) |
+//! | [`rig`] | several screens around tracked eyes |
+//! | [`replay`] | a session frame by frame: pacing, cameras, fingerprints |
+//! | [`export`] | binary glTF |
+//! | [`atomic_file`], [`output_file`], [`small_file`], [`platform`] | files, on a disk and on a page |
+
+#[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]
+pub mod atomic_file;
+pub mod brush;
+pub mod export;
+pub mod output_file;
+pub mod platform;
+pub mod recording;
+pub mod replay;
+pub mod rig;
+pub mod scene;
+pub mod small_file;
+pub mod stroke;

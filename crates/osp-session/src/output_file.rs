@@ -1,0 +1,359 @@
+//! What an output may replace: nothing or its own kind. A session, or a file of another kind, is somebody's work.
+
+use std::{
+    io::{self, Read},
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+use crate::{
+    atomic_file::Destination, platform::fs, recording::looks_like_session, small_file::open_regular,
+};
+
+/// Bytes from the beginning of a file that decide what it is.
+const SNIFF_BYTES: u64 = 4096;
+
+/// The kinds of file that are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputKind {
+    /// Comma-separated values.
+    Csv,
+    /// A page.
+    Html,
+    /// A picture of pixels.
+    Png,
+    /// A picture of lines.
+    Svg,
+    /// A graph for Graphviz.
+    Dot,
+    /// A line of JSON for each frame.
+    Trace,
+    /// Fingerprints to compare with.
+    Pins,
+    /// Sets of what can be seen from where.
+    Pvs,
+    /// A model, binary glTF.
+    Glb,
+    /// The table of a study: lines of JSON.
+    Study,
+    /// The table of a study as Parquet.
+    Parquet,
+    /// A session.
+    Recording,
+}
+
+use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+
+impl OutputKind {
+    const ALL: [Self; 12] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
+
+    /// What it is called in messages.
+    fn name(self) -> &'static str {
+        match self {
+            Csv => "a table (CSV)",
+            Html => "a page (HTML)",
+            Png => "a picture (PNG)",
+            Svg => "a picture (SVG)",
+            Dot => "a graph (DOT)",
+            Trace => "a trace",
+            Pins => "pinned fingerprints",
+            Pvs => "sets of what can be seen (.pvs)",
+            Glb => "a model (.glb)",
+            Study => "a table of `osp study`",
+            Parquet => "a table (Parquet)",
+            Recording => "a session",
+        }
+    }
+
+    /// How names of this kind end.
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Csv => &[".csv"],
+            Html => &[".html", ".htm"],
+            Png => &[".png"],
+            Svg => &[".svg"],
+            Dot => &[".dot"],
+            Trace => &[".jsonl"],
+            Pins => &[".pins"],
+            Pvs => &[".pvs"],
+            Glb => &[".glb"],
+            Study => &[".ndjson"],
+            Parquet => &[".parquet"],
+            Recording => &[".ron", ".ron.zst"],
+        }
+    }
+
+    /// Whether programs go by the ending; text may be called anything that does not name another kind.
+    fn needs_ending(self) -> bool {
+        matches!(self, Png | Svg | Dot | Pvs | Glb | Study | Parquet | Recording)
+    }
+
+    fn is_named(self, path: &Path) -> bool {
+        let name =
+            path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        self.endings().iter().any(|ending| name.ends_with(ending))
+    }
+
+    /// Whether a name may be given to this kind of file.
+    fn fits_name(self, path: &Path) -> bool {
+        let is_session = || {
+            let endings = [".ron", ".zst", ".tilt", ".apa", ".json", ".poses", ".obj", ".gz", ".gltf"];
+            let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
+            name.is_some_and(|name| endings.iter().any(|ending| name.ends_with(ending)))
+        };
+        match self {
+            _ if self.is_named(path) => true,
+            _ if self.needs_ending() => false,
+            // These were text of the same language, or lines of it, before they had endings of their own.
+            Pins if Recording.is_named(path) => true,
+            Trace if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) => true,
+            _ => !is_session() && !Self::ALL.iter().any(|other| other.is_named(path)),
+        }
+    }
+
+    /// Whether a file that begins so is of this kind.
+    fn begins(self, start: &[u8], path: &Path) -> bool {
+        let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start).trim_ascii_start();
+        let starts = |mark: &str| {
+            text.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark.as_bytes()))
+        };
+        let first_line = || text.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let holds = |line: &[u8], words: &str| line.windows(words.len()).any(|part| part == words.as_bytes());
+        match self {
+            Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
+            Glb => start.starts_with(b"glTF"),
+            Study => start.starts_with(b"{\"file\":\""),
+            Parquet => start.starts_with(b"PAR1"),
+            Pvs => start.starts_with(b"osp pvs "),
+            Html => starts("<!doctype html") || starts("<html"),
+            Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),
+            Dot => starts("digraph ") || starts("graph ") || starts("strict "),
+            Pins => {
+                let code = text.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+                let mut code = code.filter(|line| !line.is_empty() && !line.starts_with(b"//"));
+                let first = code.next().unwrap_or_default();
+                let inside = first.strip_prefix(b"(").map(<[u8]>::trim_ascii);
+                inside.is_some_and(|rest| {
+                    let rest = if rest.is_empty() { code.next().unwrap_or_default() } else { rest };
+                    rest.starts_with(b"pins")
+                })
+            }
+            Trace => {
+                let line = first_line();
+                line.starts_with(b"{") && holds(line, "\"frame\":") && holds(line, "\"shown\":")
+            }
+            Csv => {
+                let line = first_line();
+                let is_ours = ["recording,index,frame,", "part,recording,index,", "world,frame,"]
+                    .into_iter()
+                    .any(starts);
+                let is_text = !line.is_empty()
+                    && line.contains(&b',')
+                    && !b"{[(<".contains(&line[0])
+                    && str::from_utf8(line).is_ok_and(|line| !line.trim_end().chars().any(char::is_control));
+                is_ours || (is_text && self.is_named(path) && !looks_like_session(path, start))
+            }
+            Recording => looks_like_session(path, start),
+        }
+    }
+}
+
+/// Whether a file of this kind is there.
+pub fn is_there(path: &Path, kind: OutputKind) -> bool {
+    matches!(found_in(path), Ok(Some(Ok(found))) if found == kind)
+}
+
+/// Why an output is not begun.
+#[derive(Debug, Error)]
+#[allow(missing_docs, reason = "their messages tell")]
+pub enum OutputError {
+    /// The name is that of another kind of file.
+    #[error("{}: expected a name that ends in {expected}", path.display())]
+    Ending { path: PathBuf, expected: String },
+    /// A file of another kind is there.
+    #[error("{}: holds {found}, not {wanted}", path.display())]
+    OtherKind { path: PathBuf, found: &'static str, wanted: &'static str },
+    /// A file of a kind that is never replaced unasked is there.
+    #[error("{}: exists already", path.display())]
+    Exists { path: PathBuf },
+    /// The place cannot be used.
+    #[error("{}: {cause}", path.display())]
+    Io { path: PathBuf, cause: io::Error },
+}
+
+impl OutputError {
+    fn io(path: &Path, cause: io::Error) -> Self {
+        Self::Io { path: path.to_owned(), cause }
+    }
+
+    /// Whether the file would be written if its owner said so.
+    pub fn yields_to_force(&self) -> bool {
+        match self {
+            Self::OtherKind { .. } | Self::Exists { .. } => true,
+            Self::Ending { .. } | Self::Io { .. } => false,
+        }
+    }
+}
+
+/// Whether a file of this kind may be written here. With `force` it may replace one of any kind.
+pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), OutputError> {
+    let io = |cause| OutputError::io(path, cause);
+    let target = match Destination::of(path).map_err(io)? {
+        Destination::StandardOutput | Destination::StandardError => return Ok(()),
+        Destination::Special(special) => return check_special(&special, force).map_err(io),
+        Destination::File(target) => target,
+    };
+    let is_misnamed = !kind.fits_name(path) && !kind.fits_name(&target);
+    // What is text may have any name that its owner insists on.
+    if is_misnamed && (kind.needs_ending() || !force) {
+        let expected = kind.endings().join(" or ");
+        return Err(OutputError::Ending { path: path.to_owned(), expected });
+    }
+    let data = match fs::metadata(&target) {
+        Ok(data) => data,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
+            return match folder.is_none_or(fs::is_folder) {
+                true => Ok(()),
+                false => Err(io(io::Error::new(error.kind(), "there is no such folder"))),
+            };
+        }
+        Err(error) => return Err(io(error)),
+    };
+    if data.is_dir() {
+        return Err(io(io::Error::new(io::ErrorKind::IsADirectory, "expected a file; found a folder")));
+    }
+    if force {
+        return Ok(());
+    }
+    if matches!(kind, Recording | Pvs) {
+        return Err(OutputError::Exists { path: path.to_owned() });
+    }
+    match found_in(&target).map_err(io)? {
+        None => Ok(()),
+        Some(Ok(found)) if found == kind => Ok(()),
+        Some(found) => Err(OutputError::OtherKind {
+            path: path.to_owned(),
+            found: found.map_or_else(|other| other, OutputKind::name),
+            wanted: kind.name(),
+        }),
+    }
+}
+
+fn check_special(path: &Path, force: bool) -> io::Result<()> {
+    // A disk holds more than a file.
+    #[cfg(unix)]
+    if !force
+        && fs::metadata(path)
+            .is_ok_and(|data| std::os::unix::fs::FileTypeExt::is_block_device(&data.file_type()))
+    {
+        return Err(io::Error::other("expected a file; found a disk"));
+    }
+    let _ = (path, force);
+    Ok(())
+}
+
+/// What a file holds; `None` if it is empty.
+fn found_in(path: &Path) -> io::Result<Option<Result<OutputKind, &'static str>>> {
+    let mut start = Vec::new();
+    open_regular(path)?.take(SNIFF_BYTES).read_to_end(&mut start)?;
+    if start.is_empty() {
+        return Ok(None);
+    }
+    let kind = OutputKind::ALL.into_iter().find(|kind| kind.begins(&start, path));
+    Ok(Some(kind.ok_or("a file of another kind")))
+}
+
+/// Whether two paths lead to one file, through links of either kind. Neither is opened.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
+        use std::os::unix::fs::MetadataExt;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    match (whole_path(a), whole_path(b)) {
+        (Some(a), Some(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// The path without links and detours; of a file that does not exist yet, by its folder.
+fn whole_path(path: &Path) -> Option<PathBuf> {
+    let Ok(Destination::File(target)) = Destination::of(path) else { return None };
+    let by_folder = || {
+        let folder =
+            target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(target.file_name()?))
+    };
+    target.canonicalize().ok().or_else(by_folder)
+}
+
+/// Whether a file lies, or would lie, in a folder or below.
+pub fn lies_in(file: &Path, folder: &Path) -> bool {
+    match (whole_path(file), folder.canonicalize()) {
+        (Some(file), Ok(folder)) => file.starts_with(folder),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(start: &str, name: &str) -> Option<OutputKind> {
+        OutputKind::ALL.into_iter().find(|kind| kind.begins(start.as_bytes(), Path::new(name)))
+    }
+
+    #[test]
+    fn a_file_is_known_by_how_it_begins() {
+        for (start, name, kind) in [
+            ("Header(format: 1, name: \"a\")\n", "a.csv", Some(Recording)),
+            ("// drawn, yesterday\nHeader(format: 1)\n", "a.csv", Some(Recording)),
+            ("recording,index,frame,measured\n", "a.txt", Some(Csv)),
+            ("part,recording,index,polygons\n", "a", Some(Csv)),
+            ("name,age\nA,1\n", "people.csv", Some(Csv)),
+            ("Dear A,\nhow are you?", "letter.txt", None),
+            ("just text", "a.csv", None),
+            ("[{\"a\": 1, \"b\": 2}]", "a.csv", Some(Recording)),
+            ("tilT, and so on", "a.csv", Some(Recording)),
+            ("\n <!DOCTYPE html><html>", "a", Some(Html)),
+            ("<?xml version=\"1.0\"?>\n<svg xmlns", "a", Some(Svg)),
+            ("<?xml version=\"1.0\"?>\n<office>", "a.svg", None),
+            ("digraph index {", "a", Some(Dot)),
+            ("{\"drawn\":1,\"frame\":0,\"shown\":true}\n", "a.json", Some(Trace)),
+            ("{\"strokes\": []}", "a.json", Some(Recording)),
+            ("(\n    pins: [\n", "a.ron", Some(Pins)),
+            ("// ours\n(pins: [])", "a.pins", Some(Pins)),
+            ("osp pvs 1\n", "a", Some(Pvs)),
+            ("v 0 0 0\n", "a.obj", Some(Recording)),
+            ("PAR1\u{15}", "a", Some(Parquet)),
+            ("{\"file\":\"a.ron\",\"file_hash\":null", "a.json", Some(Study)),
+            ("PK\u{3}\u{4}", "a.zip", None),
+        ] {
+            assert_eq!(found(start, name), kind, "{name}: {start}");
+        }
+    }
+
+    #[test]
+    fn names_of_other_kinds_do_not_fit() {
+        let fits = |kind: OutputKind, name: &str| kind.fits_name(Path::new(name));
+        for (kind, good, bad) in [
+            (
+                Csv,
+                &["a.csv", "a.txt", "a", "A.CSV"][..],
+                &["a.ron", "a.png", "a.tilt", "a.ron.zst", "a.html"][..],
+            ),
+            (Png, &["a.png", "a.PNG"], &["a.jpg", "a", "a.ron", "a.svg"]),
+            (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
+            (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
+            (Glb, &["a.glb"], &["p.obj", "a", "a.gltf"]),
+            (Parquet, &["a.parquet"], &["a", "a.csv", "a.parquet.json"]),
+            (Study, &["a.ndjson", "a.NDJSON"], &["a", "a.csv", "a.json", "a.parquet"]),
+            (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt"]),
+        ] {
+            assert!(good.iter().all(|name| fits(kind, name)), "{kind:?} {good:?}");
+            assert!(!bad.iter().any(|name| fits(kind, name)), "{kind:?} {bad:?}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Outputs on a page: each is whole or not at all, as on a disk, and a file that is none of the program's own is handed to
+//! the browser to save.
+#![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use crate::platform::{USER_FOLDER, fs};
+
+/// Files for the browser to save.
+static DOWNLOADS: Mutex<Vec<(PathBuf, Vec<u8>)>> = Mutex::new(Vec::new());
+
+/// Files that were written since the last call, for a person to have.
+pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
+    std::mem::take(&mut DOWNLOADS.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Where an output goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// A file, which is replaced as a whole.
+    File(PathBuf),
+    /// There are no pipes and devices on a page.
+    Special(PathBuf),
+    /// Nor these.
+    StandardOutput,
+    /// Nor these.
+    StandardError,
+}
+
+impl Destination {
+    /// What a path names.
+    pub fn of(path: &Path) -> io::Result<Self> {
+        if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return Err(io::Error::new(io::ErrorKind::InvalidFilename, "expected the name of a file"));
+        }
+        Ok(Self::File(path.to_owned()))
+    }
+}
+
+/// A file on its way.
+#[derive(Debug)]
+pub struct AtomicFile {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl AtomicFile {
+    /// Starts an output. The target stays what it is.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Destination::of(path)?;
+        Ok(Self { path: path.to_owned(), bytes: Vec::new() })
+    }
+
+    /// There is no file yet.
+    pub fn handle(&mut self) -> io::Result<fs::File> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// Puts what was written in the place of the target; its size in bytes.
+    pub fn commit(self) -> io::Result<Option<u64>> {
+        let bytes = self.bytes.len() as u64;
+        if !self.path.starts_with(USER_FOLDER) {
+            let mut downloads = DOWNLOADS.lock().unwrap_or_else(PoisonError::into_inner);
+            downloads.push((self.path.clone(), self.bytes.clone()));
+        }
+        fs::write(&self.path, self.bytes);
+        Ok(Some(bytes))
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bytes.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Writes a file whole, or leaves it as it is.
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut file = AtomicFile::create(path)?;
+    write(&mut file)?;
+    file.commit().map(drop)
+}
+
+/// Opens an output that grows.
+pub fn open_stream(path: &Path) -> io::Result<fs::File> {
+    fs::File::create(path)
+}

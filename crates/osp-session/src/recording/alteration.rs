@@ -1,0 +1,261 @@
+//! Copies of strokes, changed: elsewhere, turned, scaled, mirrored, of another colour or width.
+
+use glam::{Quat, Vec3};
+
+use super::{Author, Event, Paint, StrokeId, Transform};
+use osp::math::{rotate, unit};
+
+/// A similarity that may mirror: x is turned round first, then it scales, rotates and translates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Whether x is turned round.
+    pub is_mirrored: bool,
+    /// What follows.
+    pub to: Transform,
+}
+
+impl Motion {
+    /// The one that changes nothing.
+    pub const STAY: Self =
+        Self { is_mirrored: false, to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 } };
+
+    /// A translation, metres.
+    pub fn by(way: Vec3) -> Self {
+        Self { to: Transform { p: way, ..Self::STAY.to }, ..Self::STAY }
+    }
+
+    /// Turns and scales about a point that stays where it is.
+    pub fn about(middle: Vec3, turn: Quat, scale: f32) -> Self {
+        let p = middle - rotate(turn, middle * scale);
+        Self { to: Transform { p, q: turn, s: scale }, ..Self::STAY }
+    }
+
+    /// Mirrors on the plane across the x axis at this place.
+    pub fn mirror_x(x: f32) -> Self {
+        Self { is_mirrored: true, ..Self::by(Vec3::new(2.0 * x, 0.0, 0.0)) }
+    }
+
+    /// Where a point goes.
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        let p = if self.is_mirrored { Vec3::new(-p.x, p.y, p.z) } else { p };
+        rotate(self.to.q, p * self.to.s) + self.to.p
+    }
+
+    /// How the pose of a hand lies afterwards. A mirror turns its x axis round: a pose has no mirror image that is one.
+    pub fn orientation(&self, q: Quat) -> Quat {
+        let q = if self.is_mirrored { mirrored(q) } else { q };
+        unit(self.to.q * q)
+    }
+
+    /// This one, then another.
+    pub fn then(&self, next: &Self) -> Self {
+        let q = if next.is_mirrored { mirrored(self.to.q) } else { self.to.q };
+        let to = Transform { p: next.point(self.to.p), q: unit(next.to.q * q), s: self.to.s * next.to.s };
+        Self { is_mirrored: self.is_mirrored != next.is_mirrored, to }
+    }
+
+    /// The one that takes it back; none if it shrinks all to a point.
+    pub fn inverse(&self) -> Option<Self> {
+        let s = 1.0 / self.to.s;
+        let back = self.to.q.conjugate();
+        let q = if self.is_mirrored { mirrored(back) } else { back };
+        let turned = Self { is_mirrored: self.is_mirrored, to: Transform { p: Vec3::ZERO, q, s } };
+        let p = -turned.point(self.to.p);
+        let is_finite = p.is_finite() && s.is_finite();
+        is_finite.then_some(Self { to: Transform { p, ..turned.to }, ..turned })
+    }
+}
+
+/// A rotation between two mirrors across x.
+fn mirrored(q: Quat) -> Quat {
+    Quat::from_xyzw(q.x, -q.y, -q.z, q.w)
+}
+
+/// How a copy of a stroke differs from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alteration {
+    /// Where it goes, in the space of its points. Its width follows the scale.
+    pub motion: Motion,
+    /// Its colour, sRGB with opacity; that of the stroke if absent.
+    pub color: Option<(f32, f32, f32, f32)>,
+    /// Its width, metres; that of the stroke, scaled, if absent.
+    pub width_m: Option<f32>,
+}
+
+impl Alteration {
+    /// A copy that differs in its number alone.
+    pub const NONE: Self = Self { motion: Motion::STAY, color: None, width_m: None };
+
+    /// The events of a copy of a stroke, in order, from those of the stroke (others among them are passed over). All are
+    /// of time `t`; a stroke that was not ended is.
+    pub fn copy<'e>(
+        &self,
+        events: impl IntoIterator<Item = &'e Event>,
+        of: StrokeId,
+        copy: StrokeId,
+        t: f64,
+    ) -> Vec<Event> {
+        #[derive(PartialEq)]
+        enum State {
+            Before,
+            Drawing,
+            After,
+        }
+        let moves = self.motion != Motion::STAY;
+        let (mut out, mut state) = (Vec::new(), State::Before);
+        for event in events {
+            match event {
+                Event::Begin { stroke, .. } if *stroke == of && state == State::Before && out.is_empty() => {
+                    state = State::Drawing;
+                    out.push(self.begin(event, copy, t));
+                }
+                Event::Point { stroke, p, q, pressure, .. } if *stroke == of && state == State::Drawing => {
+                    let (p, q) =
+                        if moves { (self.motion.point(*p), self.motion.orientation(*q)) } else { (*p, *q) };
+                    out.push(Event::Point { t, stroke: copy, p, q, pressure: *pressure });
+                }
+                Event::End { stroke, .. } if *stroke == of && state == State::Drawing => {
+                    state = State::After;
+                    out.push(Event::End { t, stroke: copy });
+                }
+                Event::Polygon { stroke: Some(stroke), vertices, color, .. } if *stroke == of => {
+                    let mut vertices = vertices.clone();
+                    if moves {
+                        vertices.iter_mut().for_each(|p| *p = self.motion.point(*p));
+                    }
+                    let color = self.color.unwrap_or(*color);
+                    out.push(Event::Polygon { author: Author::SOLE, t, stroke: Some(copy), vertices, color });
+                }
+                _ => {}
+            }
+        }
+        if state == State::Drawing {
+            out.push(Event::End { t, stroke: copy });
+        }
+        out
+    }
+
+    fn begin(&self, event: &Event, copy: StrokeId, t: f64) -> Event {
+        let mut begin = event.clone();
+        if let Event::Begin { author, t: time, stroke, width, color, paint, .. } = &mut begin {
+            // Who alters it draws it anew.
+            (*author, *time, *stroke) = (Author::SOLE, t, copy);
+            *width = self.width_m.unwrap_or(*width * self.motion.to.s);
+            *color = self.color.unwrap_or(*color);
+            if let Some(paint) = paint {
+                let scale = paint.scale * self.motion.to.s;
+                **paint = Paint { scale, ..(**paint).clone() };
+            }
+        }
+        begin
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{NormalRule, Tool};
+
+    fn close(a: Vec3, b: Vec3) {
+        assert!(a.abs_diff_eq(b, 1.0e-4), "{a} {b}");
+    }
+
+    #[test]
+    fn motions_follow_each_other_and_are_taken_back() {
+        let turn = Quat::from_axis_angle(Vec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+        let motions = [
+            Motion::STAY,
+            Motion::by(Vec3::new(1.0, -2.0, 0.5)),
+            Motion::about(Vec3::new(0.3, 0.2, 0.1), turn, 1.5),
+            Motion::mirror_x(0.4),
+        ];
+        let p = Vec3::new(0.2, 1.1, -0.6);
+        for a in &motions {
+            close(a.inverse().expect("an inverse").point(a.point(p)), p);
+            for b in &motions {
+                let both = a.then(b);
+                close(both.point(p), b.point(a.point(p)));
+                close(both.inverse().expect("an inverse").point(both.point(p)), p);
+            }
+        }
+        close(Motion::mirror_x(0.4).point(p), Vec3::new(0.6, 1.1, -0.6));
+        close(motions[2].point(Vec3::new(0.3, 0.2, 0.1)), Vec3::new(0.3, 0.2, 0.1));
+        let point = Motion { to: Transform { s: 0.0, ..Motion::STAY.to }, ..Motion::STAY };
+        assert_eq!(point.inverse(), None);
+    }
+
+    #[test]
+    fn a_mirrored_pose_lies_as_the_mirror_image_of_the_hand_but_for_its_x_axis() {
+        let q = Quat::from_axis_angle(Vec3::new(-0.3, 0.8, 0.4).normalize(), 1.1);
+        let mirror = Motion::mirror_x(0.0);
+        let image = mirror.orientation(q);
+        close(rotate(image, Vec3::Y), mirror.point(rotate(q, Vec3::Y)));
+        close(rotate(image, Vec3::Z), mirror.point(rotate(q, Vec3::Z)));
+        close(rotate(image, Vec3::X), -mirror.point(rotate(q, Vec3::X)));
+    }
+
+    #[test]
+    fn a_copy_has_all_of_a_stroke_and_nothing_of_others() {
+        let (of, other, copy) = (StrokeId(3), StrokeId(4), StrokeId(9));
+        let begin = |stroke, width| Event::Begin {
+            author: Author::SOLE,
+            t: 0.0,
+            stroke,
+            tool: Tool::Ribbon,
+            width,
+            color: (1.0, 0.0, 0.0, 1.0),
+            normal: NormalRule::LocalX,
+            thinnest: 0.1,
+            paint: Some(Box::new(Paint { scale: 0.5, layer: 2, ..Paint::new("Ink", 7) })),
+        };
+        let point = |stroke, x: f32| Event::Point {
+            t: 1.0,
+            stroke,
+            p: Vec3::new(x, 0.0, 0.0),
+            q: Quat::IDENTITY,
+            pressure: 0.5,
+        };
+        let face = |stroke| Event::Polygon {
+            author: Author::SOLE,
+            t: 1.0,
+            stroke: Some(stroke),
+            vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            color: (0.0, 1.0, 0.0, 1.0),
+        };
+        let events = [
+            point(of, 7.0),
+            begin(of, 0.1),
+            begin(other, 0.1),
+            begin(of, 9.0),
+            point(of, 1.0),
+            point(other, 5.0),
+            face(of),
+            Event::Erase { author: Author::SOLE, t: 2.0, stroke: of },
+        ];
+        let plain = Alteration::NONE.copy(&events, of, copy, 8.0);
+        let at = |event: &Event| {
+            let mut event = event.clone();
+            match &mut event {
+                Event::Begin { t, .. } | Event::Point { t, .. } | Event::Polygon { t, .. } => *t = 8.0,
+                _ => {}
+            }
+            event
+        };
+        let end = Event::End { t: 8.0, stroke: copy };
+        assert_eq!(plain, [at(&begin(copy, 0.1)), at(&point(copy, 1.0)), at(&face(copy)), end]);
+
+        let color = (0.0, 0.0, 1.0, 0.5);
+        let motion = Motion::about(Vec3::ZERO, Quat::IDENTITY, 2.0);
+        let changed = Alteration { motion, color: Some(color), width_m: None }.copy(&events, of, copy, 8.0);
+        let Event::Begin { width, color: c, paint: Some(paint), .. } = &changed[0] else {
+            panic!("a beginning")
+        };
+        assert_eq!((*width, *c, paint.scale, paint.seed, paint.layer), (0.2, color, 1.0, 7, 2));
+        let Event::Point { p, pressure, .. } = &changed[1] else { panic!("a point") };
+        assert_eq!((p.x, *pressure), (2.0, 0.5));
+        let Event::Polygon { vertices, color: c, .. } = &changed[2] else { panic!("a polygon") };
+        assert_eq!((vertices[1], *c), (Vec3::X * 2.0, color));
+        let wide = Alteration { width_m: Some(0.7), ..Alteration::NONE }.copy(&events, of, copy, 8.0);
+        assert!(matches!(wide[0], Event::Begin { width: 0.7, .. }));
+    }
+}

@@ -1,0 +1,559 @@
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::Author;
+use osp::math::COORDINATE_LIMIT_M;
+
+/// The newest recording format that this crate reads: that of recordings of several [`Author`]s. Every recording is written
+/// in the oldest format that has all it needs.
+pub const FORMAT_VERSION: u32 = 4;
+
+/// The first format that knows several [`Author`]s.
+pub const AUTHORS_FORMAT: u32 = 4;
+
+/// The format of a session that one author draws in the window: it has what the window's edits need.
+pub const ONE_AUTHOR_FORMAT: u32 = 3;
+
+/// A stroke's number, unique within a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct StrokeId(pub u32);
+
+/// A group's number, unique within a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct GroupId(pub u32);
+
+/// The tool of a stroke.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tool {
+    /// A band of quads along the samples.
+    Ribbon,
+    /// One planar polygon; the samples are its corners.
+    Wall,
+    /// A closed tube around the samples.
+    Tube,
+}
+
+/// The brush of a stroke with its settings. A program that does not know the brush draws the stroke by its tool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paint {
+    /// Name or GUID of the brush; empty for none: the stroke is drawn by its tool.
+    pub brush: String,
+    /// Seed of the brush's random numbers.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub seed: u32,
+    /// Factor of the lengths that are part of the brush (spacing, fading), not of the width.
+    #[serde(default = "full", skip_serializing_if = "is_full")]
+    pub scale: f32,
+    /// The layer: a place in [`Header::layers`](super::Header::layers), if there are any.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub layer: u32,
+    /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hidden: bool,
+}
+
+impl Paint {
+    /// Longest name of a brush, bytes.
+    pub const MAX_NAME_BYTES: usize = 64;
+
+    /// This brush, at its own scale, on the first layer.
+    pub fn new(brush: impl Into<String>, seed: u32) -> Self {
+        Self { brush: brush.into(), seed, scale: 1.0, layer: 0, hidden: false }
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        if self.brush.len() > Self::MAX_NAME_BYTES {
+            return Err("a brush's name of at most 64 bytes");
+        }
+        if !(self.scale > 0.0 && self.scale <= COORDINATE_LIMIT_M) {
+            return Err("a positive scale of the brush");
+        }
+        Ok(())
+    }
+}
+
+/// How a ribbon lies to the pose of the tracker that drew it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum NormalRule {
+    /// The tracker's local X axis is the ribbon's normal (the OSP paper, Fig. 17).
+    #[default]
+    LocalX,
+    /// The tracker's local X axis points along the ribbon's width (A-Painter).
+    SideX,
+    /// Tilt Brush's frame from the direction of travel, the controller's forward (local -z) and up (local y).
+    Travel,
+    /// No orientation was recorded: a rotation-minimising frame along the stroke.
+    Transport,
+}
+
+/// A similarity transform: scale, then rotate, then translate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Transform {
+    /// Translation, metres.
+    pub p: Vec3,
+    /// Rotation, unit quaternion.
+    pub q: Quat,
+    /// Uniform scale, positive.
+    pub s: f32,
+}
+
+/// One event of a session. `t` is in seconds since its start; it may be zero, equal or run backwards: the order of
+/// events is their order in the file, time only paces a replay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Event {
+    /// An author joins the session (since format 4). The first one is 1, each further one the next number: who comes back gets
+    /// a new one.
+    Join {
+        /// Time, seconds.
+        t: f64,
+        /// Who.
+        author: Author,
+        /// The author's name; several may have the same one.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        name: String,
+        /// In which colour to show what is the author's, if that is asked for: red, green, blue, each 0 to 1, sRGB.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        color: Option<(f32, f32, f32)>,
+    },
+    /// An author leaves for good (since format 4): the strokes that are still being drawn end, and no undo takes back what
+    /// was made.
+    Leave {
+        /// Time, seconds.
+        t: f64,
+        /// Who.
+        author: Author,
+    },
+    /// A head pose.
+    Head {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// Head position.
+        p: Vec3,
+        /// World from head (looks along its -z).
+        q: Quat,
+    },
+    /// A stroke starts.
+    Begin {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// Its number; a number is used once in a session.
+        stroke: StrokeId,
+        /// The tool that draws it.
+        tool: Tool,
+        /// Full width at full pressure, metres.
+        width: f32,
+        /// Red, green, blue, opacity, each 0 to 1, sRGB.
+        color: (f32, f32, f32, f32),
+        /// How a ribbon lies to the tracker.
+        #[serde(default, skip_serializing_if = "is_default_rule")]
+        normal: NormalRule,
+        /// Part of the width that is left at pressure 0 (1: pressure does not matter).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        thinnest: f32,
+        /// The brush and what belongs to it (since format 2).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        paint: Option<Box<Paint>>,
+    },
+    /// A control point of a stroke that has begun.
+    Point {
+        /// Time, seconds.
+        t: f64,
+        /// The stroke it belongs to.
+        stroke: StrokeId,
+        /// Position.
+        p: Vec3,
+        /// World from tracker.
+        #[serde(default = "identity", skip_serializing_if = "is_identity")]
+        q: Quat,
+        /// Pressure, 0 to 1.
+        #[serde(default = "full", skip_serializing_if = "is_full")]
+        pressure: f32,
+    },
+    /// A stroke ends.
+    End {
+        /// Time, seconds.
+        t: f64,
+        /// The stroke.
+        stroke: StrokeId,
+    },
+    /// A stroke, or a polygon's stroke, is erased.
+    Erase {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The stroke.
+        stroke: StrokeId,
+    },
+    /// The author's last edit (a stroke begun, erased, moved, grouped, brought to a layer, a group placed; or a step of several) is taken back. Of the edits before it the
+    /// last thousand are remembered ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)), everywhere the same; an undo
+    /// beyond changes nothing. What others have made stays: the state is that of all edits that are not taken back, in their
+    /// order.
+    Undo {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+    },
+    /// The edit that the author took back last is made again, if the author made no other since.
+    Redo {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+    },
+    /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
+    /// the group is placed anew, the way turns and scales with it. In a group of no extent nothing can be moved.
+    Move {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The strokes.
+        strokes: Vec<StrokeId>,
+        /// By how much, metres.
+        by: Vec3,
+    },
+    /// Strokes become a group's members; a group that does not exist yet is made. What they are made of, moved or not, is
+    /// in the group's space from now on: in a group that was placed, they go to that place.
+    Group {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The group.
+        group: GroupId,
+        /// The strokes; each leaves the group it was in.
+        strokes: Vec<StrokeId>,
+        /// The group that this one hangs under; if absent, it hangs under none (also if it did before).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        parent: Option<GroupId>,
+        /// The group's name from now on; if absent, it keeps the one it has (since format 2).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+    /// A group is placed: its transform becomes this one (it does not add to the former).
+    Place {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The group.
+        group: GroupId,
+        /// World, or the parent group, from the group's own space.
+        to: Transform,
+    },
+    /// The author's next edits form one step for undo and redo. The step ends after so many edits, at the next step, or at the
+    /// next undo or redo that finds an edit (since format 3).
+    Step {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// How many; 0 ends the step before.
+        edits: u32,
+    },
+    /// What belongs to a layer is changed; what is absent stays (since format 3). It is no edit: no undo takes it back.
+    Layer {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The layer, a place in [`Header::layers`](super::Header::layers) or one after them: it is made then.
+        layer: u32,
+        /// Its name.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// Whether its strokes are not drawn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        hidden: Option<bool>,
+        /// Whether the window leaves its strokes alone.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        locked: Option<bool>,
+        /// Whether the other authors are kept from drawing on it and from changing it, as its owner says: see
+        /// [`Scene::may_touch`](crate::scene::Scene::may_touch) (since format 4).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mine: Option<bool>,
+    },
+    /// Strokes go to a layer (since format 3).
+    Assign {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The layer.
+        layer: u32,
+        /// The strokes.
+        strokes: Vec<StrokeId>,
+    },
+    /// A view is remembered under a number (since format 3). It is no edit.
+    View {
+        /// Time, seconds.
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// Its number; a view that has it is forgotten.
+        slot: u32,
+        /// Eye in world space.
+        p: Vec3,
+        /// World from camera (looks along its -z).
+        q: Quat,
+        /// How far away what it looks at is, metres.
+        distance: f32,
+    },
+    /// A finished polygon, convex and planar (or it is split), as a stroke of its own or as a part of `stroke`.
+    Polygon {
+        /// Time, seconds.
+        #[serde(default)]
+        t: f64,
+        /// Who: 0, which is not written, where there is one author (since format 4).
+        #[serde(default, skip_serializing_if = "Author::is_sole")]
+        author: Author,
+        /// The stroke that it belongs to; one of its own if absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stroke: Option<StrokeId>,
+        /// 3 to [`Event::MAX_VERTICES`] corners in order.
+        vertices: Vec<Vec3>,
+        /// Red, green, blue, opacity, each 0 to 1, sRGB.
+        color: (f32, f32, f32, f32),
+    },
+}
+
+fn identity() -> Quat {
+    Quat::IDENTITY
+}
+
+fn full() -> f32 {
+    1.0
+}
+
+// Default values are not written. Bits are compared, so that -0.0 is written and read again as it was.
+fn is_identity(q: &Quat) -> bool {
+    q.to_array().map(f32::to_bits) == Quat::IDENTITY.to_array().map(f32::to_bits)
+}
+
+fn is_full(pressure: &f32) -> bool {
+    pressure.to_bits() == full().to_bits()
+}
+
+fn is_zero(value: &f32) -> bool {
+    value.to_bits() == 0
+}
+
+fn is_zero_number(value: &u32) -> bool {
+    *value == 0
+}
+
+fn is_default_rule(rule: &NormalRule) -> bool {
+    *rule == NormalRule::default()
+}
+
+impl Event {
+    /// The events that make strokes members of a group: one, or as many as lines can hold; the first names the group.
+    pub fn grouping(
+        t: f64,
+        group: GroupId,
+        strokes: &[StrokeId],
+        parent: Option<GroupId>,
+        mut name: Option<String>,
+    ) -> impl Iterator<Item = Self> {
+        let first = strokes.len().min(Self::MAX_STROKES_NAMED);
+        let parts =
+            std::iter::once(&strokes[..first]).chain(strokes[first..].chunks(Self::MAX_STROKES_NAMED));
+        parts.map(move |part| Self::Group {
+            author: Author::SOLE,
+            t,
+            group,
+            strokes: part.to_vec(),
+            parent,
+            name: name.take(),
+        })
+    }
+
+    /// Most corners that a polygon event may have.
+    pub const MAX_VERTICES: usize = 1024;
+
+    /// Most layers of a session.
+    pub const MAX_LAYERS: u32 = 1024;
+
+    /// Most views that a session remembers.
+    pub const MAX_VIEWS: u32 = 64;
+
+    /// Longest name of a group or layer, bytes.
+    pub const MAX_GROUP_NAME_BYTES: usize = 256;
+
+    /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
+    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 2048) / 11;
+
+    /// Its time stamp, seconds.
+    pub fn time_secs(&self) -> f64 {
+        match *self {
+            Self::Join { t, .. }
+            | Self::Leave { t, .. }
+            | Self::Head { t, .. }
+            | Self::Begin { t, .. }
+            | Self::Point { t, .. }
+            | Self::End { t, .. }
+            | Self::Erase { t, .. }
+            | Self::Undo { t, .. }
+            | Self::Redo { t, .. }
+            | Self::Move { t, .. }
+            | Self::Group { t, .. }
+            | Self::Place { t, .. }
+            | Self::Step { t, .. }
+            | Self::Layer { t, .. }
+            | Self::Assign { t, .. }
+            | Self::View { t, .. }
+            | Self::Polygon { t, .. } => t,
+        }
+    }
+
+    /// Who made it: of a point or an end, its stroke tells ([`StrokeId::author`], where there are several).
+    pub fn author(&self) -> Option<Author> {
+        match *self {
+            Self::Join { author, .. }
+            | Self::Leave { author, .. }
+            | Self::Head { author, .. }
+            | Self::Begin { author, .. }
+            | Self::Erase { author, .. }
+            | Self::Undo { author, .. }
+            | Self::Redo { author, .. }
+            | Self::Move { author, .. }
+            | Self::Group { author, .. }
+            | Self::Place { author, .. }
+            | Self::Step { author, .. }
+            | Self::Layer { author, .. }
+            | Self::Assign { author, .. }
+            | Self::View { author, .. }
+            | Self::Polygon { author, .. } => Some(author),
+            Self::Point { .. } | Self::End { .. } => None,
+        }
+    }
+
+    /// Whether it takes a recording of several authors to hold the event.
+    pub fn names_author(&self) -> bool {
+        matches!(self, Self::Join { .. } | Self::Leave { .. } | Self::Layer { mine: Some(_), .. })
+            || self.author().is_some_and(|author| !author.is_sole())
+    }
+
+    /// Whether the event carries a sample of the hand: what a replay counts for `samples:N`. A finished polygon counts
+    /// as one, and so does every step of a move, of strokes or of a group.
+    pub fn is_sample(&self) -> bool {
+        matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
+    }
+
+    /// Strokes that an edit names, or corners of a polygon: what an event holds beside its own size.
+    pub fn list_len(&self) -> usize {
+        match self {
+            Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
+                strokes.len()
+            }
+            Self::Polygon { vertices, .. } => vertices.len(),
+            _ => 0,
+        }
+    }
+
+    /// Checks every number against what the event means; the error says what was expected.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let finite = |ok: bool, what| if ok { Ok(()) } else { Err(what) };
+        finite(self.time_secs().is_finite(), "a finite time")?;
+        finite(
+            self.author().is_none_or(|author| author.is_valid()),
+            "an author below 4096, as many as a session can have",
+        )?;
+        match self {
+            Self::Join { author, name, color, .. } => {
+                finite(!author.is_sole(), "an author from 1 to 4095")?;
+                finite(name.len() <= Author::MAX_NAME_BYTES, "an author's name of at most 256 bytes")?;
+                let is_color = |(r, g, b): (f32, f32, f32)| [r, g, b].iter().all(|c| (0.0..=1.0).contains(c));
+                finite(color.is_none_or(is_color), "an author's colour, three numbers from 0 to 1")
+            }
+            Self::Leave { author, .. } => finite(!author.is_sole(), "an author from 1 to 4095"),
+            Self::Head { p, q, .. } => check_pose(*p, *q),
+            Self::Point { p, q, pressure, .. } => {
+                check_pose(*p, *q)?;
+                finite(pressure.is_finite(), "a finite pressure")
+            }
+            Self::Begin { width, color, thinnest, paint, .. } => {
+                paint.as_ref().map_or(Ok(()), |paint| paint.check())?;
+                finite((0.0..=COORDINATE_LIMIT_M).contains(width), "a width of 0 or more metres")?;
+                finite((0.0..=1.0).contains(thinnest), "`thinnest` between 0 and 1")?;
+                check_color(*color)
+            }
+            Self::Move { by, .. } => check_point(*by),
+            Self::Place { to, .. } => {
+                check_pose(to.p, to.q)?;
+                finite(to.s > 0.0 && to.s <= COORDINATE_LIMIT_M, "a positive scale")
+            }
+            Self::Polygon { vertices, color, .. } => {
+                finite((3..=Self::MAX_VERTICES).contains(&vertices.len()), "3 to 1024 vertices")?;
+                vertices.iter().try_for_each(|&p| check_point(p))?;
+                check_color(*color)
+            }
+            Self::Group { name, .. } => finite(
+                name.as_ref().is_none_or(|name| name.len() <= Self::MAX_GROUP_NAME_BYTES),
+                "a group's name of at most 256 bytes",
+            ),
+            Self::Layer { layer, name, .. } => {
+                finite(*layer < Self::MAX_LAYERS, "a layer below 1024")?;
+                finite(
+                    name.as_ref().is_none_or(|name| name.len() <= Self::MAX_GROUP_NAME_BYTES),
+                    "a layer's name of at most 256 bytes",
+                )
+            }
+            Self::View { slot, p, q, distance, .. } => {
+                check_pose(*p, *q)?;
+                finite(*slot < Self::MAX_VIEWS, "a view's number below 64")?;
+                finite(*distance > 0.0 && *distance <= COORDINATE_LIMIT_M, "a positive distance")
+            }
+            Self::Assign { layer, .. } => finite(*layer < Self::MAX_LAYERS, "a layer below 1024"),
+            Self::End { .. }
+            | Self::Erase { .. }
+            | Self::Undo { .. }
+            | Self::Redo { .. }
+            | Self::Step { .. } => Ok(()),
+        }
+    }
+}
+
+pub(super) fn check_point(p: Vec3) -> Result<(), &'static str> {
+    if p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M {
+        Ok(())
+    } else {
+        Err("finite coordinates below 1e15 m")
+    }
+}
+
+pub(super) fn check_pose(p: Vec3, q: Quat) -> Result<(), &'static str> {
+    check_point(p)?;
+    let length_squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    if (length_squared - 1.0).abs() <= 0.02 { Ok(()) } else { Err("a unit quaternion (x, y, z, w)") }
+}
+
+fn check_color((r, g, b, a): (f32, f32, f32, f32)) -> Result<(), &'static str> {
+    if [r, g, b, a].iter().all(|c| c.is_finite()) { Ok(()) } else { Err("a finite colour") }
+}

@@ -1,0 +1,179 @@
+use std::{fmt, str::FromStr};
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Environment,
+    event::{check_point, check_pose},
+    ron_line,
+};
+use osp::math::COORDINATE_LIMIT_M;
+
+/// The first line of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Format number; see [`FORMAT_VERSION`](super::FORMAT_VERSION).
+    pub format: u32,
+    /// Name of the session.
+    #[serde(default)]
+    pub name: String,
+    /// Where it came from: a program, a file, a generator with its arguments.
+    #[serde(default)]
+    pub source: String,
+    /// The modelling volume, if it is known. Polygons outside it are kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub root: Option<Root>,
+    /// A view that the session's maker chose (the thumbnail camera of a Tilt Brush sketch).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Camera>,
+    /// Light and background, if the session has its own (since format 2).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment: Option<Box<Environment>>,
+    /// The layers that strokes name by their places; none: a single one that can be seen (since format 2).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
+}
+
+impl Header {
+    /// A header of format 2, which has all but what the window's edits need.
+    pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
+        Self {
+            format: 2,
+            name: name.into(),
+            source: source.into(),
+            root: None,
+            camera: None,
+            environment: None,
+            layers: Vec::new(),
+            left_out: Vec::new(),
+        }
+    }
+
+    /// Checks every number against what the header means; the error says what was expected.
+    ///
+    /// # Errors
+    /// A number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), &'static str> {
+        if let Some(root) = self.root {
+            check_point(root.center)?;
+            if !(root.size > 0.0 && root.size <= COORDINATE_LIMIT_M) {
+                return Err("a root of positive size");
+            }
+        }
+        if let Some(camera) = self.camera {
+            camera.check()?;
+        }
+        self.environment.as_ref().map_or(Ok(()), |environment| environment.check())
+    }
+}
+
+/// A layer of a session.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Whether its strokes are not drawn.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hidden: bool,
+}
+
+/// The root cube of a session, world space, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Root {
+    /// Centre of the cube.
+    pub center: Vec3,
+    /// Edge length, metres.
+    pub size: f32,
+}
+
+/// A camera pose with a vertical field of view.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Eye in world space.
+    pub p: Vec3,
+    /// World from camera (looks along its -z).
+    pub q: Quat,
+    /// Vertical field of view, degrees.
+    pub fov_degrees: f32,
+    /// Nearer than this it sees nothing, metres along its axis; a reader chooses if it is not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near_m: Option<f32>,
+}
+
+impl Camera {
+    /// Checks every number; the error says what was expected.
+    fn check(&self) -> Result<(), &'static str> {
+        check_pose(self.p, self.q)?;
+        if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
+            return Err("a field of view between 0 and 180 degrees");
+        }
+        if !self.near_m.is_none_or(|near_m| near_m > 0.0 && near_m <= COORDINATE_LIMIT_M) {
+            return Err("a positive near distance");
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Camera {
+    /// As the header of a recording has it, so that it can be read again without loss.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&ron_line::camera_text(self).map_err(|_| fmt::Error)?)
+    }
+}
+
+impl FromStr for Camera {
+    type Err = String;
+
+    /// Reads a camera as the header of a recording has it: `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let camera = ron_line::parse_camera(text)?;
+        camera.check().map_err(|expected| format!("expected {expected}"))?;
+        Ok(camera)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_is_read_as_it_was_written() {
+        let near = Camera {
+            p: Vec3::new(0.1, -2.0e-7, 3.0e6),
+            q: Quat::from_xyzw(0.1, 0.2, 0.3, 0.927_361_85),
+            fov_degrees: 55.000_004,
+            near_m: Some(0.012_345_67),
+        };
+        for camera in [near, Camera { near_m: None, ..near }] {
+            assert_eq!(camera.to_string().parse(), Ok(camera));
+        }
+        let by_hand = "(p: (0, 1.6, 3), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0.1)".parse::<Camera>();
+        assert_eq!(by_hand.map(|camera| (camera.p.y, camera.near_m)), Ok((1.6, Some(0.1))));
+    }
+
+    #[test]
+    fn what_is_no_camera_is_refused_with_what_was_expected() {
+        for (text, expected) in [
+            ("", "expected a camera"),
+            ("whole", "expected a camera"),
+            ("(p: (0, 0, 0), q: (0, 0, 0, 1))", "fov_degrees"),
+            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 180)", "between 0 and 180"),
+            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: NaN)", "between 0 and 180"),
+            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60, near_m: 0)", "positive near distance"),
+            ("(p: (0, inf, 0), q: (0, 0, 0, 1), fov_degrees: 60)", "expected"),
+            ("(p: (0, 0, 0), q: (0, 0, 0, 1), fov_degrees: 60) and more", "expected a camera"),
+        ] {
+            let refused = text.parse::<Camera>().expect_err(text);
+            assert!(refused.contains(expected), "{text}: {refused}");
+        }
+    }
+}

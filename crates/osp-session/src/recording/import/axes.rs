@@ -1,0 +1,65 @@
+//! Changes of axes, and the few products of rotations that they need.
+//!
+//! Unity's axes are left-handed: +x right, +y up, +z forward. Ours are right-handed with -z forward, so both differ by
+//! the mirror z → -z. A mirrored rotation keeps its angle; of its axis the part along z stays and the parts along x and
+//! y turn round (an axis is a pseudovector).
+//!
+//! The products are written out for the reason given at [`rotate`](osp::math::rotate): the same bits everywhere.
+
+use glam::{Quat, Vec3};
+
+/// A position or direction in Unity's axes, in ours.
+pub(super) fn position_from_unity(p: Vec3) -> Vec3 {
+    Vec3::new(p.x, p.y, -p.z)
+}
+
+/// A rotation in Unity's axes, in ours. What looked along Unity's local +z looks along our local -z.
+pub(super) fn rotation_from_unity(q: Quat) -> Quat {
+    Quat::from_xyzw(-q.x, -q.y, q.z, q.w)
+}
+
+/// The rotation `b`, then `a`.
+pub(super) fn product(a: Quat, b: Quat) -> Quat {
+    Quat::from_xyzw(
+        a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+        a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+        a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+        a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+    )
+}
+
+/// The unit quaternion along `q`; one of non-numbers if there is none.
+pub(super) fn unit(q: Quat) -> Quat {
+    let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
+    Quat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)
+}
+
+/// The rotation that takes `q` back, for a unit quaternion.
+pub(super) fn inverse(q: Quat) -> Quat {
+    Quat::from_xyzw(-q.x, -q.y, -q.z, q.w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::math::rotate;
+
+    #[test]
+    fn rotating_commutes_with_the_change_of_axes() {
+        let q = unit(Quat::from_xyzw(0.1, -0.7, 0.3, 0.4));
+        for v in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.3, -2.0, 5.0)] {
+            let ours = rotate(rotation_from_unity(q), position_from_unity(v));
+            assert!(ours.abs_diff_eq(position_from_unity(rotate(q, v)), 1e-5), "{v}: {ours}");
+        }
+        assert_eq!(position_from_unity(Vec3::Z), Vec3::NEG_Z, "forward stays forward");
+    }
+
+    #[test]
+    fn products_and_inverses_act_as_one_rotation_after_the_other() {
+        let a = unit(Quat::from_xyzw(0.5, 0.1, -0.4, 0.8));
+        let b = unit(Quat::from_xyzw(-0.2, 0.6, 0.3, 0.1));
+        let v = Vec3::new(1.0, -2.0, 0.5);
+        assert!(rotate(product(a, b), v).abs_diff_eq(rotate(a, rotate(b, v)), 1e-5));
+        assert!(rotate(inverse(a), rotate(a, v)).abs_diff_eq(v, 1e-5));
+    }
+}

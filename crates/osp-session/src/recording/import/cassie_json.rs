@@ -1,0 +1,219 @@
+use std::io::{BufRead, BufReader, Read};
+use std::marker::PhantomData;
+
+use glam::{Quat, Vec3};
+use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, de};
+
+use crate::recording::{OpenOptions, Place, RecordingError, input::Input, limits::beyond};
+use osp::math::COORDINATE_LIMIT_M;
+
+/// Greatest time that is read, seconds: 30,000 years.
+const GREATEST_TIME_SECS: f64 = 1e12;
+
+/// The contents of a file of either kind, as far as they were read.
+pub(super) enum Document {
+    History(Vec<HistoryStroke>),
+    Raw(RawData),
+}
+
+/// A stroke of `sketch_history`.
+#[derive(Deserialize)]
+pub(super) struct HistoryStroke {
+    pub(super) input_samples: Vec<Point>,
+    pub(super) creation_time: Seconds,
+    pub(super) deletion_time: Option<Seconds>,
+}
+
+/// `raw_data`.
+#[derive(Default)]
+pub(super) struct RawData {
+    pub(super) states: Vec<State>,
+    pub(super) strokes: Vec<RawStroke>,
+}
+
+/// An action, or a look at the idle user.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct State {
+    pub(super) interaction_type: i64,
+    pub(super) time: Seconds,
+    #[serde(rename = "elementID")]
+    pub(super) element_id: i64,
+    pub(super) head_pos: Point,
+    pub(super) head_rot: Rotation,
+    pub(super) canvas_pos: Point,
+    pub(super) canvas_rot: Rotation,
+    pub(super) canvas_scale: f32,
+}
+
+/// A stroke of `raw_data`.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct RawStroke {
+    pub(super) id: i64,
+    pub(super) input_samples: Vec<Point>,
+}
+
+/// A time, within [`GREATEST_TIME_SECS`].
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+pub(super) struct Seconds(pub(super) f64);
+
+impl TryFrom<f64> for Seconds {
+    type Error = &'static str;
+
+    fn try_from(secs: f64) -> Result<Self, Self::Error> {
+        if secs.abs() <= GREATEST_TIME_SECS { Ok(Self(secs)) } else { Err("a time below 1e12 s is expected") }
+    }
+}
+
+/// A position in Unity's axes: `[x, y, z]` or `{"x": …, "y": …, "z": …}`, finite.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "PointForms")]
+pub(super) struct Point(pub(super) Vec3);
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum PointForms {
+    Array([f32; 3]),
+    Object { x: f32, y: f32, z: f32 },
+}
+
+impl TryFrom<PointForms> for Point {
+    type Error = &'static str;
+
+    fn try_from(form: PointForms) -> Result<Self, Self::Error> {
+        let p = match form {
+            PointForms::Array(xyz) => Vec3::from_array(xyz),
+            PointForms::Object { x, y, z } => Vec3::new(x, y, z),
+        };
+        let usable = p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M;
+        if usable { Ok(Self(p)) } else { Err("coordinates below 1e15 m are expected") }
+    }
+}
+
+/// A rotation in Unity's axes, perhaps not a unit quaternion.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(from = "RotationForm")]
+pub(super) struct Rotation(pub(super) Quat);
+
+#[derive(Deserialize)]
+struct RotationForm {
+    x: f32,
+    y: f32,
+    z: f32,
+    w: f32,
+}
+
+impl From<RotationForm> for Rotation {
+    fn from(RotationForm { x, y, z, w }: RotationForm) -> Self {
+        Self(Quat::from_xyzw(x, y, z, w))
+    }
+}
+
+/// Reads a file of either kind; `warnings` takes what a lenient reader passed over.
+pub(super) fn read(
+    input: Input<'_>,
+    options: &OpenOptions,
+    warnings: &mut Vec<String>,
+) -> Result<Document, RecordingError> {
+    let path = input.path;
+    let io = |error| RecordingError::io(path, error);
+    let file = input.open().map_err(io)?;
+    let bytes = file.len().map_err(io)?;
+    // All of it is held. Real ones have less than a million bytes.
+    let most = options.limits.whole_bytes();
+    if bytes > most {
+        return Err(beyond(path, Place::File, most, "bytes"));
+    }
+    let mut reader = BufReader::new(file.take(most));
+    let is_list = reader.fill_buf().map_err(io)?.trim_ascii_start().starts_with(b"[");
+    let mut json = serde_json::Deserializer::from_reader(reader);
+    let (document, result) = if is_list {
+        let mut strokes = Vec::new();
+        let result = Collect(&mut strokes).deserialize(&mut json);
+        (Document::History(strokes), result)
+    } else {
+        let mut raw = RawData::default();
+        let result = CollectRaw(&mut raw).deserialize(&mut json);
+        (Document::Raw(raw), result)
+    };
+    let Err(error) = result.and_then(|()| json.end()) else { return Ok(document) };
+    if error.is_io() {
+        return Err(io(error.into()));
+    }
+    let error = RecordingError::Line {
+        path: path.to_owned(),
+        line: error.line() as u64,
+        expected: "a CASSIE sketch: a list of strokes, or an object with systemStates and allSketchedStrokes"
+            .to_owned(),
+        found: format!("text that does not fit ({error})"),
+    };
+    if !options.lenient {
+        return Err(error);
+    }
+    warnings.push(format!("{error}; reading ended there"));
+    Ok(document)
+}
+
+/// Decodes a list into a vector that keeps what came before any damage.
+struct Collect<'a, T>(&'a mut Vec<T>);
+
+impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Collect<'_, T> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        struct Items<'a, T>(&'a mut Vec<T>, PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Items<'_, T> {
+            type Value = ();
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a list")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
+                while let Some(item) = list.next_element()? {
+                    self.0.push(item);
+                }
+                Ok(())
+            }
+        }
+        deserializer.deserialize_seq(Items(self.0, PhantomData))
+    }
+}
+
+/// Decodes `raw_data` in the same manner.
+struct CollectRaw<'a>(&'a mut RawData);
+
+impl<'de> DeserializeSeed<'de> for CollectRaw<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de> Visitor<'de> for CollectRaw<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        let mut known = false;
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "systemStates" => map.next_value_seed(Collect(&mut self.0.states))?,
+                "allSketchedStrokes" => map.next_value_seed(Collect(&mut self.0.strokes))?,
+                _ => {
+                    map.next_value::<IgnoredAny>()?;
+                    continue;
+                }
+            }
+            known = true;
+        }
+        if known { Ok(()) } else { Err(de::Error::missing_field("systemStates")) }
+    }
+}

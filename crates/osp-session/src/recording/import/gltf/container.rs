@@ -1,0 +1,252 @@
+//! The file around the JSON, the JSON, and the buffers.
+
+use std::{io::Read, path::Path, path::PathBuf};
+
+use ::gltf::json::{Root, deserialize};
+
+use super::{Damage, Fault, MAGIC, uri};
+use crate::recording::{Limits, Place, RecordingError, import::lines::shown, input::Input, limits::beyond};
+
+const HEAD_BYTES: usize = 12;
+const CHUNK_HEAD_BYTES: usize = 8;
+const VERSION: u32 = 2;
+const JSON_CHUNK: &[u8] = b"JSON";
+const BIN_CHUNK: &[u8] = b"BIN\0";
+/// The largest buffers that a model of so many polygons needs, bytes a polygon: three corners of 64 bytes that are no
+/// other polygon's, and their indices.
+const BYTES_A_POLYGON: u64 = 256;
+/// Objects of JSON become a few hundred bytes each, numbers of lists up to 32.
+const POLYGONS_AN_OBJECT: u64 = 16;
+
+/// A glTF file in memory.
+pub(super) struct File {
+    pub(super) path: PathBuf,
+    pub(super) root: Root,
+    pub(super) buffers: Vec<Vec<u8>>,
+    pub(super) is_binary: bool,
+}
+
+impl File {
+    pub(super) fn read(
+        input: Input<'_>,
+        limits: &Limits,
+        damage: &mut Damage,
+    ) -> Result<Self, RecordingError> {
+        let path = input.path;
+        let most = limits.polygons.saturating_mul(BYTES_A_POLYGON);
+        let io = |error| RecordingError::io(path, error);
+        let mut bytes = Vec::new();
+        input.open().map_err(io)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() as u64 > most {
+            return Err(beyond(path, Place::File, most, "bytes"));
+        }
+        let mut left = most - bytes.len() as u64;
+        let is_binary = bytes.starts_with(MAGIC);
+        if !is_binary {
+            let root = parse(path, 0, &bytes, limits)?;
+            drop(bytes);
+            let buffers = read_buffers(input, &root, None, &mut left, damage)?;
+            return Ok(Self { path: path.to_owned(), root, buffers, is_binary });
+        }
+        let json = binary_json(path, &bytes, damage)?;
+        let root = parse(path, json.start, &bytes[json.clone()], limits)?;
+        let binary = binary_chunk(path, &bytes, json.end, damage)?;
+        let binary = binary.map(|range| {
+            bytes.truncate(range.end);
+            bytes.drain(..range.start);
+            bytes
+        });
+        let buffers = read_buffers(input, &root, binary, &mut left, damage)?;
+        Ok(Self { path: path.to_owned(), root, buffers, is_binary })
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let word = bytes.get(at..at.checked_add(4)?)?;
+    Some(u32::from_le_bytes(word.try_into().ok()?))
+}
+
+fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>) -> RecordingError {
+    let (path, offset) = (path.to_owned(), offset as u64);
+    RecordingError::Byte { path, offset, expected: expected.to_owned(), found: found.into() }
+}
+
+/// Where the JSON of a binary file is.
+fn binary_json(
+    path: &Path,
+    bytes: &[u8],
+    damage: &mut Damage,
+) -> Result<std::ops::Range<usize>, RecordingError> {
+    let cut = |at| at_byte(path, at, "the head of a .glb and its JSON", "the end of the data");
+    let version = word(bytes, 4).ok_or_else(|| cut(bytes.len()))?;
+    if version != VERSION {
+        return Err(at_byte(path, 4, "glTF version 2", format!("version {version}")));
+    }
+    let length = word(bytes, 8).ok_or_else(|| cut(bytes.len()))?;
+    if length as usize > bytes.len() {
+        let found = format!("{} bytes", bytes.len());
+        damage.note(path, Fault::new(format!("a .glb of {length} bytes, as its head says"), found))?;
+    }
+    let json_bytes = word(bytes, HEAD_BYTES).ok_or_else(|| cut(bytes.len()))? as usize;
+    let start = HEAD_BYTES + CHUNK_HEAD_BYTES;
+    let kind = bytes.get(HEAD_BYTES + 4..start).ok_or_else(|| cut(bytes.len()))?;
+    if kind != JSON_CHUNK {
+        return Err(at_byte(path, HEAD_BYTES + 4, "the word `JSON`", kind.escape_ascii().to_string()));
+    }
+    let end = start.checked_add(json_bytes).filter(|&end| end <= bytes.len());
+    Ok(start..end.ok_or_else(|| cut(bytes.len()))?)
+}
+
+/// Where the binary chunk is, if there is one.
+fn binary_chunk(
+    path: &Path,
+    bytes: &[u8],
+    mut at: usize,
+    damage: &mut Damage,
+) -> Result<Option<std::ops::Range<usize>>, RecordingError> {
+    while let (Some(length), Some(kind)) = (word(bytes, at), bytes.get(at + 4..at + CHUNK_HEAD_BYTES)) {
+        let start = at + CHUNK_HEAD_BYTES;
+        let end = start.saturating_add(length as usize);
+        if end > bytes.len() {
+            let found = format!("{} bytes at byte {start}", bytes.len() - start);
+            damage.note(path, Fault::new(format!("a chunk of {length} bytes"), found))?;
+        }
+        if kind == BIN_CHUNK {
+            return Ok(Some(start..end.min(bytes.len())));
+        }
+        // Others may come with extensions.
+        at = end.min(bytes.len());
+    }
+    Ok(None)
+}
+
+fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root, RecordingError> {
+    // Before anything is made of it: what it can become in memory.
+    let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
+    let bounds = [
+        (count(b"{"), limits.polygons / POLYGONS_AN_OBJECT, "objects in its JSON"),
+        (count(b",["), limits.polygons, "values in lists of its JSON"),
+    ];
+    if let Some((_, most, what)) = bounds.into_iter().find(|(count, most, _)| count > most) {
+        return Err(beyond(path, Place::File, most, what));
+    }
+    let mut root: Root = deserialize::from_slice(json).map_err(|error| {
+        let expected = "the JSON of glTF 2.0".to_owned();
+        let found = format!("text that does not fit ({})", shortened(&error.to_string()));
+        match start {
+            0 => RecordingError::Line { path: path.to_owned(), line: error.line() as u64, expected, found },
+            _ => at_byte(path, start + error.column().saturating_sub(1), &expected, found),
+        }
+    })?;
+    if !root.asset.version.starts_with("2.") {
+        let found = format!("version {}", shown(&root.asset.version));
+        return Err(Fault::new("a glTF file of version 2", found).in_file(path));
+    }
+    let unknown = root.extensions_required.iter().find(|name| !is_optional_here(name));
+    if let Some(name) = unknown {
+        let found = format!("one that requires {}", shown(name));
+        return Err(Fault::new("a glTF file whose meshes are not packed", found).in_file(path));
+    }
+    root.extensions_required.clear();
+    Ok(root)
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(200).collect()
+}
+
+/// Whether a file that requires this extension can be read: it is known, or changes only how surfaces look.
+fn is_optional_here(extension: &str) -> bool {
+    const KNOWN: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "KHR_xmp_json_ld"];
+    const LOOKS: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"];
+    KNOWN.contains(&extension) || LOOKS.iter().any(|start| extension.starts_with(start))
+}
+
+fn read_buffers(
+    input: Input<'_>,
+    root: &Root,
+    mut binary: Option<Vec<u8>>,
+    left: &mut u64,
+    damage: &mut Damage,
+) -> Result<Vec<Vec<u8>>, RecordingError> {
+    let path = input.path;
+    let mut buffers = Vec::new();
+    for (buffer, number) in root.buffers.iter().zip(0..) {
+        let content = match (&buffer.uri, number) {
+            (None, 0) => binary.take().ok_or_else(|| Fault::new("the binary chunk of buffer 0", "none")),
+            (None, _) => Err(Fault::new(format!("the URI of buffer {number}"), "none")),
+            (Some(uri), _) => match uri::data(uri) {
+                Some(data) => data,
+                None => match uri::file(uri, path) {
+                    Ok(file) => read_beside(input.beside(&file), uri, left, path)?,
+                    Err(fault) => Err(fault),
+                },
+            },
+        };
+        let mut content = match content {
+            Ok(content) => content,
+            Err(fault) => {
+                damage.note(path, fault)?;
+                Vec::new()
+            }
+        };
+        let expected = buffer.byte_length.0;
+        if (content.len() as u64) < expected && !(content.is_empty() && damage.is_lenient) {
+            let found = format!("{} bytes", content.len());
+            damage.note(path, Fault::new(format!("{expected} bytes of buffer {number}"), found))?;
+        }
+        content.truncate(usize::try_from(expected).unwrap_or(usize::MAX));
+        buffers.push(content);
+    }
+    Ok(buffers)
+}
+
+/// A buffer of its own file. The inner error is one of the model.
+fn read_beside(
+    file: Input<'_>,
+    uri: &str,
+    left: &mut u64,
+    model: &Path,
+) -> Result<Result<Vec<u8>, Fault>, RecordingError> {
+    let mut bytes = Vec::new();
+    let read = file.lies_within(uri::folder(model)).and_then(|lies_within| {
+        if lies_within {
+            file.open()?.take(left.saturating_add(1)).read_to_end(&mut bytes)?;
+        }
+        Ok(lies_within)
+    });
+    match read {
+        Ok(true) => {}
+        Ok(false) => return Ok(Err(uri::leads_out(uri))),
+        Err(error) => {
+            let name = shown(&file.path.to_string_lossy());
+            return Ok(Err(Fault::new(format!("the buffer {name}"), shortened(&error.to_string()))));
+        }
+    }
+    match left.checked_sub(bytes.len() as u64) {
+        Some(rest) => *left = rest,
+        None => return Err(beyond(model, Place::File, *left, "bytes in its buffers")),
+    }
+    Ok(Ok(bytes))
+}
+
+/// The files of a model's buffers, as far as it can be read.
+pub(super) fn files_beside(path: &Path) -> Vec<PathBuf> {
+    let mut damage = Damage { is_lenient: true, notes: Default::default() };
+    let mut bytes = Vec::new();
+    let most = Limits::DEFAULT.polygons * BYTES_A_POLYGON;
+    let read = Input::on_disk(path).open().and_then(|file| file.take(most).read_to_end(&mut bytes));
+    if read.is_err() {
+        return Vec::new();
+    }
+    let json = match bytes.starts_with(MAGIC) {
+        true => binary_json(path, &bytes, &mut damage),
+        false => Ok(0..bytes.len()),
+    };
+    let root = json.and_then(|json| parse(path, json.start, &bytes[json], &Limits::DEFAULT));
+    let uris = root.into_iter().flat_map(|root| root.buffers).filter_map(|buffer| buffer.uri);
+    let files = uris.filter(|uri| uri::data(uri).is_none()).filter_map(|uri| uri::file(&uri, path).ok());
+    let folder = uri::folder(path);
+    // A missing file counts: another program may create it.
+    files.filter(|file| Input::on_disk(file).lies_within(folder).unwrap_or(true)).collect()
+}

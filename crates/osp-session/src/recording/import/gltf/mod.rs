@@ -1,0 +1,231 @@
+//! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each node that has a mesh, itself or
+//! below, becomes a group with the node's name and transform, each triangle a [`Polygon`](Event::Polygon) at time 0.
+//!
+//! Two triangles that follow one another, share an edge and lie flat become one quad: what is drawn stays the same.
+//! Axes and units are ours already (+y up, metres, a camera looks along its -z). A [`Transform`] has one scale; what a
+//! node has beyond that (other scales for other axes, a mirror, a shear) goes into the vertices below it. Colours are the
+//! base colour times the vertices' mean colour; a stroke holds the polygons of one colour in one part of a mesh. The
+//! first camera becomes the session's view, directional lights its [`Environment`](crate::recording::Environment).
+//! Textures, skins, animations, points and lines are left out, which the header says.
+//!
+//! Of the crate `gltf` the JSON types are used. Every number in them is checked here where it is used, because the crate's
+//! own check can panic on damaged files.
+
+mod accessor;
+
+mod container;
+mod faces;
+mod look;
+mod nodes;
+mod uri;
+
+use std::{
+    collections::{HashMap, VecDeque},
+    path::Path,
+};
+
+use self::{
+    container::File,
+    faces::{Faces, Polygon},
+    nodes::Planned,
+};
+use super::session_name;
+use crate::recording::{
+    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, Transform,
+    input::Input,
+};
+
+/// What a `.glb` begins with.
+pub(super) const MAGIC: &[u8] = b"glTF";
+/// Polygons that are decoded at a time.
+const CHUNK: usize = 1 << 14;
+/// Pieces passed over that get a warning of their own; all are counted.
+const MOST_WARNINGS: u64 = 16;
+/// Colours of one part of a mesh that are kept as they are. Beyond, colours are rounded to 16 steps a channel, so that a
+/// painted mesh does not become a stroke for each of its triangles.
+const MOST_COLORS: usize = 1024;
+
+/// What of a file does not fit.
+struct Fault {
+    expected: String,
+    found: String,
+}
+
+impl Fault {
+    fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { expected: expected.into(), found: found.into() }
+    }
+
+    fn in_file(self, path: &Path) -> RecordingError {
+        RecordingError::Unknown { path: path.to_owned(), expected: self.expected, found: self.found }
+    }
+}
+
+/// Damage that a lenient reader passes over.
+struct Damage {
+    is_lenient: bool,
+    notes: Notes,
+}
+
+impl Damage {
+    fn note(&mut self, path: &Path, fault: Fault) -> Result<(), RecordingError> {
+        let error = fault.in_file(path);
+        if !self.is_lenient {
+            return Err(error);
+        }
+        self.notes.skipped += 1;
+        if self.notes.skipped <= MOST_WARNINGS {
+            self.notes.warnings.push(format!("{error}; it was passed over"));
+        }
+        Ok(())
+    }
+}
+
+/// Opens a glTF file with the buffers beside it.
+///
+/// # Errors
+/// The file cannot be read, is too large to be held, or its JSON is damaged.
+pub(in crate::recording) fn open_gltf(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let mut damage = Damage { is_lenient: options.lenient, notes: Notes::default() };
+    let file = File::read(input, &options.limits, &mut damage)?;
+    let nodes = nodes::plan(&file, &mut damage)?;
+    let mut header = Header::new(session_name(path), look::source(&file));
+    look::fill(&file, &nodes.seen, &mut header);
+    let format = if file.is_binary { "glb" } else { "gltf" };
+    let source = Gltf {
+        file,
+        damage,
+        nodes: nodes.planned.into_iter(),
+        at: None,
+        queue: VecDeque::new(),
+        next_stroke: 0,
+        is_over: false,
+    };
+    Ok(Session::new(header, format, Box::new(source), path, options))
+}
+
+/// The other files that a glTF file is read from.
+pub(crate) fn buffers_beside(path: &Path) -> Vec<std::path::PathBuf> {
+    container::files_beside(path)
+}
+
+struct Gltf {
+    file: File,
+    damage: Damage,
+    nodes: std::vec::IntoIter<Planned>,
+    at: Option<Part>,
+    queue: VecDeque<Event>,
+    next_stroke: u32,
+    is_over: bool,
+}
+
+/// The part of a mesh that is decoded next.
+struct Part {
+    node: Planned,
+    primitive: usize,
+    faces: Option<Faces>,
+    strokes: HashMap<u32, StrokeId>,
+}
+
+impl Gltf {
+    /// Puts events into the queue; `false` at the end.
+    fn fill(&mut self) -> Result<bool, RecordingError> {
+        let Some(mut part) = self.at.take() else {
+            let Some(node) = self.nodes.next() else { return Ok(false) };
+            self.queue.push_back(node.group_event(Vec::new()));
+            if let Some(to) = node.to {
+                self.queue.push_back(Event::Place { author: Author::SOLE, t: 0.0, group: node.group, to });
+            }
+            self.at = Some(Part { node, primitive: 0, faces: None, strokes: HashMap::new() });
+            return Ok(true);
+        };
+        let Some(mesh) = part.node.mesh else { return Ok(true) };
+        let meshes = &self.file.root.meshes;
+        let Some(described) = meshes.get(mesh) else {
+            let fault = Fault::new(format!("mesh {mesh}"), format!("{} of them", meshes.len()));
+            self.damage.note(&self.file.path, fault)?;
+            return Ok(true);
+        };
+        let number = part.primitive;
+        let Some(primitive) = described.primitives.get(number) else { return Ok(true) };
+        let mut faces = part.faces.take().unwrap_or_default();
+        let mut polygons = Vec::new();
+        let outcome = faces.decode(&self.file, primitive, &part.node.residual, CHUNK, &mut polygons);
+        let is_done = outcome.as_ref().is_ok_and(|more| !more) || outcome.is_err();
+        self.push_polygons(&mut part, polygons);
+        if let Some(fault) = outcome.err().or_else(|| faces.take_fault()) {
+            let found = format!("{} in mesh {mesh}, primitive {number}", fault.found);
+            let fault = Fault { found, ..fault };
+            self.damage.note(&self.file.path, fault)?;
+        }
+        if is_done {
+            part.primitive += 1;
+            part.strokes.clear();
+        } else {
+            part.faces = Some(faces);
+        }
+        self.at = Some(part);
+        Ok(true)
+    }
+
+    fn push_polygons(&mut self, part: &mut Part, mut polygons: Vec<Polygon>) {
+        let mut colors: Vec<u32> = polygons.iter().map(|polygon| polygon.color).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        let new = colors.iter().filter(|color| !part.strokes.contains_key(color)).count();
+        if part.strokes.len() + new > MOST_COLORS {
+            polygons.iter_mut().for_each(|polygon| polygon.color = faces::rounded(polygon.color));
+        }
+        // A stroke after the other, each in the order of the file.
+        polygons.sort_by_key(|polygon| polygon.color);
+        for polygon in polygons {
+            let color = faces::channels(polygon.color);
+            let known = part.strokes.get(&polygon.color).copied();
+            let stroke = known.unwrap_or(StrokeId(self.next_stroke));
+            self.queue.push_back(Event::Polygon {
+                author: Author::SOLE,
+                t: 0.0,
+                stroke: Some(stroke),
+                vertices: polygon.corners,
+                color,
+            });
+            if known.is_none() {
+                self.next_stroke += 1;
+                part.strokes.insert(polygon.color, stroke);
+                self.queue.push_back(part.node.group_event(vec![stroke]));
+            }
+        }
+    }
+}
+
+impl EventSource for Gltf {
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+        while !self.is_over {
+            if let Some(event) = self.queue.pop_front() {
+                return Ok(Some(event));
+            }
+            match self.fill() {
+                Ok(true) => {}
+                Ok(false) => self.is_over = true,
+                Err(error) => {
+                    self.is_over = true;
+                    return Err(error);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn notes(&self) -> Notes {
+        self.damage.notes.clone()
+    }
+}
+
+/// Whether a transform moves nothing.
+fn is_identity(to: &Transform) -> bool {
+    *to == Transform { p: glam::Vec3::ZERO, q: glam::Quat::IDENTITY, s: 1.0 }
+}

@@ -1,0 +1,183 @@
+//! Wavefront `.obj` and `.obj.gz`: each face becomes a [`Polygon`](Event::Polygon) event at time 0.
+//!
+//! Read are `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex) and, for
+//! colours, `usemtl`, `g` and `o`. All else is passed over. Units and axes are taken as they are: the format states
+//! neither; y is up by custom, though scenes with z up are common.
+
+use glam::Vec3;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::{
+    lines::{LineReader, shown},
+    session_name,
+};
+use crate::recording::{
+    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, input::Input,
+    limits::beyond,
+};
+use osp::math::COORDINATE_LIMIT_M;
+
+/// Colour of faces that no group or material names, sRGB.
+const PLAIN: [f32; 3] = [0.72, 0.72, 0.70];
+/// Colours of named faces, sRGB; the name's hash chooses. Light and of one strength, so that shading stays readable.
+const PALETTE: [[f32; 3]; 12] = [
+    [0.78, 0.58, 0.52],
+    [0.80, 0.68, 0.50],
+    [0.76, 0.75, 0.52],
+    [0.60, 0.74, 0.55],
+    [0.50, 0.73, 0.66],
+    [0.52, 0.70, 0.78],
+    [0.56, 0.62, 0.80],
+    [0.67, 0.60, 0.80],
+    [0.78, 0.60, 0.74],
+    [0.66, 0.66, 0.66],
+    [0.72, 0.66, 0.58],
+    [0.56, 0.64, 0.62],
+];
+
+/// Opens a Wavefront OBJ file, packed with gzip or not.
+///
+/// # Errors
+/// The file cannot be read.
+pub(in crate::recording) fn open_obj(
+    input: Input<'_>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let obj = Obj {
+        lines: LineReader::open(input, options)?,
+        vertices: Vec::new(),
+        group: None,
+        material: None,
+        most_vertices: options.limits.polygons,
+    };
+    let header = Header::new(session_name(input.path), "Wavefront OBJ");
+    Ok(Session::new(header, "obj", Box::new(obj), input.path, options))
+}
+
+struct Obj {
+    lines: LineReader,
+    vertices: Vec<Vec3>,
+    group: Option<[f32; 3]>,
+    material: Option<[f32; 3]>,
+    most_vertices: u64,
+}
+
+/// What a line was expected to be, and where it differs.
+struct Fault {
+    expected: String,
+    found: String,
+}
+
+impl Fault {
+    fn new(expected: impl Into<String>, found: &str) -> Self {
+        Self { expected: expected.into(), found: shown(found) }
+    }
+}
+
+impl Obj {
+    /// A line of the file, with the lines that a `\` at the end appends to it.
+    fn next_line(&mut self) -> Result<Option<String>, RecordingError> {
+        let Some(mut line) = self.lines.next_line()? else { return Ok(None) };
+        // A comment ends with its line, whatever it ends in.
+        while let Some(begun) = line.strip_suffix('\\').filter(|begun| !begun.contains('#')) {
+            line = begun.to_owned();
+            let Some(more) = self.lines.next_line()? else { break };
+            line.push(' ');
+            line.push_str(&more);
+            if line.len() > LineReader::MOST_LINE_BYTES {
+                self.lines.damaged("a shorter line, with all that `\\` appends to it", shown(&line))?;
+                line.clear();
+            }
+        }
+        Ok(Some(line))
+    }
+
+    fn read_line(&mut self, line: &str) -> Result<Option<Event>, Fault> {
+        let text = line.split_once('#').map_or(line, |(text, _comment)| text);
+        let mut fields = text.split_ascii_whitespace();
+        match fields.next() {
+            Some("v") => self.read_vertex(line, fields)?,
+            Some("f") => return self.read_face(line, fields).map(Some),
+            Some("g" | "o") => self.group = color_of(text),
+            Some("usemtl") => self.material = color_of(text),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    /// Coordinates; a weight or a colour that may follow is not read. A damaged vertex keeps its number, as one that no
+    /// face can have.
+    fn read_vertex<'a>(
+        &mut self,
+        line: &str,
+        mut fields: impl Iterator<Item = &'a str>,
+    ) -> Result<(), Fault> {
+        let mut coordinate = || fields.next().and_then(|field| field.parse::<f32>().ok()).unwrap_or(f32::NAN);
+        let vertex = Vec3::new(coordinate(), coordinate(), coordinate());
+        let usable = vertex.is_finite() && vertex.abs().max_element() <= COORDINATE_LIMIT_M;
+        self.vertices.push(if usable { vertex } else { Vec3::NAN });
+        if usable { Ok(()) } else { Err(Fault::new("`v x y z`, finite and below 1e15", line)) }
+    }
+
+    fn read_face<'a>(&mut self, line: &str, fields: impl Iterator<Item = &'a str>) -> Result<Event, Fault> {
+        let mut vertices = Vec::new();
+        for field in fields {
+            let number = field.split('/').next().and_then(|number| number.parse::<i64>().ok());
+            let number = number
+                .ok_or_else(|| Fault::new("`f` and corners as `v`, `v/vt`, `v//vn` or `v/vt/vn`", line))?;
+            vertices.push(self.vertex(number).ok_or_else(|| {
+                let count = self.vertices.len();
+                let found = format!("corner {number} in {}", shown(line));
+                Fault { expected: format!("corners from 1 to {count} or from -{count} to -1"), found }
+            })?);
+            if vertices.len() > Event::MAX_VERTICES {
+                break;
+            }
+        }
+        let [r, g, b] = self.material.or(self.group).unwrap_or(PLAIN);
+        let face =
+            Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (r, g, b, 1.0) };
+        face.check().map_err(|expected| Fault::new(expected, line))?;
+        Ok(face)
+    }
+
+    /// The vertex with this number: from 1, or counted back from the last one.
+    fn vertex(&self, number: i64) -> Option<Vec3> {
+        let number = usize::try_from(number).ok().or_else(|| {
+            let back = usize::try_from(number.unsigned_abs()).ok()?;
+            (self.vertices.len() + 1).checked_sub(back)
+        })?;
+        self.vertices.get(number.checked_sub(1)?).copied()
+    }
+}
+
+/// The colour of what a line names.
+fn color_of(line: &str) -> Option<[f32; 3]> {
+    let (_keyword, name) = line.trim_ascii().split_once(|c: char| c.is_ascii_whitespace())?;
+    Some(PALETTE[(xxh3_64(name.trim_ascii().as_bytes()) % PALETTE.len() as u64) as usize])
+}
+
+impl EventSource for Obj {
+    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
+        while let Some(line) = self.next_line()? {
+            if self.vertices.len() as u64 > self.most_vertices {
+                let (path, place) = (self.lines.path(), self.lines.place());
+                return Err(beyond(path, place, self.most_vertices, "vertices"));
+            }
+            match self.read_line(&line) {
+                Ok(Some(event)) => return Ok(Some(event)),
+                Ok(None) => {}
+                Err(Fault { expected, found }) => self.lines.damaged(expected, found)?,
+            }
+        }
+        Ok(None)
+    }
+
+    fn notes(&self) -> Notes {
+        self.lines.notes().clone()
+    }
+
+    fn place(&self) -> Place {
+        self.lines.place()
+    }
+}

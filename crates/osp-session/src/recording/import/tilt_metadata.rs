@@ -1,0 +1,389 @@
+//! `metadata.json` of a `.tilt`: who made it, its brushes, layers and camera, and what the file only names.
+//!
+//! It must be a JSON object, with a sound table of brushes if it has one. The rest is read field by field: one that is
+//! damaged is left out with a warning.
+
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use glam::{Quat, Vec3};
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+
+use super::{axes, bytes::ByteReader, strokes::OnDamage, tilt::METERS_PER_UNIT, tilt_environment};
+use crate::{
+    brush,
+    recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
+};
+use osp::math::rotate;
+
+/// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
+const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
+/// Nothing nearer is in the picture, metres of the room.
+const THUMBNAIL_NEAR_M: f32 = 0.01;
+/// What a sketch that does not say so was made with.
+const USUAL_PROGRAM: &str = "Tilt Brush";
+/// Most bytes that are read. Real ones have a few thousand.
+const MOST_BYTES: u64 = 16 << 20;
+/// Most characters of program and authors that go into a header, and of what a warning cites.
+const MOST_CHARS: usize = 200;
+/// Most characters of a name.
+const MOST_NAME_CHARS: usize = 60;
+/// Most layers that are read. Those after them can be seen.
+const MOST_LAYERS: usize = 1000;
+/// Most pictures, models and so on that are named.
+const MOST_NAMES: usize = 4;
+
+/// Things that a sketch refers to without containing them: field, name of one, name of several.
+const MEDIA: [(&str, &str, &str); 8] = [
+    ("ModelIndex", "model", "models"),
+    ("Models", "model", "models"),
+    ("ImageIndex", "picture", "pictures"),
+    ("Images", "picture", "pictures"),
+    ("Videos", "video", "videos"),
+    ("LightIndex", "placed light", "placed lights"),
+    ("TextIndex", "text", "texts"),
+    ("CameraPaths", "camera path", "camera paths"),
+];
+
+/// The metadata of a sketch.
+#[derive(Default)]
+pub(super) struct Metadata {
+    brushes: Vec<String>,
+    text: Vec<u8>,
+    path: PathBuf,
+}
+
+/// The numbers of strokes' brushes mean nothing without it.
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct BrushTable {
+    #[serde(default)]
+    brush_index: Vec<String>,
+}
+
+/// An object of which nothing is kept.
+#[derive(Deserialize)]
+struct Anything {}
+
+/// Position, rotation (x, y, z, w) and uniform scale, Unity's axes, decimetres.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(expecting = "a list of a position, a rotation and a scale")]
+pub(super) struct TiltTransform(pub(super) Vec3, pub(super) Quat, pub(super) f32);
+
+impl TiltTransform {
+    pub(super) const IDENTITY: Self = Self(Vec3::ZERO, Quat::IDENTITY, 1.0);
+
+    /// A pose in the space that this transform leads out of.
+    fn take_back(self, p: Vec3, q: Quat) -> (Vec3, Quat) {
+        let back = axes::inverse(axes::unit(self.1));
+        (rotate(back, p - self.0) / self.2, axes::product(back, q))
+    }
+}
+
+/// The camera of some sketches of 2016.
+#[derive(Deserialize)]
+struct OldCamera {
+    position: Vec3,
+    orientation: Quat,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct TiltLayer {
+    #[serde(default)]
+    name: Option<String>,
+    #[serde(default)]
+    visible: Option<bool>,
+}
+
+/// A picture, a model or the like: some have one of these names, some another.
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct Medium {
+    #[serde(default)]
+    file_path: Option<String>,
+    #[serde(default)]
+    file_name: Option<String>,
+    #[serde(default)]
+    asset_id: Option<String>,
+}
+
+impl Metadata {
+    /// A damaged table of brushes is an error, or a warning with [`OnDamage::Note`].
+    ///
+    /// # Errors
+    /// It cannot be read, or is no JSON object.
+    pub(super) fn read(
+        mut bytes: ByteReader,
+        on_damage: OnDamage,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, RecordingError> {
+        let mut text = bytes.rest(MOST_BYTES, "metadata of at most 16 MiB")?;
+        bytes.expect_end("the metadata")?;
+        if text.starts_with(b"\xEF\xBB\xBF") {
+            text.drain(..3);
+        }
+        let path = bytes.path().to_owned();
+        serde_json::from_slice::<Object<Anything>>(&text)
+            .map_err(|error| mismatch(&path, "the metadata of a sketch as a JSON object", &error))?;
+        let table = serde_json::from_slice::<Object<BrushTable>>(&text)
+            .map_err(|error| mismatch(&path, "a list of the brushes' names in `BrushIndex`", &error));
+        let brushes = match table {
+            Ok(Object(table)) => table.brush_index,
+            Err(error) if on_damage == OnDamage::Note => {
+                warnings.push(format!("{error}; read without it"));
+                Vec::new()
+            }
+            Err(error) => return Err(error),
+        };
+        Ok(Self { brushes, text, path })
+    }
+
+    /// The program and the artists.
+    fn source(fields: &mut Fields<'_>) -> String {
+        let mut source = fields.read("ApplicationName").unwrap_or_else(|| USUAL_PROGRAM.to_owned());
+        if let Some(version) = fields.read::<String>("ApplicationVersion") {
+            source.push(' ');
+            source.push_str(&version);
+        }
+        if let Some(authors) = fields.read::<Vec<String>>("Authors").filter(|authors| !authors.is_empty()) {
+            source.push_str(", drawn by ");
+            source.push_str(&authors.join(" and "));
+        }
+        shorten(&source, MOST_CHARS)
+    }
+
+    /// Names of the brushes, in the order in which strokes number them; the GUID of one that is unknown.
+    pub(super) fn brushes(&self) -> Vec<String> {
+        let name = |guid: &String| match brush::find(guid) {
+            Some(brush) => brush.name.clone(),
+            None => guid[..guid.floor_char_boundary(Paint::MAX_NAME_BYTES)].to_owned(),
+        };
+        self.brushes.iter().map(name).collect()
+    }
+
+    /// Writes where it comes from, camera, layers, light and what is missing into the header.
+    pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
+        if self.text.is_empty() {
+            USUAL_PROGRAM.clone_into(&mut header.source);
+            return;
+        }
+        let mut fields = Fields { text: &self.text, path: &self.path, warnings };
+        header.source = Self::source(&mut fields);
+        let scene_from_canvas = fields.transform("CanvasTransformInSceneSpace");
+        header.camera =
+            scene_from_canvas.and_then(|scene_from_canvas| camera(&mut fields, scene_from_canvas));
+        let scene_from_canvas = scene_from_canvas.unwrap_or(TiltTransform::IDENTITY);
+        header.layers = layers(&mut fields);
+        header.environment =
+            tilt_environment::read(&mut fields, scene_from_canvas, &mut header.left_out).map(Box::new);
+        for (field, one, many) in MEDIA {
+            header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
+        }
+    }
+}
+
+/// The thumbnail's camera in canvas space and our axes; none if the file has none, or (with a warning) not a usable one.
+fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<Camera> {
+    let TiltTransform(p, q, _) = fields.read("ThumbnailCameraTransformInRoomSpace").or_else(|| {
+        let OldCamera { position, orientation } = fields.read("ThumbnailCameraTransform")?;
+        Some(TiltTransform(position, orientation, 1.0))
+    })?;
+    let room_from_scene = fields.transform("SceneTransformInRoomSpace")?;
+    let (p, q) = room_from_scene.take_back(p, q);
+    let (p, q) = scene_from_canvas.take_back(p, q);
+    let (p, q) = (axes::position_from_unity(p * METERS_PER_UNIT), axes::rotation_from_unity(axes::unit(q)));
+    if let Err(expected) = (Event::Head { author: Author::SOLE, t: 0.0, p, q }).check() {
+        fields.warn(format_args!("expected {expected} of the thumbnail's camera; found {p} m and {q}"));
+        return None;
+    }
+    // What was large in the room is small in the canvas, and the other way round.
+    let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
+    let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
+    Some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
+}
+
+fn layers(fields: &mut Fields<'_>) -> Vec<Layer> {
+    let Some(layers) = fields.read::<Listed<TiltLayer, MOST_LAYERS>>("Layers") else { return Vec::new() };
+    if layers.count > layers.first.len() {
+        fields.warn(format_args!("expected at most {MOST_LAYERS} layers; found {}", layers.count));
+    }
+    let layer = |layer: TiltLayer| Layer {
+        name: shorten(&layer.name.unwrap_or_default(), MOST_NAME_CHARS),
+        hidden: layer.visible == Some(false),
+    };
+    layers.first.into_iter().map(layer).collect()
+}
+
+/// How many there are, and the names of the first.
+fn sentence(media: &Listed<Medium, MOST_NAMES>, one: &str, many: &str) -> Option<String> {
+    if media.count == 0 {
+        return None;
+    }
+    let mut names: Vec<String> = media.first.iter().filter_map(Medium::name).collect();
+    if media.count > media.first.len() && !names.is_empty() {
+        names.push("…".to_owned());
+    }
+    let names = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
+    Some(format!("{} {}{names}", media.count, if media.count == 1 { one } else { many }))
+}
+
+impl Medium {
+    /// Without the folders that it was in.
+    fn name(&self) -> Option<String> {
+        let name = self.file_path.as_ref().or(self.file_name.as_ref()).or(self.asset_id.as_ref())?;
+        Some(shorten(name.rsplit(['/', '\\']).next()?, MOST_NAME_CHARS))
+    }
+}
+
+/// The text, cut off behind this many characters.
+pub(super) fn shorten(text: &str, most: usize) -> String {
+    let mut chars = text.chars();
+    let mut short: String = chars.by_ref().take(most).collect();
+    if chars.next().is_some() {
+        short.push('…');
+    }
+    short
+}
+
+fn mismatch(path: &Path, expected: &str, error: &serde_json::Error) -> RecordingError {
+    RecordingError::Line {
+        path: path.to_owned(),
+        line: error.line() as u64,
+        expected: expected.to_owned(),
+        found: shorten(&error.to_string(), MOST_CHARS),
+    }
+}
+
+/// The fields that only some sketches have.
+pub(super) struct Fields<'a> {
+    text: &'a [u8],
+    path: &'a Path,
+    warnings: &'a mut Vec<String>,
+}
+
+impl Fields<'_> {
+    /// The value of a field, if there is one; one that is damaged is left out with a warning.
+    pub(super) fn read<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
+        let mut json = serde_json::Deserializer::from_slice(self.text);
+        Field { name, value: PhantomData::<T> }.deserialize(&mut json).unwrap_or_else(|error| {
+            let error = mismatch(self.path, &format!("a sound `{name}`"), &error);
+            self.warnings.push(format!("{error}; read without it"));
+            None
+        })
+    }
+
+    /// A transform between two spaces, the identity if there is none; `None`, with a warning, if it cannot be taken back:
+    /// then nobody knows where the camera stands.
+    fn transform(&mut self, name: &str) -> Option<TiltTransform> {
+        let found = self.read(name).unwrap_or(TiltTransform::IDENTITY);
+        let TiltTransform(p, q, scale) = found;
+        if p.is_finite() && axes::unit(q).is_finite() && scale > 0.0 && scale.is_finite() {
+            return Some(found);
+        }
+        self.warnings.push(format!(
+            "{}: expected a rotation and a scale above 0 in `{name}`; found {q} and scale {scale}; \
+             read without it and without a camera",
+            self.path.display()
+        ));
+        None
+    }
+
+    pub(super) fn warn(&mut self, text: std::fmt::Arguments<'_>) {
+        self.warnings.push(format!("{}: {text}; read without it", self.path.display()));
+    }
+}
+
+/// A value that is an object: other values are taken for their fields in order, if they are lists.
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(ObjectVisitor(PhantomData))
+    }
+}
+
+struct ObjectVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
+    type Value = Object<T>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(Object)
+    }
+}
+
+/// One field of the outermost object. Of the others nothing is kept.
+struct Field<'n, T> {
+    name: &'n str,
+    value: PhantomData<T>,
+}
+
+impl<'de, T: DeserializeOwned> DeserializeSeed<'de> for Field<'_, T> {
+    type Value = Option<T>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de, T: DeserializeOwned> Visitor<'de> for Field<'_, T> {
+    type Value = Option<T>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut value = None;
+        while let Some(name) = map.next_key::<String>()? {
+            if name == self.name {
+                value = map.next_value()?;
+            } else {
+                map.next_value::<IgnoredAny>()?;
+            }
+        }
+        Ok(value)
+    }
+}
+
+/// A list of which the first `MOST` are kept.
+struct Listed<T, const MOST: usize> {
+    first: Vec<T>,
+    count: usize,
+}
+
+impl<'de, T: Deserialize<'de>, const MOST: usize> Deserialize<'de> for Listed<T, MOST> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(ListVisitor(PhantomData))
+    }
+}
+
+struct ListVisitor<T, const MOST: usize>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for ListVisitor<T, MOST> {
+    type Value = Listed<T, MOST>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a list")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
+        let mut first = Vec::new();
+        while first.len() < MOST {
+            let Some(item) = seq.next_element()? else { return Ok(Listed { count: first.len(), first }) };
+            first.push(item);
+        }
+        let mut count = first.len();
+        while seq.next_element::<IgnoredAny>()?.is_some() {
+            count += 1;
+        }
+        Ok(Listed { first, count })
+    }
+}

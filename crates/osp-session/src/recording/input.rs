@@ -1,0 +1,171 @@
+use std::{
+    collections::BTreeMap,
+    ffi::OsStr,
+    io::{self, Cursor, Read, Seek, SeekFrom},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use super::{OpenOptions, RecordingError, Session, open};
+use crate::{
+    platform::fs::{self, File, without_dots},
+    small_file::open_regular,
+};
+
+/// Files in memory, by name, for sessions that do not lie on a disk: one that was dropped on a page or came over a network.
+///
+/// Some formats are read from several files: CASSIE's `raw_data/NAME.json` and `sketch_history/NAME.json`, a `.gltf` and its
+/// buffers, an unpacked `.tilt`. They find each other by their names, as in folders.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryFiles {
+    files: BTreeMap<PathBuf, Arc<[u8]>>,
+}
+
+impl MemoryFiles {
+    /// No files.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file, or replaces the one of this name.
+    pub fn insert(&mut self, name: impl AsRef<Path>, bytes: impl Into<Arc<[u8]>>) {
+        self.files.insert(without_dots(name.as_ref()), bytes.into());
+    }
+
+    /// Opens one of them as [`open`](super::open) opens a file: what it contains decides about its format, then its name.
+    ///
+    /// # Errors
+    /// There is no such file, its format is unknown, or its beginning is damaged.
+    pub fn open(&self, name: impl AsRef<Path>, options: &OpenOptions) -> Result<Session, RecordingError> {
+        open::open_input(Input { path: name.as_ref(), files: Files::Memory(self) }, options)
+    }
+
+    fn get(&self, path: &Path) -> Option<&Arc<[u8]>> {
+        self.files.get(&without_dots(path))
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        let folder = without_dots(path);
+        let is_below = |file: &PathBuf| file.starts_with(&folder) && *file != folder;
+        folder.file_name() != Some(OsStr::new("")) && self.files.keys().any(is_below)
+    }
+}
+
+/// Opens a session whose file is in memory. `name` decides about the format where the bytes do not, and is what errors call it.
+///
+/// # Errors
+/// The format is unknown, or the beginning is damaged.
+pub fn open_bytes(
+    name: impl AsRef<Path>,
+    bytes: impl Into<Arc<[u8]>>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let mut files = MemoryFiles::new();
+    files.insert(&name, bytes);
+    files.open(name, options)
+}
+
+/// A session's file, and how those beside it are found.
+#[derive(Clone, Copy)]
+pub(in crate::recording) struct Input<'a> {
+    pub(in crate::recording) path: &'a Path,
+    files: Files<'a>,
+}
+
+#[derive(Clone, Copy)]
+enum Files<'a> {
+    Disk,
+    Memory(&'a MemoryFiles),
+}
+
+impl<'a> Input<'a> {
+    /// A file or folder on the disk.
+    pub(in crate::recording) fn on_disk(path: &'a Path) -> Self {
+        Self { path, files: Files::Disk }
+    }
+
+    /// Another one from where this one comes.
+    pub(in crate::recording) fn beside<'b>(self, path: &'b Path) -> Input<'b>
+    where
+        'a: 'b,
+    {
+        Input { path, files: self.files }
+    }
+
+    /// Opens the file, which must be a regular one.
+    pub(in crate::recording) fn open(self) -> io::Result<InputFile> {
+        match self.files {
+            Files::Disk => open_regular(self.path).map(InputFile::Disk),
+            Files::Memory(files) => match files.get(self.path) {
+                Some(bytes) => Ok(InputFile::Memory(Cursor::new(Arc::clone(bytes)))),
+                None => Err(io::Error::new(io::ErrorKind::NotFound, "there is no such file in memory")),
+            },
+        }
+    }
+
+    /// Whether it lies in a folder or below it, wherever symbolic links lead.
+    pub(in crate::recording) fn lies_within(self, folder: &Path) -> io::Result<bool> {
+        match self.files {
+            Files::Disk => fs::lies_within(self.path, folder),
+            // There are no links in memory.
+            Files::Memory(_) => Ok(true),
+        }
+    }
+
+    pub(in crate::recording) fn is_file(self) -> bool {
+        match self.files {
+            Files::Disk => fs::is_file(self.path),
+            Files::Memory(files) => files.get(self.path).is_some(),
+        }
+    }
+
+    pub(in crate::recording) fn is_folder(self) -> bool {
+        match self.files {
+            Files::Disk => fs::is_folder(self.path),
+            Files::Memory(files) => files.is_folder(self.path),
+        }
+    }
+
+    /// Whether it is there and neither a file nor a folder.
+    pub(in crate::recording) fn is_special(self) -> bool {
+        match self.files {
+            Files::Disk => fs::metadata(self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()),
+            Files::Memory(_) => false,
+        }
+    }
+}
+
+/// An open file.
+#[derive(Debug)]
+pub(in crate::recording) enum InputFile {
+    Disk(File),
+    Memory(Cursor<Arc<[u8]>>),
+}
+
+impl InputFile {
+    /// Its length in bytes.
+    pub(in crate::recording) fn len(&self) -> io::Result<u64> {
+        match self {
+            Self::Disk(file) => Ok(file.metadata()?.len()),
+            Self::Memory(bytes) => Ok(bytes.get_ref().len() as u64),
+        }
+    }
+}
+
+impl Read for InputFile {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Self::Disk(file) => file.read(buffer),
+            Self::Memory(bytes) => bytes.read(buffer),
+        }
+    }
+}
+
+impl Seek for InputFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match self {
+            Self::Disk(file) => file.seek(to),
+            Self::Memory(bytes) => bytes.seek(to),
+        }
+    }
+}

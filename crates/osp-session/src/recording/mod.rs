@@ -1,0 +1,59 @@
+//! Modelling sessions as streams of [`Event`]s: the recording format, its reader and writer, importers of foreign
+//! formats, and synthetic sessions.
+//!
+//! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
+//! line by line, so a crash loses at most the line being written.
+//!
+//! A recording may have several [`Author`]s: every event but those of a stroke says whose it is, and the numbers of strokes
+//! and groups do. A [`Reducer`] makes a session of what several senders send.
+//!
+//! Knows [`math`](osp::math); the importers know the names of [`brush`](crate::brush)es.
+
+mod alteration;
+mod author;
+mod environment;
+mod error;
+mod event;
+mod header;
+pub mod import;
+mod input;
+mod limits;
+mod open;
+mod pacing;
+mod reducer;
+mod ron_file;
+mod ron_line;
+mod ron_reader;
+mod ron_scan;
+mod ron_writer;
+mod source;
+mod synth;
+mod tally;
+mod unknown_brushes;
+mod unpacked;
+
+pub use alteration::{Alteration, Motion};
+pub use author::Author;
+pub use environment::Environment;
+pub use error::RecordingError;
+pub use event::{
+    AUTHORS_FORMAT, Event, FORMAT_VERSION, GroupId, NormalRule, ONE_AUTHOR_FORMAT, Paint, StrokeId, Tool,
+    Transform,
+};
+pub use header::{Camera, Header, Layer, Root};
+pub use input::{MemoryFiles, open_bytes};
+pub use limits::{Excess, Limits, Place};
+pub use open::looks_like_session;
+pub use open::{OpenOptions, open, open_ron};
+pub use pacing::{Pace, Pacer, ParsePaceError};
+pub use reducer::{Message, Reduced, Reducer, Sender};
+pub use ron_file::LastLine;
+pub use ron_file::RecordingFile;
+pub use ron_line::MAX_LINE_BYTES;
+pub use ron_line::push_event;
+pub use ron_line::read_event;
+pub use ron_reader::RonReader;
+pub use ron_writer::{Flush, RonWriter};
+pub use source::{EventSource, Notes, Session};
+pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
+pub use tally::Tally;

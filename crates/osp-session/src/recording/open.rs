@@ -1,0 +1,137 @@
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use super::{Limits, RecordingError, RonReader, Session, input::Input};
+
+/// How a session is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
+    /// session with an error.
+    pub lenient: bool,
+    /// How much the session may hold.
+    pub limits: Limits,
+}
+
+impl OpenOptions {
+    /// Damage is an error; the usual limits.
+    pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
+    /// Damage is passed over; the usual limits.
+    pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
+}
+
+/// Formats that [`open`] reads, for its error message.
+fn formats() -> String {
+    [&[".ron", ".ron.zst"], super::import::FORMATS].concat().join(", ")
+}
+
+/// Bytes from the beginning of a file that decide its format.
+const SNIFF_BYTES: u64 = 4096;
+
+/// First bytes of a zstd frame.
+const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
+
+/// Opens a session of any format that can be read. What the file contains decides, then its name. Of folders, a
+/// `.tilt` in its unpacked form is read.
+///
+/// # Errors
+/// The file cannot be read, its format is unknown, or its beginning is damaged.
+pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    open_input(Input::on_disk(path), options)
+}
+
+/// [`open`] for a file on the disk or in memory.
+pub(super) fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
+    if let Some(opener) = super::import::by_mark(input, &start) {
+        return opener(input, options);
+    }
+    if is_ron(path, &start) {
+        return open_ron_input(input, options);
+    }
+    if let Some(opener) = super::import::by_name(path, &start) {
+        return opener(input, options);
+    }
+    Err(RecordingError::Unknown {
+        path: path.to_owned(),
+        expected: format!("one of the formats {}", formats()),
+        found: if input.is_folder() { "a folder without a sketch".to_owned() } else { describe(&start) },
+    })
+}
+
+/// Opens a recording in the project's own format, plain or compressed.
+///
+/// # Errors
+/// The file cannot be read, or its header is damaged or of a newer format.
+pub fn open_ron(path: &Path, options: &OpenOptions) -> Result<Session, RecordingError> {
+    open_ron_input(Input::on_disk(path), options)
+}
+
+fn open_ron_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    if is_compressed(path, &sniff(input)?) {
+        return open_compressed(input, options);
+    }
+    let file = input.open().map_err(|e| RecordingError::io(path, e))?;
+    let reader = RonReader::new(BufReader::with_capacity(1 << 16, file), path, *options)?;
+    Ok(Session::new(reader.header().clone(), "ron", Box::new(reader), path, options))
+}
+
+fn open_compressed(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+    let path = input.path;
+    let reader = RonReader::new(super::ron_file::decoder(input, &options.limits)?, path, *options)?;
+    Ok(Session::new(reader.header().clone(), "ron.zst", Box::new(reader), path, options))
+}
+
+/// Whether [`open`] would try to read a file that begins so.
+pub fn looks_like_session(path: &Path, start: &[u8]) -> bool {
+    use super::import::{by_mark, by_name};
+    by_mark(Input::on_disk(path), start).is_some() || is_ron(path, start) || by_name(path, start).is_some()
+}
+
+/// Describes a file of an unknown format by its first bytes, for the error.
+fn describe(start: &[u8]) -> String {
+    match start {
+        [] => "an empty file".to_owned(),
+        _ => format!("a file that begins with \"{}\"", start[..start.len().min(16)].escape_ascii()),
+    }
+}
+
+fn sniff(input: Input<'_>) -> Result<Vec<u8>, RecordingError> {
+    let path = input.path;
+    let mut start = Vec::new();
+    if input.is_folder() || input.is_special() {
+        // Bytes that are read from a pipe to find the format are lost to the reader, and a replay reads a session twice.
+        return Err(RecordingError::Unknown {
+            path: path.to_owned(),
+            expected: "a regular file, or the folder of a .tilt".to_owned(),
+            found: if input.is_folder() { "another folder" } else { "a pipe or a device" }.to_owned(),
+        });
+    }
+    input
+        .open()
+        .and_then(|file| file.take(SNIFF_BYTES).read_to_end(&mut start))
+        .map_err(|e| RecordingError::io(path, e))?;
+    Ok(start)
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
+}
+
+fn is_ron(path: &Path, start: &[u8]) -> bool {
+    has_ending(path, ".ron") || is_compressed(path, start) || starts_with_header(start)
+}
+
+fn is_compressed(path: &Path, start: &[u8]) -> bool {
+    start.starts_with(&ZSTD_MAGIC) || (has_ending(path, ".ron.zst") && !starts_with_header(start))
+}
+
+/// Whether the first line that is neither blank nor a comment is a recording's header.
+fn starts_with_header(start: &[u8]) -> bool {
+    let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+    let first =
+        start.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty() && !l.starts_with(b"//"));
+    first.is_some_and(|line| line.starts_with(b"Header(") || line.starts_with(b"Header ("))
+}

@@ -1,0 +1,235 @@
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use crate::platform::fs::{File, OpenOptions as FileOptions};
+use crate::platform::zstd;
+
+use super::{
+    Header, OpenOptions, RecordingError, RonReader,
+    ron_line::{MAX_LINE_BYTES, is_blank, parse_event},
+};
+
+/// The file under a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.
+#[derive(Debug)]
+pub struct RecordingFile(Kind);
+
+enum Kind {
+    Plain(File),
+    Compressed(Option<zstd::stream::write::Encoder<'static, File>>),
+}
+
+impl std::fmt::Debug for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Plain(file) => f.debug_tuple("Plain").field(file).finish(),
+            Self::Compressed(_) => f.write_str("Compressed"),
+        }
+    }
+}
+
+impl RecordingFile {
+    pub(super) fn create(path: &Path) -> Result<Self, RecordingError> {
+        if is_compressed_name(path) {
+            return compressed::create(path);
+        }
+        File::create(path).map(|file| Self(Kind::Plain(file))).map_err(|e| RecordingError::io(path, e))
+    }
+
+    /// A recording into an open file, compressed if `name` ends in `.zst`.
+    pub fn over(file: File, name: &Path) -> io::Result<Self> {
+        if is_compressed_name(name) { compressed::encode(file) } else { Ok(Self(Kind::Plain(file))) }
+    }
+
+    /// Ends compressed data with their end mark.
+    pub(super) fn finish(&mut self) -> io::Result<()> {
+        match &mut self.0 {
+            Kind::Plain(file) => file.flush(),
+            Kind::Compressed(encoder) => encoder.take().map_or(Ok(()), |encoder| encoder.finish().map(drop)),
+        }
+    }
+}
+
+impl Write for RecordingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.0 {
+            Kind::Plain(file) => file.write(bytes),
+            Kind::Compressed(Some(encoder)) => encoder.write(bytes),
+            Kind::Compressed(None) => Err(io::Error::other("the recording is finished")),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.0 {
+            Kind::Plain(file) => file.flush(),
+            Kind::Compressed(encoder) => encoder.as_mut().map_or(Ok(()), Write::flush),
+        }
+    }
+}
+
+impl Drop for RecordingFile {
+    fn drop(&mut self) {
+        // `finish` returns the error; here it is lost.
+        let _ = self.finish();
+    }
+}
+
+fn is_compressed_name(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zst"))
+}
+
+/// Opens a recording at its end, without a torn last line; with its header and its number of lines.
+pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
+    let io = |e| RecordingError::io(path, e);
+    if is_compressed_name(path) {
+        return compressed::append(path);
+    }
+    let mut file = FileOptions::new().read(true).write(true).open(path).map_err(io)?;
+    let header = RonReader::new(BufReader::new(&file), path, OpenOptions::default())?.header().clone();
+    file.seek(SeekFrom::Start(0)).map_err(io)?;
+    let end = LastLine::find(&mut BufReader::with_capacity(1 << 16, &file), path)?;
+    file.set_len(end.whole_bytes).map_err(io)?;
+    file.seek(SeekFrom::Start(end.whole_bytes)).map_err(io)?;
+    if end.lacks_newline {
+        file.write_all(b"\n").map_err(io)?;
+    }
+    Ok((RecordingFile(Kind::Plain(file)), header, end.lines))
+}
+
+/// Where a recording ends.
+#[derive(Debug)]
+pub struct LastLine {
+    /// Whole lines.
+    lines: u64,
+    /// Bytes up to the end of the last whole line.
+    pub whole_bytes: u64,
+    /// Bytes of a torn line behind it.
+    torn_bytes: u64,
+    /// The last whole line wants its newline.
+    pub lacks_newline: bool,
+    /// The compressed data have no end mark.
+    cut: bool,
+}
+
+impl LastLine {
+    /// Reads on to the end of the file and finds where its last whole line ends.
+    pub fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
+        let mut end = Self { lines: 0, whole_bytes: 0, torn_bytes: 0, lacks_newline: false, cut: false };
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            match input.by_ref().take(MAX_LINE_BYTES as u64 + 1).read_until(b'\n', &mut line) {
+                Ok(_) => {}
+                Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => end.cut = true,
+                Err(e) => return Err(RecordingError::io(path, e)),
+            }
+            if line.last() == Some(&b'\n') {
+                end.lines += 1;
+                end.whole_bytes += line.len() as u64;
+            } else if line.len() > MAX_LINE_BYTES {
+                return Err(RecordingError::Line {
+                    path: path.to_owned(),
+                    line: end.lines + 1,
+                    expected: format!("a line of at most {MAX_LINE_BYTES} bytes"),
+                    found: "a longer one".to_owned(),
+                });
+            } else {
+                break;
+            }
+        }
+        // The header has been read: if no line is whole, this one is the header.
+        let whole = end.lines == 0
+            || std::str::from_utf8(&line)
+                .is_ok_and(|text| is_blank(text) || parse_event(text.trim()).is_ok());
+        if line.is_empty() {
+            return Ok(end);
+        }
+        if whole {
+            end.lines += 1;
+            end.whole_bytes += line.len() as u64;
+            end.lacks_newline = true;
+        } else {
+            end.torn_bytes = line.len() as u64;
+        }
+        Ok(end)
+    }
+}
+
+pub(super) use compressed::decoder;
+
+mod compressed {
+    use super::zstd::{
+        self,
+        stream::{read, write},
+    };
+    use super::{
+        BufReader, File, FileOptions, Header, Kind, LastLine, OpenOptions, Path, Read, RecordingError,
+        RecordingFile, RonReader, Write, io,
+    };
+    use crate::recording::{
+        Limits,
+        input::{Input, InputFile},
+        unpacked::Unpacked,
+    };
+
+    use crate::atomic_file::AtomicFile;
+
+    /// Largest window that a frame may ask for, as a power of two: 128 MiB, the limit of the `zstd` program. It
+    /// bounds what a forged frame makes a reader allocate.
+    const WINDOW_LOG_MAX: u32 = 27;
+
+    /// The recording was checked when it was opened; only its end is kept.
+    const ANY: Limits = Limits { polygons: u64::MAX, unpacking: u64::MAX };
+
+    type Decoder = BufReader<Unpacked<read::Decoder<'static, BufReader<InputFile>>>>;
+
+    pub(in super::super) fn decoder(input: Input<'_>, limits: &Limits) -> Result<Decoder, RecordingError> {
+        let open = || {
+            let file = input.open()?;
+            let packed = file.len()?;
+            let mut decoder = read::Decoder::new(file)?;
+            decoder.window_log_max(WINDOW_LOG_MAX)?;
+            Ok(BufReader::with_capacity(1 << 16, Unpacked::new(decoder, packed, limits)))
+        };
+        open().map_err(|e| RecordingError::io(input.path, e))
+    }
+
+    /// Starts a frame at the file's place.
+    pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
+        let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
+        encoder.include_checksum(true)?;
+        Ok(RecordingFile(Kind::Compressed(Some(encoder))))
+    }
+
+    pub(super) fn create(path: &Path) -> Result<RecordingFile, RecordingError> {
+        File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
+    }
+
+    /// Adds a frame. A file that ends without an end mark or in a torn line is first written anew up to there, beside
+    /// the old one, which it then replaces.
+    pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
+        let io = |e| RecordingError::io(path, e);
+        let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?
+            .header()
+            .clone();
+        let end = LastLine::find(&mut decoder(Input::on_disk(path), &ANY)?, path)?;
+        if end.cut || end.torn_bytes > 0 {
+            let rewrite = || {
+                let mut beside = AtomicFile::create(path)?;
+                let mut copy = encode(beside.handle()?)?;
+                io::copy(
+                    &mut decoder(Input::on_disk(path), &ANY).map_err(io::Error::other)?.take(end.whole_bytes),
+                    &mut copy,
+                )?;
+                copy.finish()?;
+                beside.commit()
+            };
+            rewrite().map_err(io)?;
+        }
+        let file = FileOptions::new().append(true).open(path).map_err(io)?;
+        let mut file = encode(file).map_err(io)?;
+        if end.lacks_newline {
+            file.write_all(b"\n").map_err(io)?;
+        }
+        Ok((file, header, end.lines))
+    }
+}

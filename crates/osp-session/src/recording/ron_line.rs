@@ -1,0 +1,264 @@
+//! One line of a recording: text to header or event and back, and what to tell a person when it does not fit.
+
+use std::fmt::Write as _;
+use std::str::Utf8Error;
+
+use ron::error::{Error as RonError, SpannedError};
+use ron::extensions::Extensions;
+
+use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
+
+/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB, a move
+/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds what a
+/// reader keeps in memory.
+pub const MAX_LINE_BYTES: usize = 1 << 24;
+
+/// Characters of a damaged line that an error message shows.
+const EXCERPT_CHARS: usize = 80;
+
+/// What a line was expected to be, and what was found.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Mismatch {
+    pub(super) expected: String,
+    pub(super) found: String,
+}
+
+impl Mismatch {
+    fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { expected: expected.into(), found: found.into() }
+    }
+}
+
+pub(super) const HEADER_EXPECTED: &str = "the header line `Header(format: 2, …)` of a recording";
+
+fn options() -> ron::Options {
+    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
+}
+
+/// Whether the line carries no value: blank, or a comment.
+pub(super) fn is_blank(line: &str) -> bool {
+    let line = line.trim();
+    line.is_empty() || line.starts_with("//")
+}
+
+/// Why a line gives no event.
+#[derive(Debug)]
+pub(super) enum BadEvent {
+    /// It is no value of the format; if the file ends in the line, the line may have been cut off.
+    Unreadable(Mismatch),
+    /// It is a whole event with a number that makes no sense.
+    Refused(Mismatch),
+}
+
+impl BadEvent {
+    pub(super) fn not_utf8(line: &[u8], error: Utf8Error) -> Self {
+        let column = error.valid_up_to() + 1;
+        let found = format!("other bytes in column {column}: {}", excerpt(&String::from_utf8_lossy(line)));
+        Self::Unreadable(Mismatch::new("UTF-8 text", found))
+    }
+
+    pub(super) fn into_mismatch(self) -> Mismatch {
+        match self {
+            Self::Unreadable(mismatch) | Self::Refused(mismatch) => mismatch,
+        }
+    }
+}
+
+/// Reads one event and checks its numbers.
+pub(super) fn parse_event(line: &str) -> Result<Event, BadEvent> {
+    let event = match ron_scan::scan(line) {
+        Some(event) => event,
+        None => options().from_str(line).map_err(|e| BadEvent::Unreadable(explain(line, &e)))?,
+    };
+    match event.check() {
+        Ok(()) => Ok(event),
+        Err(expected) => Err(BadEvent::Refused(Mismatch::new(expected, excerpt(line)))),
+    }
+}
+
+/// Reads one event from a line that this crate has written or read before.
+pub fn read_event(line: &str) -> Option<Event> {
+    parse_event(line.trim_end()).ok()
+}
+
+/// Reads the header. The format number comes first, so that a newer format is named as such, whatever else it brings.
+pub(super) fn parse_header(line: &str) -> Result<Header, Mismatch> {
+    #[derive(serde::Deserialize)]
+    #[serde(rename = "Header")]
+    struct Probe {
+        format: u32,
+    }
+
+    let start = line.trim_start();
+    if !(start.starts_with("Header") || start.starts_with('(')) {
+        return Err(Mismatch::new(HEADER_EXPECTED, excerpt(line)));
+    }
+    let probe: Probe = options().from_str(line).map_err(|e| explain(line, &e))?;
+    if probe.format == 0 || probe.format > FORMAT_VERSION {
+        let expected = match FORMAT_VERSION {
+            1 => "a recording of format 1".to_owned(),
+            newest => format!("a recording of format 1 to {newest}"),
+        };
+        let found = if probe.format == 0 { "format 0" } else { "a newer format" };
+        return Err(Mismatch::new(expected, format!("{found}: {}", excerpt(line))));
+    }
+    let header: Header = options().from_str(line).map_err(|e| explain(line, &e))?;
+    match header.check() {
+        Ok(()) => Ok(header),
+        Err(expected) => Err(Mismatch::new(expected, excerpt(line))),
+    }
+}
+
+/// Appends the header as a line with its newline.
+pub(super) fn write_header(line: &mut String, header: &Header) -> Result<(), ron::Error> {
+    line.push_str("Header");
+    options().to_writer(&mut *line, header)?;
+    line.push('\n');
+    Ok(())
+}
+
+/// A camera as the header has it.
+pub(super) fn camera_text(camera: &Camera) -> Result<String, ron::Error> {
+    options().to_string(camera)
+}
+
+/// Reads a camera as the header has it; its numbers are not checked.
+pub(super) fn parse_camera(text: &str) -> Result<Camera, String> {
+    options().from_str(text).map_err(|e| {
+        let Mismatch { expected, .. } = explain(text, &e);
+        format!("expected a camera, `(p: (x, y, z), q: (x, y, z, w), fov_degrees: 60)`: {expected}")
+    })
+}
+
+/// Appends the event as a line with its newline.
+pub(super) fn write_event(line: &mut String, event: &Event) -> Result<(), ron::Error> {
+    options().to_writer(&mut *line, event)?;
+    line.push('\n');
+    Ok(())
+}
+
+/// Appends the event as a line with its newline; whether RON can hold it.
+pub fn push_event(lines: &mut String, event: &Event) -> bool {
+    write_event(lines, event).is_ok()
+}
+
+/// Turns the parser's error into the words of a [`Mismatch`].
+fn explain(line: &str, error: &SpannedError) -> Mismatch {
+    let place = Place::of(line, error);
+    let rest = || match place {
+        Place::Start => excerpt(line),
+        Place::Column { number, byte } => format!("{} in column {number}", excerpt(&line[byte..])),
+        Place::End => format!("the end of the line after {}", tail(line)),
+    };
+    let within =
+        |outer: &Option<String>| outer.as_ref().map_or(String::new(), |outer| format!(" in `{outer}`"));
+    match &error.code {
+        RonError::NoSuchEnumVariant { expected, found, .. } => {
+            Mismatch::new(format!("one of {}", list(expected)), format!("`{}`", shorten(found)))
+        }
+        RonError::NoSuchStructField { expected, found, outer } => Mismatch::new(
+            format!("one of the fields {}{}", list(expected), within(outer)),
+            format!("`{}`", shorten(found)),
+        ),
+        RonError::MissingStructField { field, outer } => {
+            Mismatch::new(format!("the field `{field}`{}", within(outer)), excerpt(line))
+        }
+        RonError::DuplicateStructField { field, outer } => {
+            Mismatch::new(format!("the field `{field}`{} once", within(outer)), excerpt(line))
+        }
+        RonError::InvalidValueForType { expected, .. } => Mismatch::new(expected.clone(), rest()),
+        RonError::ExpectedDifferentLength { expected, found } => {
+            Mismatch::new(expected.clone(), format!("{found} elements: {}", excerpt(line)))
+        }
+        RonError::TrailingCharacters => Mismatch::new("the end of the line", rest()),
+        RonError::ExpectedComma => Mismatch::new("`,` or a closing bracket", rest()),
+        RonError::ExpectedMapColon => Mismatch::new("`:`", rest()),
+        RonError::ExpectedFloat => Mismatch::new("a number", rest()),
+        RonError::ExpectedInteger => Mismatch::new("a whole number", rest()),
+        RonError::Eof => Mismatch::new("a whole value", rest()),
+        RonError::ExpectedIdentifier | RonError::SuggestRawIdentifier(_) => match place {
+            Place::Start => Mismatch::new(format!("one of {}", list(event_names())), rest()),
+            _ => Mismatch::new("a name", rest()),
+        },
+        RonError::IntegerOutOfBounds => Mismatch::new("a whole number from 0 to 4294967295", rest()),
+        RonError::ExceededRecursionLimit => Mismatch::new("fewer brackets in each other", rest()),
+        other => {
+            let text = other.to_string();
+            match text.strip_prefix("Expected ") {
+                Some(expected) => Mismatch::new(expected, rest()),
+                None => Mismatch::new("a value in RON", format!("{} ({text})", rest())),
+            }
+        }
+    }
+}
+
+/// Where in a line the parser stopped.
+#[derive(Clone, Copy)]
+enum Place {
+    Start,
+    Column { number: usize, byte: usize },
+    End,
+}
+
+impl Place {
+    fn of(line: &str, error: &SpannedError) -> Self {
+        let length = line.trim_end().chars().count();
+        if error.span.end.col > length {
+            return Self::End;
+        }
+        // The parser's own place lies before the blanks that it would have skipped, and behind a sign.
+        let start = error.span.start.col.saturating_sub(1);
+        let signed = start > 0 && line.chars().nth(start - 1) == Some('-');
+        let mut rest = line.char_indices().enumerate().skip(start - usize::from(signed));
+        match rest.find(|(_, (_, c))| !c.is_whitespace()) {
+            Some((0, _)) => Self::Start,
+            Some((index, (byte, _))) => Self::Column { number: index + 1, byte },
+            None => Self::End,
+        }
+    }
+}
+
+/// The events of the format, as the parser knows them.
+fn event_names() -> &'static [&'static str] {
+    match options().from_str::<Event>("Unknown") {
+        Err(SpannedError { code: RonError::NoSuchEnumVariant { expected, .. }, .. }) => expected,
+        _ => &[],
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    let mut text = String::new();
+    for (i, name) in names.iter().enumerate() {
+        // Writing into a String cannot fail.
+        let _ = write!(text, "{}{name}", if i == 0 { "" } else { ", " });
+    }
+    text
+}
+
+/// The beginning of a text in quotes, short and on one line.
+pub(super) fn excerpt(text: &str) -> String {
+    let text = text.trim();
+    if text.is_empty() { "nothing".to_owned() } else { format!("`{}`", shorten(text)) }
+}
+
+/// The end of a text in quotes.
+fn tail(text: &str) -> String {
+    let text = text.trim();
+    let skipped = text.chars().count().saturating_sub(EXCERPT_CHARS / 2);
+    let end: String = text.chars().skip(skipped).map(printable).collect();
+    format!("`{}{end}`", if skipped > 0 { "…" } else { "" })
+}
+
+fn shorten(text: &str) -> String {
+    let mut chars = text.chars();
+    let mut short: String = chars.by_ref().take(EXCERPT_CHARS).map(printable).collect();
+    if chars.next().is_some() {
+        short.push('…');
+    }
+    short
+}
+
+/// No control character of a damaged file reaches a terminal.
+fn printable(c: char) -> char {
+    if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
+}

@@ -1,0 +1,219 @@
+use std::f64::consts::TAU;
+
+use glam::{Quat, Vec3};
+
+use crate::recording::{Author, Camera, Event};
+use osp::{
+    math::{Aabb, rotate, unit},
+    view::{Projection, View},
+};
+
+/// Vertical field of view of the cameras that a recording does not fix, degrees.
+const FOV_DEGREES: f32 = 60.0;
+/// Width by height of every replay camera.
+const ASPECT: f32 = 16.0 / 9.0;
+/// From where [`whole_view`] looks at a model, seen from its centre: in front, to the right and above.
+const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
+/// How much higher than the model its eye is, in parts of the distance straight ahead.
+const ABOVE: f32 = 0.35;
+/// How much farther away than needed its eye is: a narrow margin around the model.
+const WHOLE_MARGIN: f32 = 1.04;
+/// Frames in which the orbiting cameras go round once.
+const FRAMES_A_ROUND: f64 = 720.0;
+
+/// Which camera a replay uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraChoice {
+    /// The recorded head path if there is one, else the session's own camera, else [`CameraChoice::Orbit`].
+    Auto,
+    /// Around everything, looking at its centre: nearly all is in view.
+    Orbit,
+    /// Behind the hand, looking at what it draws.
+    Follow,
+    /// In the middle of everything, turning: about a sixth is in view.
+    Inside,
+}
+
+impl CameraChoice {
+    /// All choices.
+    pub const ALL: &'static [Self] = &[Self::Auto, Self::Orbit, Self::Follow, Self::Inside];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Orbit => "orbit",
+            Self::Follow => "follow",
+            Self::Inside => "inside",
+        }
+    }
+}
+
+/// What a camera may know of the session at a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Latest head pose: position, world from head.
+    pub head: Option<(Vec3, Quat)>,
+    /// Latest sample of the hand.
+    pub hand: Option<Vec3>,
+    /// Whose head and hand these are: the author of the first head pose, and when that one has left, of the next; none before.
+    pub author: Option<Author>,
+}
+
+impl Moment {
+    /// Takes the poses of an event.
+    pub fn note(&mut self, event: &Event) {
+        match event {
+            Event::Head { p, q, author, .. } if *self.author.get_or_insert(*author) == *author => {
+                self.head = Some((*p, unit(*q)));
+            }
+            Event::Point { p, stroke, .. } if self.is_followed(stroke.author()) => self.hand = Some(*p),
+            Event::Polygon { vertices, author, .. } if self.is_followed(*author) => {
+                self.hand = vertices.first().copied();
+            }
+            Event::Leave { author, .. } if self.author == Some(*author) => self.author = None,
+            _ => {}
+        }
+    }
+
+    /// Where there is one author, a stroke's number says nothing.
+    fn is_followed(&self, author: Author) -> bool {
+        self.author.is_none_or(|followed| followed.is_sole() || followed == author)
+    }
+}
+
+/// From which side an artist begins a model: the front, of most models. Where most of it is drawn from says less, for who
+/// walks around a model makes much of its back, and who ends behind it has only been there last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArtistSide {
+    moment: Moment,
+    /// Directions from the model to the eye at the first samples, summed.
+    backwards: Vec3,
+    samples: u32,
+}
+
+impl ArtistSide {
+    /// How many samples of the hand are the beginning: a few strokes, half a minute of steady drawing.
+    const BEGINNING: u32 = 1_000;
+
+    /// Takes the next event of a session.
+    pub fn note(&mut self, event: &Event) {
+        self.moment.note(event);
+        let is_sample = matches!(event, Event::Point { .. } | Event::Polygon { .. });
+        if let Some((_, q)) = self.moment.head.filter(|_| is_sample && self.samples < Self::BEGINNING) {
+            self.backwards += rotate(q, Vec3::Z);
+            self.samples += 1;
+        }
+    }
+
+    /// The direction from the model to the artist, level and a little above, however the head was bent: the mean of the
+    /// first samples, or that of the latest head if nothing is drawn after one. None without a head.
+    pub fn backwards(&self) -> Option<Vec3> {
+        let (_, q) = self.moment.head?;
+        let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
+        Some(Vec3::new(back.x, ABOVE * back.with_y(0.0).length(), back.z))
+    }
+}
+
+/// A view that shows all of `bounds` on a screen of this shape (`aspect`: width by height), from `backwards`, the
+/// direction from the model to the eye, or from the front if there is none.
+pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
+    let path = CameraPath::new(CameraChoice::Orbit, None, bounds);
+    let away = backwards.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);
+    let towards =
+        View::look_at(path.center + away, path.center, Projection::symmetric(FOV_DEGREES, aspect, 1.0, 2.0));
+    let [right, up] = [Vec3::X, Vec3::Y].map(|axis| rotate(towards.world_from_view, axis));
+    let Projection { right: tan_x, top: tan_y, .. } = towards.projection;
+    let half = if bounds.is_empty() { Vec3::splat(path.radius_m) } else { bounds.extent() * 0.5 };
+    // Every corner of the box lies within the four sides of the pyramid of view.
+    let mut distance_m = 0.0f32;
+    for corner in 0..8 {
+        let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let p = half * Vec3::new(sign(0), sign(1), sign(2));
+        let beside = (p.dot(right).abs() / tan_x).max(p.dot(up).abs() / tan_y);
+        distance_m = distance_m.max(p.dot(away) + beside);
+    }
+    let eye = path.center + away * (distance_m.max(path.radius_m * 1.0e-2) * WHOLE_MARGIN);
+    let projection = Projection { near_m: 1.0e-3 * path.radius_m, ..towards.projection };
+    let far_m = eye.distance(path.center) + 2.0 * path.radius_m;
+    View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
+}
+
+/// The camera of a replay: where the eye is at every frame.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraPath {
+    choice: CameraChoice,
+    fixed: Option<Camera>,
+    center: Vec3,
+    radius_m: f32,
+}
+
+impl CameraPath {
+    /// A path for a session whose polygons fill `bounds`; `fixed` is the session's own camera.
+    pub fn new(choice: CameraChoice, fixed: Option<Camera>, bounds: &Aabb) -> Self {
+        let (center, radius_m) = if bounds.is_empty() {
+            (Vec3::ZERO, 1.0)
+        } else {
+            (bounds.center(), bounds.extent().length() * 0.5)
+        };
+        // A session without extent still needs a distance to look from.
+        let radius_m = if radius_m.is_finite() { radius_m.max(1.0e-4) } else { 1.0 };
+        Self { choice, fixed, center, radius_m }
+    }
+
+    /// The view of a frame.
+    pub fn view(&self, moment: &Moment) -> View {
+        match self.choice {
+            CameraChoice::Auto => match (moment.head, self.fixed) {
+                (Some((p, q)), _) => self.posed(p, q, FOV_DEGREES, 0.02),
+                (None, Some(camera)) => {
+                    let near_m = camera.near_m.unwrap_or(1.0e-3 * self.radius_m);
+                    self.posed(camera.p, unit(camera.q), camera.fov_degrees, near_m)
+                }
+                (None, None) => self.orbit(moment.frame),
+            },
+            CameraChoice::Orbit => self.orbit(moment.frame),
+            CameraChoice::Follow => self.follow(moment),
+            CameraChoice::Inside => self.inside(moment.frame),
+        }
+    }
+
+    fn projection(&self, fov_degrees: f32, near_m: f32, eye: Vec3) -> Projection {
+        // Far enough for everything, wherever the eye is.
+        let far_m = eye.distance(self.center) + 2.0 * self.radius_m;
+        Projection::symmetric(fov_degrees, ASPECT, near_m, far_m.max(near_m * 100.0))
+    }
+
+    fn posed(&self, eye: Vec3, world_from_view: Quat, fov_degrees: f32, near_m: f32) -> View {
+        View { eye_in_world: eye, world_from_view, projection: self.projection(fov_degrees, near_m, eye) }
+    }
+
+    fn on_circle(frame: u64) -> Vec3 {
+        let angle = frame as f64 / FRAMES_A_ROUND * TAU;
+        Vec3::new(libm::sin(angle) as f32, 0.0, libm::cos(angle) as f32)
+    }
+
+    fn orbit(&self, frame: u64) -> View {
+        // 1 / sin(30 degrees) = 2 radii put the whole ball into a 60 degree view.
+        let eye = self.center + (Self::on_circle(frame) + Vec3::Y * 0.3) * (1.9 * self.radius_m);
+        let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye);
+        View::look_at(eye, self.center, projection)
+    }
+
+    fn inside(&self, frame: u64) -> View {
+        let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, self.center);
+        View::look_at(self.center, self.center + Self::on_circle(frame), projection)
+    }
+
+    fn follow(&self, moment: &Moment) -> View {
+        let hand = moment.hand.unwrap_or(self.center);
+        let away = match moment.head {
+            Some((_, q)) => rotate(q, Vec3::Z),
+            None => Self::on_circle(moment.frame) + Vec3::Y * 0.3,
+        };
+        let eye = hand + away * (0.4 * self.radius_m);
+        View::look_at(eye, hand, self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye))
+    }
+}

@@ -1,0 +1,235 @@
+use super::{CameraPath, Player, RigPath, RigView};
+use crate::{
+    recording::{Event, RecordingError},
+    replay::fingerprint_of_views,
+    scene::Scene,
+};
+use osp::{
+    frame::{FrameRecord, Pipeline, Stage},
+    polygon::{Change, VisibleBlocks},
+    view::View,
+};
+
+/// Parts of a session in each of which a lane may spend the same share of its budget.
+pub const STRETCHES: u64 = 40;
+
+/// The stretch, from 0, in which a frame of a session of `frames` frames lies.
+pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
+    (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
+}
+
+/// How much of a session a lane is measured on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Time to spend on measured frames, nanoseconds: applying their events to the model, what the lane does, and its
+    /// fingerprints. (Frames that it only follows and the first one after that come on top: the model has to be made to its
+    /// end.) Once a stretch's share is spent, the lane only follows the changes until the next stretch.
+    pub ns: u64,
+    /// Frames of the session, to space the stretches evenly.
+    pub frames: u64,
+}
+
+/// One index on its way through a session.
+#[derive(Debug)]
+pub struct Lane {
+    pipeline: Pipeline,
+    budget: Budget,
+    stretch: u64,
+    spent_ns: u64,
+    /// Changes have been applied without a commit: the next frame pays for more than itself.
+    behind: bool,
+    /// The lane looks at one view of each frame, and after so many frames at the next one.
+    turn: Option<u64>,
+}
+
+impl Lane {
+    /// A lane around a pipeline that has seen nothing yet.
+    pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
+        Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
+    }
+
+    /// The lane looking at one of each frame's views only, and after so many frames at the next one: the measure of what
+    /// several views cost.
+    #[must_use]
+    pub fn of_one_view(self, frames_a_turn: u64) -> Self {
+        Self { turn: Some(frames_a_turn.max(1)), ..self }
+    }
+
+    /// The pipeline.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    fn step(
+        &mut self,
+        frame: u64,
+        scene: &Scene,
+        changes: &[Change],
+        applying: Stage,
+        views: &[View],
+    ) -> Option<LaneFrame> {
+        let stretch = stretch_of_frame(frame, self.budget.frames);
+        if stretch != self.stretch {
+            (self.stretch, self.spent_ns) = (stretch, 0);
+        }
+        if self.spent_ns > self.budget.ns / STRETCHES {
+            self.pipeline.skip(scene, changes);
+            self.behind = true;
+            return None;
+        }
+        let views = match self.turn {
+            Some(turn) if !views.is_empty() => {
+                std::slice::from_ref(&views[(frame / turn) as usize % views.len()])
+            }
+            _ => views,
+        };
+        let record = self.pipeline.frame_of_views(scene, changes, views);
+        let catches_up = std::mem::take(&mut self.behind);
+        let start = self.pipeline.clock().start();
+        let in_view = fingerprint_of_views(self.pipeline.in_view_lists().iter().map(VisibleBlocks::ids));
+        let drawn = match self.pipeline.is_occluded() {
+            true => fingerprint_of_views(self.pipeline.draw_lists().iter().map(VisibleBlocks::ids)),
+            false => in_view,
+        };
+        let fingerprinting = self.pipeline.clock().since(start);
+        // A frame that is not measured is not paid for either: every stretch has at least one that is.
+        if !catches_up {
+            self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
+        }
+        Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
+    }
+}
+
+/// What a lane did in a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFrame {
+    /// The frame.
+    pub record: FrameRecord,
+    /// Fingerprint of what the frustum may see; see [`crate::replay::fingerprint_of_frame`].
+    pub in_view: u64,
+    /// Fingerprint of what is drawn.
+    pub drawn: u64,
+    /// What the fingerprints took. No frame of a window computes them, so they are no stage of the frame.
+    pub fingerprinting: Stage,
+    /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
+    pub catches_up: bool,
+}
+
+/// A session played through several indexes at once, frame by frame: the same scene, the same changes and the same
+/// view for each, one after the other, so that what disturbs the machine disturbs all alike.
+#[derive(Debug)]
+pub struct Replay<I> {
+    player: Player<I>,
+    camera: CameraPath,
+    rig: Option<RigPath>,
+    lanes: Vec<Lane>,
+    views: Vec<View>,
+    rig_views: Vec<RigView>,
+    outcomes: Vec<Option<LaneFrame>>,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
+    /// A replay at its beginning. If the player already has a model ([`Player::walk`]), every lane inserts all of it before
+    /// the first frame.
+    pub fn new(player: Player<I>, camera: CameraPath, mut lanes: Vec<Lane>) -> Self {
+        if player.scene().polygon_count() > 0 {
+            for lane in &mut lanes {
+                lane.pipeline.load(player.scene());
+                lane.pipeline.commit();
+            }
+        }
+        let outcomes = vec![None; lanes.len()];
+        let (views, rig_views) = (Vec::new(), Vec::new());
+        Self { player, camera, rig: None, lanes, views, rig_views, outcomes }
+    }
+
+    /// The replay on the screens of a rig around the camera's eye: each frame has a view for each screen and eye.
+    #[must_use]
+    pub fn on_rig(self, rig: RigPath) -> Self {
+        Self { rig: Some(rig), ..self }
+    }
+
+    /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
+    /// session is over.
+    ///
+    /// # Errors
+    /// The recording is damaged here; the frames before have been played in every lane.
+    pub fn step(&mut self) -> Result<Option<&[Option<LaneFrame>]>, RecordingError> {
+        if !self.player.step()? {
+            return Ok(None);
+        }
+        let moment = self.player.moment();
+        let view = self.camera.view(&moment);
+        self.views.clear();
+        match &mut self.rig {
+            Some(rig) => {
+                rig.views_into(&view, &mut self.rig_views);
+                self.views.extend(self.rig_views.iter().filter_map(|seen| seen.view));
+            }
+            None => self.views.push(view),
+        }
+        let count = self.lanes.len();
+        for turn in 0..count {
+            // Another lane begins each frame: none always meets the caches that the reader has just filled.
+            let at = (turn + moment.frame as usize) % count;
+            let (scene, changes) = (self.player.scene(), self.player.changes());
+            let applying = self.player.applying();
+            self.outcomes[at] = self.lanes[at].step(moment.frame, scene, changes, applying, &self.views);
+        }
+        Ok(Some(&self.outcomes))
+    }
+
+    /// The model as it is now.
+    pub fn scene(&self) -> &Scene {
+        self.player.scene()
+    }
+
+    /// What the last frame changed.
+    pub fn changes(&self) -> &[Change] {
+        self.player.changes()
+    }
+
+    /// The views of the last frame: one, or on a rig one for each screen and eye that is in front of it.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// What each eye sees on each screen of the rig in the last frame; empty without a rig.
+    pub fn rig_views(&self) -> &[RigView] {
+        &self.rig_views
+    }
+
+    /// The lanes.
+    pub fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// Frames played so far.
+    pub fn frames(&self) -> u64 {
+        self.player.frames()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::{
+        frame::StageClock,
+        index::{BruteForce, SpatialIndex},
+    };
+
+    #[test]
+    fn what_it_takes_to_apply_the_events_is_spent_too() {
+        let looked_at = |applying_ns: u64| {
+            let index: Box<dyn SpatialIndex> = Box::new(BruteForce::default());
+            let pipeline = Pipeline::new(index, 1, StageClock::default());
+            let budget = Budget { ns: u64::MAX / 2, frames: 2 * STRETCHES };
+            let mut lane = Lane::new(pipeline, budget);
+            let applying = Stage { ns: applying_ns, allocations: 0 };
+            [0, 1, 2].map(|frame| lane.step(frame, &Scene::new(), &[], applying, &[]).is_some())
+        };
+        // Two frames are a stretch.
+        assert_eq!(looked_at(0), [true, true, true]);
+        assert_eq!(looked_at(u64::MAX / 2 / STRETCHES + 1), [true, false, true]);
+    }
+}

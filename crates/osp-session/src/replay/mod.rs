@@ -1,0 +1,20 @@
+//! A recorded session, played frame by frame through one or several indexes: pacing, cameras, fingerprints.
+//!
+//! [`Player::step`] plays a frame; [`Replay::step`] plays it in every [`Lane`]. Knows [`recording`](crate::recording), [`scene`](crate::scene) and all
+//! that they know, and [`frame`](osp::frame).
+
+mod camera;
+mod fingerprint;
+mod lanes;
+mod player;
+mod rig_path;
+mod root_cube;
+mod summary;
+
+pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, whole_view};
+pub use fingerprint::{SessionFingerprint, SetFingerprint, fingerprint_of_frame, fingerprint_of_views};
+pub use lanes::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
+pub use player::{Player, SessionState};
+pub use rig_path::{NEAREST_EYE_M, RigPath, RigView, RoomMotion, far_m};
+pub use root_cube::root_cube;
+pub use summary::{Summary, summarize};

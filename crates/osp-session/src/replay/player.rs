@@ -1,0 +1,194 @@
+use super::Moment;
+use crate::{
+    recording::{Event, Pace, Pacer, RecordingError},
+    scene::Scene,
+};
+use osp::{
+    frame::{Stage, StageClock},
+    polygon::Change,
+};
+
+/// A session after some of its frames: the model, and where the head and the hand are.
+#[derive(Clone, Debug, Default)]
+pub struct SessionState {
+    /// The model.
+    pub scene: Scene,
+    /// Poses, and the number of frames played.
+    pub moment: Moment,
+}
+
+impl SessionState {
+    /// Before the first frame, with a scene in which groups [move as a whole](Scene::keeping_groups_whole).
+    pub fn keeping_groups_whole() -> Self {
+        Self { scene: Scene::keeping_groups_whole(), ..Self::default() }
+    }
+
+    /// Plays the events of a frame; what they change in the model is appended to `changes`.
+    pub fn play(&mut self, events: &[Event], changes: &mut Vec<Change>) {
+        events.iter().for_each(|event| self.moment.note(event));
+        self.scene.apply_all(events, changes);
+        self.moment.frame += 1;
+    }
+}
+
+/// Plays a session frame by frame: reads a frame's events, applies them to the model and lists what has changed.
+///
+/// ```
+/// # use osp::{recording::{Event, Pace}, replay::Player};
+/// # let events: Vec<Result<Event, osp::recording::RecordingError>> = Vec::new();
+/// let mut player = Player::new(events.into_iter(), Pace::Samples(16));
+/// while player.step()? {
+///     // Cull and draw `player.scene()`; the last frame's part of it is in `player.changes()`.
+/// }
+/// # Ok::<(), osp::recording::RecordingError>(())
+/// ```
+#[derive(Debug)]
+pub struct Player<I> {
+    pacer: Pacer<I>,
+    state: SessionState,
+    /// The model is finished: events only move the eye.
+    is_walk: bool,
+    events: Vec<Event>,
+    changes: Vec<Change>,
+    clock: StageClock,
+    applying: Stage,
+}
+
+impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
+    /// A player before the first frame of a session, with an empty model.
+    pub fn new(events: I, pace: Pace) -> Self {
+        Self {
+            pacer: Pacer::new(events, pace),
+            state: SessionState::default(),
+            is_walk: false,
+            events: Vec::new(),
+            changes: Vec::new(),
+            clock: StageClock::default(),
+            applying: Stage::default(),
+        }
+    }
+
+    /// The player with a scene in which groups [move as a whole](Scene::keeping_groups_whole); before the first frame.
+    #[must_use]
+    pub fn keeping_groups_whole(self) -> Self {
+        Self { state: SessionState::keeping_groups_whole(), ..self }
+    }
+
+    /// A walk through a finished model: the session's events only move the eye.
+    pub fn walk(events: I, pace: Pace, scene: Scene) -> Self {
+        let state = SessionState { scene, moment: Moment::default() };
+        Self { state, is_walk: true, ..Self::new(events, pace) }
+    }
+
+    /// Plays the next frame; `false`: the session is over.
+    ///
+    /// # Errors
+    /// The recording is damaged. The events before the damage have been played as a last frame, if there are any.
+    pub fn step(&mut self) -> Result<bool, RecordingError> {
+        let read = self.pacer.next_frame(&mut self.events);
+        self.changes.clear();
+        self.applying = Stage::default();
+        if self.events.is_empty() && !matches!(read, Ok(true)) {
+            return read;
+        }
+        let start = self.clock.start();
+        if self.is_walk {
+            self.events.iter().for_each(|event| self.state.moment.note(event));
+            self.state.moment.frame += 1;
+        } else {
+            self.state.scene.let_go();
+            self.state.play(&self.events, &mut self.changes);
+        }
+        self.applying = self.clock.since(start);
+        read
+    }
+
+    /// The model as it is now.
+    pub fn scene(&self) -> &Scene {
+        &self.state.scene
+    }
+
+    /// The model as it is now, without the player.
+    pub fn into_scene(self) -> Scene {
+        self.state.scene
+    }
+
+    /// The events of the last frame.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// What it took to apply the events of the last frame to the model, without reading them.
+    pub fn applying(&self) -> Stage {
+        self.applying
+    }
+
+    /// What the last frame changed.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// The poses at the last frame, and its number: the first is 0.
+    pub fn moment(&self) -> Moment {
+        Moment { frame: self.frames().saturating_sub(1), ..self.state.moment }
+    }
+
+    /// Frames played so far.
+    pub fn frames(&self) -> u64 {
+        self.state.moment.frame
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Author;
+    use glam::{Quat, Vec3};
+    use std::path::Path;
+
+    fn polygon(x: f32) -> Event {
+        let vertices = vec![Vec3::X * x, Vec3::X * x + Vec3::Y, Vec3::X * (x + 1.0)];
+        Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color: (1.0, 1.0, 1.0, 1.0) }
+    }
+
+    fn head(x: f32) -> Event {
+        Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::X * x, q: Quat::IDENTITY }
+    }
+
+    #[test]
+    fn a_frame_has_its_events_changes_poses_and_number() {
+        let events = [head(1.0), polygon(0.0), head(2.0), polygon(1.0)];
+        let mut player = Player::new(events.into_iter().map(Ok), Pace::Samples(1));
+        assert_eq!((player.frames(), player.moment().frame), (0, 0));
+        for frame in 0..2 {
+            assert!(player.step().expect("no damage"));
+            assert_eq!((player.frames(), player.moment().frame), (frame + 1, frame));
+            assert_eq!(player.changes().len(), 1);
+            assert_eq!(player.scene().polygon_count() as u64, frame + 1);
+        }
+        assert_eq!(player.moment().head.map(|(p, _)| p.x), Some(2.0));
+        assert!(!player.step().expect("no damage"));
+        assert!(player.changes().is_empty() && player.frames() == 2);
+    }
+
+    #[test]
+    fn what_comes_before_damage_is_played() {
+        let damage = RecordingError::io(Path::new("a.ron"), std::io::Error::other("torn"));
+        let events = [Ok(polygon(0.0)), Ok(polygon(1.0)), Err(damage)];
+        let mut player = Player::new(events.into_iter(), Pace::Samples(8));
+        assert!(player.step().is_err());
+        assert_eq!((player.frames(), player.scene().polygon_count(), player.changes().len()), (1, 2, 2));
+        assert!(!player.step().expect("the session has ended"));
+    }
+
+    #[test]
+    fn a_walk_changes_no_model() {
+        let mut scene = Scene::new();
+        scene.apply(&polygon(0.0), &mut Vec::new());
+        let events = [head(1.0), polygon(1.0), head(3.0)];
+        let mut player = Player::walk(events.into_iter().map(Ok), Pace::Samples(16), scene);
+        assert!(player.step().expect("no damage"));
+        assert!(player.changes().is_empty() && player.scene().polygon_count() == 1);
+        assert_eq!(player.moment().head.map(|(p, _)| p.x), Some(3.0));
+    }
+}

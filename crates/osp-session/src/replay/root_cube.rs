@@ -1,0 +1,14 @@
+use crate::recording::Header;
+use osp::{index::IndexConfig, math::Aabb};
+
+/// The root cube of an index for a session, metres in world space: the modelling volume that its header names, or else a cube
+/// around `bounds`, which hold everything that it draws.
+pub fn root_cube(header: &Header, bounds: &Aabb) -> Aabb {
+    match header.root {
+        Some(root) if root.size > 0.0 && root.size.is_finite() && root.center.is_finite() => {
+            Aabb::cube(root.center, root.size)
+        }
+        _ if bounds.is_empty() => IndexConfig::default().root,
+        _ => Aabb::cube(bounds.center(), bounds.extent().max_element().max(1.0e-3) * 1.01),
+    }
+}

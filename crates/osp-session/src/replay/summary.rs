@@ -1,0 +1,85 @@
+use super::Player;
+use crate::{
+    recording::{Event, Pace, RecordingError},
+    scene::{Scene, SceneCounts},
+};
+use osp::{math::Aabb, polygon::Change};
+
+/// What a session holds, found by reading it once.
+#[derive(Clone, Copy, Debug)]
+pub struct Summary {
+    /// Strokes, points, polygons, and what was left out.
+    pub counts: SceneCounts,
+    /// Frames at the given pace.
+    pub frames: u64,
+    /// Head poses.
+    pub heads: u64,
+    /// Erase events.
+    pub erases: u64,
+    /// Undo and redo events.
+    pub undos: u64,
+    /// Move, group and place events.
+    pub moves: u64,
+    /// First and last time stamp by value, seconds.
+    pub time_span_secs: Option<(f64, f64)>,
+    /// Time stamps smaller than the one before.
+    pub backward_steps: u64,
+    /// Box of every polygon ever visible, world space.
+    pub bounds: Aabb,
+}
+
+/// Reads a session to its end, frame by frame. Memory: the scene.
+///
+/// # Errors
+/// The recording is damaged. What was read up to there is in the summary all the same.
+pub fn summarize<I>(events: I, pace: Pace) -> (Summary, Scene, Result<(), RecordingError>)
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let mut summary = Summary {
+        counts: SceneCounts::default(),
+        frames: 0,
+        heads: 0,
+        erases: 0,
+        undos: 0,
+        moves: 0,
+        time_span_secs: None,
+        backward_steps: 0,
+        bounds: Aabb::EMPTY,
+    };
+    let mut player = Player::new(events, pace);
+    let mut last_secs = f64::NEG_INFINITY;
+    let outcome = loop {
+        let outcome = player.step();
+        for event in player.events() {
+            let t = event.time_secs();
+            summary.backward_steps += u64::from(t < last_secs);
+            last_secs = t;
+            let (first, last) = summary.time_span_secs.unwrap_or((t, t));
+            summary.time_span_secs = Some((first.min(t), last.max(t)));
+            match event {
+                Event::Head { .. } => summary.heads += 1,
+                Event::Erase { .. } => summary.erases += 1,
+                Event::Undo { .. } | Event::Redo { .. } => summary.undos += 1,
+                Event::Move { .. } | Event::Group { .. } | Event::Assign { .. } | Event::Place { .. } => {
+                    summary.moves += 1
+                }
+                _ => {}
+            }
+        }
+        for change in player.changes() {
+            if let Change::Insert(id) | Change::Update(id) = *change {
+                summary.bounds = summary.bounds.union(&player.scene().bounds(id));
+            }
+        }
+        match outcome {
+            Ok(true) => {}
+            Ok(false) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    summary.frames = player.frames();
+    let scene = player.into_scene();
+    summary.counts = scene.counts();
+    (summary, scene, outcome)
+}

@@ -1,0 +1,134 @@
+//! From a tracker's space to the room's: a rotation and a translation, found from three points that both know.
+//!
+//! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. Two frames of
+//! axes are made of the three points, one in each space, and one is turned into the other. Differences: the translation
+//! takes the mean of the points to the mean of their places; what remains at each point is given back.
+
+use glam::{Mat3, Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use osp::math::{COORDINATE_LIMIT_M, rotate};
+
+/// The room's space from the tracker's: rotate, then translate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RoomFromTracker {
+    /// The tracker's origin in the room, metres.
+    pub p: Vec3,
+    /// Unit quaternion, x y z w.
+    pub q: Quat,
+}
+
+impl Default for RoomFromTracker {
+    fn default() -> Self {
+        Self { p: Vec3::ZERO, q: Quat::IDENTITY }
+    }
+}
+
+/// What three measured points say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// The transform.
+    pub room_from_tracker: RoomFromTracker,
+    /// Farthest that a point lies from its place, metres.
+    pub error_m: f32,
+    /// Distances in the tracker's space divided by those in the room: 1 if both measure in metres.
+    pub scale: f32,
+}
+
+impl RoomFromTracker {
+    pub(super) fn is_identity(&self) -> bool {
+        *self == Self::default()
+    }
+
+    pub(super) fn check(&self) -> Result<(), &'static str> {
+        if !(self.p.is_finite() && self.p.abs().max_element() <= COORDINATE_LIMIT_M) {
+            return Err("a finite place");
+        }
+        if (self.q.length() - 1.0).abs() < 1.0e-3 { Ok(()) } else { Err("a unit quaternion") }
+    }
+
+    /// A point in the room.
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        if self.is_identity() { p } else { rotate(self.q, p) + self.p }
+    }
+
+    /// A turn in the room.
+    pub fn turn(&self, tracker_from_it: Quat) -> Quat {
+        if self.is_identity() { tracker_from_it } else { (self.q * tracker_from_it).normalize() }
+    }
+
+    /// The transform that takes three points of the tracker's space to their places in the room.
+    ///
+    /// # Errors
+    /// What is wrong with the points: two are at one place, or all three on a line.
+    pub fn from_points(in_tracker: [Vec3; 3], in_room: [Vec3; 3]) -> Result<Calibration, &'static str> {
+        let from = axes(in_tracker).ok_or("three points that are apart and not on a line")?;
+        let to = axes(in_room).ok_or("three places that are apart and not on a line")?;
+        let q = Quat::from_mat3(&(to * from.transpose())).normalize();
+        let mean = |points: [Vec3; 3]| points.iter().sum::<Vec3>() / 3.0;
+        let found = Self { p: mean(in_room) - rotate(q, mean(in_tracker)), q };
+        let error_m = in_tracker
+            .iter()
+            .zip(in_room)
+            .map(|(p, place)| found.point(*p).distance(place))
+            .fold(0.0, f32::max);
+        let around = |[a, b, c]: [Vec3; 3]| a.distance(b) + b.distance(c) + c.distance(a);
+        Ok(Calibration { room_from_tracker: found, error_m, scale: around(in_tracker) / around(in_room) })
+    }
+}
+
+/// Right-angled axes of three points; `None` if they have no area.
+fn axes([a, b, c]: [Vec3; 3]) -> Option<Mat3> {
+    /// Sine of the least angle between the sides.
+    const FLAT: f32 = 1.0e-2;
+    let x = (b - a).try_normalize()?;
+    let across = x.cross((c - a).try_normalize()?);
+    if across.length() < FLAT {
+        return None;
+    }
+    let z = across.normalize();
+    Some(Mat3::from_cols(x, z.cross(x), z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLACES: [Vec3; 3] =
+        [Vec3::new(-1.7, 0.3, 0.0), Vec3::new(0.0, 0.3, -1.7), Vec3::new(-1.7, 2.1, 0.0)];
+
+    fn seen_by(tracker: &RoomFromTracker, place: Vec3) -> Vec3 {
+        rotate(tracker.q.conjugate(), place - tracker.p)
+    }
+
+    #[test]
+    fn three_points_give_the_turn_and_the_shift_back() {
+        let tracker = RoomFromTracker {
+            p: Vec3::new(0.4, 2.5, -3.0),
+            q: Quat::from_euler(glam::EulerRot::YXZ, 2.3, -0.4, 0.2),
+        };
+        let found =
+            RoomFromTracker::from_points(PLACES.map(|p| seen_by(&tracker, p)), PLACES).expect("a transform");
+        assert!(found.error_m < 1.0e-5 && (found.scale - 1.0).abs() < 1.0e-5, "{found:?}");
+        assert!(found.room_from_tracker.p.distance(tracker.p) < 1.0e-5);
+        assert!(found.room_from_tracker.q.dot(tracker.q).abs() > 1.0 - 1.0e-6);
+        let pose = Quat::from_rotation_x(0.7);
+        let turned = found.room_from_tracker.turn(pose);
+        assert!(turned.dot(tracker.q * pose).abs() > 1.0 - 1.0e-6);
+    }
+
+    #[test]
+    fn what_was_measured_badly_is_told() {
+        let mut points = PLACES;
+        points[2] += Vec3::new(0.0, 0.09, 0.0);
+        let found = RoomFromTracker::from_points(points, PLACES).expect("a transform");
+        assert!((0.02..0.09).contains(&found.error_m), "{found:?}");
+        let in_millimetres =
+            RoomFromTracker::from_points(PLACES.map(|p| p * 1000.0), PLACES).expect("a transform");
+        assert!((in_millimetres.scale - 1000.0).abs() < 1.0 && in_millimetres.error_m > 1.0);
+        for wrong in [[PLACES[0]; 3], [Vec3::ZERO, Vec3::X, Vec3::X * 2.0]] {
+            assert!(RoomFromTracker::from_points(wrong, PLACES).is_err());
+        }
+    }
+}

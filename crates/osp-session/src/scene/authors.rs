@@ -1,0 +1,123 @@
+//! Who draws a scene: names, who is there, and what each can take back.
+
+use std::collections::BTreeSet;
+
+use super::{Scene, history::History};
+use crate::recording::Author;
+use osp::polygon::Change;
+
+/// An author of a session.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AuthorInfo {
+    /// The name, as said when joining.
+    pub name: String,
+    /// In which colour to show what is the author's: red, green, blue, sRGB; if the author has said.
+    pub color: Option<(f32, f32, f32)>,
+    /// When the author joined, seconds.
+    pub joined_secs: f64,
+    /// When the author left, seconds; none: not yet.
+    pub left_secs: Option<f64>,
+}
+
+/// What a scene keeps for an author.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AuthorState {
+    /// None for the author of a recording that names none.
+    pub(super) info: Option<AuthorInfo>,
+    pub(super) history: History,
+    /// Strokes that edits of the author have erased, as far as these can be taken back.
+    pub(super) erased: BTreeSet<u32>,
+    /// Strokes that are being drawn; not kept for the author of a recording that names none, who never leaves.
+    pub(super) open: BTreeSet<u32>,
+}
+
+/// Red, green, blue, sRGB, for authors that have not said theirs, in turn: neighbours differ clearly.
+const COLORS: [(f32, f32, f32); 8] = [
+    (0.90, 0.35, 0.20),
+    (0.20, 0.60, 0.90),
+    (0.95, 0.75, 0.15),
+    (0.60, 0.35, 0.85),
+    (0.25, 0.75, 0.40),
+    (0.95, 0.45, 0.70),
+    (0.10, 0.70, 0.70),
+    (0.65, 0.55, 0.30),
+];
+/// For strokes of no author: drawn before anybody joined, or in a window that goes on with a session of several.
+const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
+
+impl Scene {
+    /// The colour that shows what is an author's: red, green, blue, sRGB. The one that the author has said, else one of ours.
+    pub fn author_color(&self, author: Author) -> (f32, f32, f32) {
+        match self.author(author) {
+            Some(AuthorInfo { color: Some(color), .. }) => *color,
+            _ if author.is_sole() => NOBODY,
+            _ => COLORS[(author.0 as usize - 1) % COLORS.len()],
+        }
+    }
+
+    /// The authors that have joined, in their order. Empty for a recording that names none.
+    pub fn authors(&self) -> impl Iterator<Item = (Author, &AuthorInfo)> + '_ {
+        self.authors.iter().filter_map(|(&author, state)| Some((author, state.info.as_ref()?)))
+    }
+
+    /// An author that has joined.
+    pub fn author(&self, author: Author) -> Option<&AuthorInfo> {
+        self.authors.get(&author)?.info.as_ref()
+    }
+
+    /// Whether an author has something to undo.
+    pub fn can_undo_of(&self, author: Author) -> bool {
+        self.authors.get(&author).is_some_and(|state| state.history.can_undo())
+    }
+
+    /// Whether an author has something to redo.
+    pub fn can_redo_of(&self, author: Author) -> bool {
+        self.authors.get(&author).is_some_and(|state| state.history.can_redo())
+    }
+
+    /// Whether an author's next edit joins the step of the last one.
+    pub fn is_step_open_of(&self, author: Author) -> bool {
+        self.authors.get(&author).is_some_and(|state| state.history.is_step_open())
+    }
+
+    pub(super) fn author_mut(&mut self, author: Author) -> &mut AuthorState {
+        self.authors.entry(author).or_default()
+    }
+
+    /// Whether an author can do anything: one that has joined and not left, or the one of a recording that names none.
+    #[inline]
+    pub(super) fn is_there(&self, author: Author) -> bool {
+        author.is_sole() || self.author(author).is_some_and(|info| info.left_secs.is_none())
+    }
+
+    pub(super) fn join(
+        &mut self,
+        t: f64,
+        author: Author,
+        name: &str,
+        color: Option<(f32, f32, f32)>,
+    ) -> Option<()> {
+        if author.is_sole() || !author.is_valid() || self.author(author).is_some() {
+            return None;
+        }
+        let info = AuthorInfo { name: name.to_owned(), color, joined_secs: t, left_secs: None };
+        self.author_mut(author).info = Some(info);
+        Some(())
+    }
+
+    pub(super) fn leave(&mut self, t: f64, author: Author, changes: &mut Vec<Change>) -> Option<()> {
+        let state = self.authors.get_mut(&author)?;
+        state.info.as_mut().filter(|info| info.left_secs.is_none())?.left_secs = Some(t);
+        for at in std::mem::take(&mut state.open) {
+            if let Some(id) = self.strokes.get(at as usize).and_then(|stroke| stroke.id) {
+                // One that nothing brings back any more has ended already.
+                let _ = self.end(id, changes);
+            }
+        }
+        self.closed_layers.retain(|_, owner| *owner != author);
+        self.forget_all(author);
+        let state = self.author_mut(author);
+        (state.erased, state.history) = Default::default();
+        Some(())
+    }
+}

@@ -1,0 +1,290 @@
+//! What is done to strokes once they are there: erase, move, group, place.
+
+use glam::Vec3;
+
+use super::{
+    Scene, Stroke,
+    edit::{Arrangement, Edit, Grouping, Named, Way},
+    group,
+    model::Untold,
+};
+use crate::{
+    brush::Surface,
+    recording::{Author, GroupId, StrokeId, Transform},
+};
+use osp::polygon::{Change, PolygonId, SpaceId};
+
+impl Scene {
+    /// Frees the memory of the strokes that no undo or redo can bring back, as far as that was so at the last call: who
+    /// follows the changes may still ask about those that went since. To be called once a frame by whoever keeps a scene
+    /// for long, after the changes before the last call have been followed.
+    pub fn let_go(&mut self) {
+        self.gone.swap(0, 1);
+        let mut gone = std::mem::take(&mut self.gone[0]);
+        for at in gone.drain(..) {
+            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
+            for id in std::mem::take(&mut stroke.polygons).into_iter().flatten() {
+                self.polygons.release(id as usize);
+                self.bounds.release(id as usize);
+                self.surfaces.release(id as usize);
+                self.owner.release(id as usize);
+                self.let_go += 1;
+            }
+            self.strokes.release(at as usize);
+        }
+        // One jump may free a million strokes; the next ones are few again.
+        gone.shrink_to(1024);
+        self.gone[0] = gone;
+        if self.stroke_by_id.len() * 4 < self.stroke_by_id.capacity() {
+            self.stroke_by_id.shrink_to(1024);
+        }
+    }
+
+    pub(super) fn erase(&mut self, author: Author, id: StrokeId) -> Option<()> {
+        let at = *self.stroke_by_id.get(&id)?;
+        if !self.may_touch(author, self.strokes[at as usize].layer) {
+            return None;
+        }
+        // Who erases what somebody else has erased means it, even if that is taken back.
+        if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
+            return None;
+        }
+        self.set_erased(author, at, true);
+        self.record(author, Edit::Erase { stroke: at });
+        Some(())
+    }
+
+    pub(super) fn set_erased(&mut self, author: Author, at: u32, erased: bool) {
+        let of_author = &mut self.author_mut(author).erased;
+        if erased {
+            of_author.insert(at);
+        } else {
+            of_author.remove(&at);
+        }
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let was = stroke.is_visible();
+        if erased {
+            stroke.erasers += 1;
+            self.counts.erased_strokes += u64::from(stroke.erasers == 1);
+        } else {
+            stroke.erasers = stroke.erasers.saturating_sub(1);
+            self.counts.erased_strokes -= u64::from(stroke.erasers == 0);
+        }
+        self.follow_visibility(at, was);
+    }
+
+    pub(super) fn set_undone(&mut self, at: u32, undone: bool) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let was = stroke.is_visible();
+        stroke.undone = undone;
+        self.follow_visibility(at, was);
+    }
+
+    /// Counts a stroke that has come or gone. It is told of once all events of the frame are taken, so that the changes
+    /// of a frame are as many as its polygons, however often it takes a stroke back.
+    pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
+        let stroke = &mut self.strokes[at as usize];
+        let is = stroke.is_visible();
+        if was == is {
+            return;
+        }
+        self.groups.note_changed(stroke.group);
+        let count = stroke.kept_polygons();
+        self.looked_at += count;
+        if is {
+            self.counts.visible += count;
+        } else {
+            self.counts.visible -= count;
+        }
+        if !std::mem::replace(&mut stroke.is_untold, true) {
+            self.to_tell.push(Untold { stroke: at, was_visible: was, first_new: self.bounds.len() as u32 });
+        }
+    }
+
+    /// Tells of the strokes that have come or gone in this frame.
+    pub(super) fn tell_of_visibility(&mut self, changes: &mut Vec<Change>) {
+        let mut to_tell = std::mem::take(&mut self.to_tell);
+        for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
+            let Some(stroke) = self.strokes.get_mut(at as usize) else { continue };
+            stroke.is_untold = false;
+            {
+                let ids = stroke.polygon_ids();
+                match (was_visible, stroke.is_visible()) {
+                    (true, false) => changes.extend(ids.filter(|id| id.0 < first_new).map(Change::Remove)),
+                    (true, true) => changes.extend(ids.filter(|id| id.0 >= first_new).map(Change::Insert)),
+                    (false, true) => changes.extend(ids.map(Change::Insert)),
+                    (false, false) => {}
+                }
+            }
+            // Whoever has kept its polygons from before has them at the old place.
+            if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {
+                self.displace(at);
+            }
+        }
+        self.to_tell = to_tell;
+    }
+
+    pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
+        self.hangings.settle(&mut self.groups);
+        let groups = &self.groups;
+        let moved = self.named(author, ids, |stroke| {
+            Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })
+        });
+        if moved.is_empty() {
+            return None;
+        }
+        moved.iter().for_each(|named| self.set_offset(named.stroke, named.of.before + named.of.by));
+        self.arrange(author, Arrangement::Move(moved));
+        Some(())
+    }
+
+    /// The strokes with these numbers, ascending and each once, with what `of` says of them; without those of which it says
+    /// nothing, and those that the author may not touch.
+    pub(super) fn named<T>(
+        &self,
+        author: Author,
+        ids: &[StrokeId],
+        of: impl Fn(&Stroke) -> Option<T>,
+    ) -> Vec<Named<T>> {
+        let mut strokes: Vec<u32> = ids.iter().filter_map(|id| self.stroke_by_id.get(id)).copied().collect();
+        strokes.sort_unstable();
+        strokes.dedup();
+        let named = |at| {
+            let stroke = &self.strokes[at as usize];
+            let may = self.may_touch(author, stroke.layer);
+            may.then(|| Some(Named { stroke: at, of: of(stroke)? })).flatten()
+        };
+        strokes.into_iter().filter_map(named).collect()
+    }
+
+    pub(super) fn set_offset(&mut self, at: u32, offset: Vec3) {
+        if let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) {
+            stroke.offset = offset;
+            self.displace(at);
+        }
+    }
+
+    /// A stroke is elsewhere now: it is placed anew once all events of the frame are taken.
+    pub(super) fn displace(&mut self, at: u32) {
+        if let Some(stroke) = self.strokes.get_mut(at as usize)
+            && !std::mem::replace(&mut stroke.is_displaced, true)
+        {
+            self.looked_at += stroke.kept_polygons();
+            self.to_place.push(at);
+        }
+    }
+
+    /// Recomputes the boxes of all strokes whose place in the world has changed, and tells of the groups that have moved as a
+    /// whole.
+    pub(super) fn place_displaced(&mut self, changes: &mut Vec<Change>) {
+        let mut to_place = std::mem::take(&mut self.to_place);
+        let mut moved = std::mem::take(&mut self.moved_groups);
+        self.groups.take_moved(|group| moved.push(group));
+        for group in moved.drain(..) {
+            if self.moves_as_whole(group) {
+                self.groups.note_stale(Some(group));
+                changes.push(Change::Place(SpaceId(group as u32)));
+                continue;
+            }
+            for at in self.groups.strokes(group) {
+                if let Some(stroke) = self.strokes.get_mut(at as usize)
+                    && !std::mem::replace(&mut stroke.is_displaced, true)
+                {
+                    to_place.push(at);
+                }
+            }
+        }
+        self.moved_groups = moved;
+        to_place.sort_unstable();
+        for at in to_place.drain(..) {
+            self.place_stroke(at, changes);
+        }
+        self.to_place = to_place;
+    }
+
+    fn place_stroke(&mut self, at: u32, changes: &mut Vec<Change>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
+        stroke.is_displaced = false;
+        stroke.was_displaced_unseen = !stroke.is_visible();
+        self.groups.note_changed(stroke.group);
+        let is_whole = self.groups.is_whole(stroke.group);
+        let group = stroke.group.filter(|_| !is_whole);
+        self.groups.chain(group, &mut self.chain);
+        let scale = self.chain.iter().map(|to| to.s).product();
+        let (own, first) = (stroke.group, changes.len());
+        let ranges = std::mem::take(&mut self.strokes[at as usize].polygons);
+        for id in ranges.iter().cloned().flatten().map(PolygonId) {
+            let stroke = &self.strokes[at as usize];
+            let local = &self.polygons[id.index()];
+            let placed =
+                local.map(|p| self.chain.iter().fold(p + stroke.offset, |p, to| group::apply(to, p)));
+            let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
+            let bounds = stroke.bounds_of(&placed, &surface, scale);
+            self.keep_bounds(id, own, bounds);
+            self.displaced += 1;
+            changes.push(Change::Update(id));
+        }
+        let stroke = &mut self.strokes[at as usize];
+        stroke.polygons = ranges;
+        if stroke.was_displaced_unseen {
+            changes.truncate(first);
+        }
+    }
+
+    pub(super) fn group(
+        &mut self,
+        author: Author,
+        id: GroupId,
+        strokes: &[StrokeId],
+        parent: Option<GroupId>,
+        name: Option<&str>,
+    ) -> Option<()> {
+        self.hangings.settle(&mut self.groups);
+        let parent = match parent {
+            Some(parent) => Some(self.groups.find(parent)?),
+            None => None,
+        };
+        let is_own = author.is_sole() || id.author() == author;
+        if !is_own && self.groups.find(id).is_none() {
+            return None;
+        }
+        let hangs_elsewhere = |group: usize| self.groups.parent(group) != parent;
+        if self.groups.find(id).is_some_and(|group| hangs_elsewhere(group) && !self.may_place(author, group))
+        {
+            return None;
+        }
+        let group = self.groups.find_or_make(id, parent)?;
+        let members = self.named(author, strokes, |stroke| Some(stroke.group));
+        let before = self.groups.parent(group);
+        self.groups.hang(group, parent);
+        members.iter().for_each(|named| self.set_group(named.stroke, Some(group)));
+        let names = name.map(|name| {
+            let name = Some(name.to_owned()).filter(|name| !name.is_empty());
+            [self.groups.set_name(group, name.clone()), name]
+        });
+        let grouping = Grouping { group, members, hanging: Some(parent), names };
+        self.hangings.add(self.log.next_place(), group, before, parent);
+        self.arrange(author, Arrangement::Group(Box::new(grouping)));
+        Some(())
+    }
+
+    pub(super) fn set_group(&mut self, at: u32, to: Option<usize>) {
+        let Some(stroke) = self.strokes.get_mut(at as usize).filter(|stroke| !stroke.is_gone) else { return };
+        let from = std::mem::replace(&mut stroke.group, to);
+        if from != to {
+            self.groups.change_member(at, from, to);
+            self.displace(at);
+        }
+    }
+
+    pub(super) fn place(&mut self, author: Author, id: GroupId, to: Transform) -> Option<()> {
+        if !self.closed_layers.is_empty() {
+            self.hangings.settle(&mut self.groups);
+        }
+        let group = self.groups.find(id).filter(|&group| self.may_place(author, group))?;
+        let before = self.groups.transform(group);
+        self.groups.place(group, to);
+        self.arrange(author, Arrangement::Place { group, before, to });
+        Some(())
+    }
+}

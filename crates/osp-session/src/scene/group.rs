@@ -1,0 +1,395 @@
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::{Quat, Vec3};
+
+use crate::recording::{GroupId, Transform};
+use osp::math::{Aabb, rotate};
+
+/// Longest chain of groups from a stroke to the world; deeper ones are refused, so a walk upwards always ends.
+pub(super) const MAX_GROUP_DEPTH: usize = 64;
+
+/// The transform that moves nothing.
+const IDENTITY: Transform = Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 };
+
+/// A group: a transform from its own space to its parent's, or the world's.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    id: GroupId,
+    name: Option<String>,
+    parent: Option<usize>,
+    to: Transform,
+    /// Its own members, by their place in the scene's list.
+    strokes: BTreeSet<u32>,
+    children: BTreeSet<usize>,
+    /// How many children are so high.
+    heights: BTreeMap<usize, u32>,
+    /// It was placed or hung elsewhere, and its strokes do not know yet.
+    has_moved: bool,
+    /// The frame in which it has moved last, if that is kept.
+    pub(super) moved_in: Option<u64>,
+    /// It moves as a whole now: the boxes of its own strokes' polygons are kept in its space.
+    pub(super) is_whole: bool,
+    /// Around all polygons that were in it while it did, its own space.
+    pub(super) reach: Aabb,
+    /// Scratch of [`Groups::take_moved`].
+    is_walked: bool,
+    /// What its own strokes come to (in its own space, if it moves as a whole), and they with all groups below: as they were
+    /// when last asked for.
+    own: Extent,
+    whole: Extent,
+    /// Its own strokes have changed since.
+    is_own_stale: bool,
+    /// They or a group below have; then those above are stale, too.
+    is_stale: bool,
+}
+
+/// How much a group holds that can be seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    pub(super) strokes: u64,
+    pub(super) polygons: u64,
+    /// World space, or that of a group that moves as a whole.
+    pub(super) bounds: Aabb,
+}
+
+impl Extent {
+    pub(super) const NOTHING: Self = Self { strokes: 0, polygons: 0, bounds: Aabb::EMPTY };
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.strokes += other.strokes;
+        self.polygons += other.polygons;
+        self.bounds = self.bounds.union(&other.bounds);
+    }
+}
+
+impl Group {
+    /// Length of the longest chain of groups from below up to this one, itself counted.
+    fn height(&self) -> usize {
+        1 + self.heights.last_key_value().map_or(0, |(&height, _)| height)
+    }
+}
+
+/// The groups of a scene, a forest.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    groups: Vec<Group>,
+    by_id: HashMap<GroupId, usize>,
+    /// Those of which `has_moved` is set.
+    moved: Vec<usize>,
+    /// Scratch of [`Groups::take_moved`].
+    walk: Vec<usize>,
+    steps: u64,
+}
+
+impl Groups {
+    /// Around all polygons that were in a group while it moved as a whole, its own space.
+    pub(super) fn reach(&self, group: usize) -> Aabb {
+        self.groups[group].reach
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    pub(super) fn get_mut(&mut self, group: usize) -> &mut Group {
+        &mut self.groups[group]
+    }
+
+    pub(super) fn find(&self, id: GroupId) -> Option<usize> {
+        self.by_id.get(&id).copied()
+    }
+
+    pub(super) fn id(&self, group: usize) -> GroupId {
+        self.groups[group].id
+    }
+
+    pub(super) fn parent(&self, group: usize) -> Option<usize> {
+        self.groups[group].parent
+    }
+
+    pub(super) fn transform(&self, group: usize) -> Transform {
+        self.groups[group].to
+    }
+
+    pub(super) fn name(&self, group: usize) -> Option<&str> {
+        self.groups[group].name.as_deref()
+    }
+
+    /// Gives a group a name; returns the one of before.
+    pub(super) fn set_name(&mut self, group: usize, name: Option<String>) -> Option<String> {
+        std::mem::replace(&mut self.groups[group].name, name)
+    }
+
+    /// The groups that hang under one.
+    pub(super) fn children(&self, group: usize) -> impl Iterator<Item = usize> + '_ {
+        self.groups[group].children.iter().copied()
+    }
+
+    /// The groups that hang under one, or under none, in the order in which they were made.
+    pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
+        match group {
+            Some(group) => self.groups[group].children.iter().copied().collect(),
+            None => (0..self.groups.len()).filter(|&at| self.groups[at].parent.is_none()).collect(),
+        }
+    }
+
+    /// Whether a group moves as a whole.
+    pub(super) fn is_whole(&self, group: Option<usize>) -> bool {
+        group.is_some_and(|group| self.groups[group].is_whole)
+    }
+
+    pub(super) fn strokes(&self, group: usize) -> impl Iterator<Item = u32> + '_ {
+        self.groups[group].strokes.iter().copied()
+    }
+
+    /// What a group and those below it held when [`Groups::refresh`] was called last.
+    pub(super) fn whole(&self, group: usize) -> Extent {
+        self.groups[group].whole
+    }
+
+    /// Something of a group's own strokes has come, gone or moved. Goes up no further than to a group that knows already.
+    pub(super) fn note_changed(&mut self, group: Option<usize>) {
+        if let Some(group) = group {
+            self.groups[group].is_own_stale = true;
+        }
+        self.note_stale(group);
+    }
+
+    pub(super) fn note_stale(&mut self, mut group: Option<usize>) {
+        while let Some(at) = group
+            && !std::mem::replace(&mut self.groups[at].is_stale, true)
+        {
+            group = self.groups[at].parent;
+        }
+    }
+
+    /// Computes anew what has changed since the last call; `extent` says what a stroke comes to. Costs the strokes of the
+    /// groups that have changed and the groups above them.
+    pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
+        // Those above come before those below; nothing under a group that is not stale is.
+        let mut stale: Vec<usize> = (0..self.groups.len())
+            .filter(|&at| self.groups[at].parent.is_none() && self.groups[at].is_stale)
+            .collect();
+        let mut at = 0;
+        while let Some(&group) = stale.get(at) {
+            at += 1;
+            let children = self.groups[group].children.iter().copied();
+            stale.extend(children.filter(|&child| self.groups[child].is_stale));
+        }
+        for &group in stale.iter().rev() {
+            let of = &self.groups[group];
+            let mut own = of.own;
+            if of.is_own_stale {
+                own = Extent::NOTHING;
+                of.strokes.iter().for_each(|&stroke| own.add(&extent(stroke)));
+            }
+            let mut whole = own;
+            if of.is_whole {
+                whole.bounds = self.place_of(group).world_box(&own.bounds);
+            }
+            of.children.iter().for_each(|&child| whole.add(&self.groups[child].whole));
+            let of = &mut self.groups[group];
+            (of.own, of.whole, of.is_own_stale, of.is_stale) = (own, whole, false, false);
+        }
+    }
+
+    /// Groups looked at so far, to find out how deep they lie and which strokes a change of theirs concerns.
+    pub(super) fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Whether a group (or one that is made next) can hang under `parent`: not below itself, and in no chain that is too
+    /// long.
+    fn can_hang(&mut self, known: Option<usize>, parent: Option<usize>) -> bool {
+        let height = known.map_or(1, |at| self.groups[at].height());
+        let (mut depth, mut above) = (0, parent);
+        while let Some(group) = above {
+            self.steps += 1;
+            depth += 1;
+            if depth + height > MAX_GROUP_DEPTH || Some(group) == known {
+                return false;
+            }
+            above = self.groups[group].parent;
+        }
+        true
+    }
+
+    /// Hangs a group under another one, or under none, if it can; whether it could.
+    pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
+        let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
+        if can {
+            self.hang(group, parent);
+        }
+        can
+    }
+
+    /// The group with this number, which is made if there is none, if it can hang under `parent`: not below itself, and
+    /// in no chain that is too long.
+    pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
+        let known = self.find(id);
+        if !self.can_hang(known, parent) {
+            return None;
+        }
+        Some(known.unwrap_or_else(|| {
+            let at = self.groups.len();
+            self.groups.push(Group {
+                id,
+                name: None,
+                parent: None,
+                to: IDENTITY,
+                strokes: BTreeSet::new(),
+                children: BTreeSet::new(),
+                heights: BTreeMap::new(),
+                has_moved: false,
+                moved_in: None,
+                is_whole: false,
+                reach: Aabb::EMPTY,
+                is_walked: false,
+                own: Extent::NOTHING,
+                whole: Extent::NOTHING,
+                is_own_stale: false,
+                is_stale: false,
+            });
+            self.by_id.insert(id, at);
+            at
+        }))
+    }
+
+    pub(super) fn place(&mut self, group: usize, to: Transform) {
+        self.groups[group].to = to;
+        self.note_moved(group);
+    }
+
+    pub(super) fn hang(&mut self, group: usize, parent: Option<usize>) {
+        let before = std::mem::replace(&mut self.groups[group].parent, parent);
+        if before == parent {
+            return;
+        }
+        let height = self.groups[group].height();
+        if let Some(before) = before {
+            self.groups[before].children.remove(&group);
+            self.follow_height(before, Some(height), None);
+        }
+        if let Some(parent) = parent {
+            self.groups[parent].children.insert(group);
+            self.follow_height(parent, None, Some(height));
+        }
+        self.note_stale(before);
+        self.note_stale(parent);
+        self.note_moved(group);
+    }
+
+    /// A child of a group was so high (if it was one) and is now so high (if it is one).
+    fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
+        loop {
+            self.steps += 1;
+            let of = &mut self.groups[group];
+            let before = of.height();
+            if let Some(was) = was {
+                match of.heights.get_mut(&was) {
+                    Some(count) if *count > 1 => *count -= 1,
+                    _ => _ = of.heights.remove(&was),
+                }
+            }
+            if let Some(is) = is {
+                *of.heights.entry(is).or_default() += 1;
+            }
+            let Some(parent) = of.parent.filter(|_| of.height() != before) else { return };
+            (was, is) = (Some(before), Some(of.height()));
+            group = parent;
+        }
+    }
+
+    /// A stroke goes from one group to another.
+    pub(super) fn change_member(&mut self, stroke: u32, from: Option<usize>, to: Option<usize>) {
+        self.note_changed(from);
+        self.note_changed(to);
+        if let Some(from) = from {
+            self.groups[from].strokes.remove(&stroke);
+        }
+        if let Some(to) = to {
+            self.groups[to].strokes.insert(stroke);
+        }
+    }
+
+    fn note_moved(&mut self, group: usize) {
+        if !std::mem::replace(&mut self.groups[group].has_moved, true) {
+            self.moved.push(group);
+        }
+    }
+
+    /// Hands out every group that was placed or hung elsewhere since the last call, or one above it, each once.
+    pub(super) fn take_moved(&mut self, mut moved: impl FnMut(usize)) {
+        if self.moved.is_empty() {
+            return;
+        }
+        let mut walk = std::mem::take(&mut self.walk);
+        walk.append(&mut self.moved);
+        let mut at = 0;
+        while let Some(&number) = walk.get(at) {
+            at += 1;
+            let group = &mut self.groups[number];
+            // It hangs under another one that has moved, too.
+            if std::mem::replace(&mut group.is_walked, true) {
+                continue;
+            }
+            self.steps += 1;
+            moved(number);
+            walk.extend(&group.children);
+        }
+        for number in walk.drain(..) {
+            (self.groups[number].has_moved, self.groups[number].is_walked) = (false, false);
+        }
+        self.walk = walk;
+    }
+
+    /// Fills `chain` with the transforms that bring a point of a group into world space, in this order.
+    pub(super) fn chain(&self, mut group: Option<usize>, chain: &mut Vec<Transform>) {
+        chain.clear();
+        while let Some(at) = group {
+            let Group { to, parent, .. } = &self.groups[at];
+            if *to != IDENTITY {
+                chain.push(*to);
+            }
+            group = *parent;
+        }
+    }
+
+    /// A point of a group in world space.
+    pub(super) fn to_world(&self, mut group: Option<usize>, mut p: Vec3) -> Vec3 {
+        while let Some(at) = group {
+            let Group { to, parent, .. } = &self.groups[at];
+            if *to != IDENTITY {
+                p = apply(to, p);
+            }
+            group = *parent;
+        }
+        p
+    }
+
+    /// How much larger things of a group are in world space.
+    pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
+        let mut scale = 1.0;
+        while let Some(at) = group {
+            let Group { to, parent, .. } = &self.groups[at];
+            scale *= to.s;
+            group = *parent;
+        }
+        scale
+    }
+
+    /// A way of world space as it is in a group: scaled and turned back. `None` if the group has shrunk to a point (or to
+    /// so little that no number tells it): no way within it is a way in the world.
+    pub(super) fn way_from_world(&self, group: Option<usize>, by: Vec3) -> Option<Vec3> {
+        let mut chain = Vec::new();
+        self.chain(group, &mut chain);
+        let way = chain.iter().rev().fold(by, |by, to| rotate(to.q.conjugate(), by) / to.s);
+        way.is_finite().then_some(way)
+    }
+}
+
+/// A point mapped by a transform.
+pub(super) fn apply(to: &Transform, p: Vec3) -> Vec3 {
+    rotate(to.q, p * to.s) + to.p
+}

@@ -1,0 +1,513 @@
+use std::{
+    collections::{BTreeMap, HashMap},
+    ops::Range,
+};
+
+use glam::{Quat, Vec3};
+
+use super::{
+    authors::AuthorState,
+    edit::Edit,
+    group::Groups,
+    hanging::Hangings,
+    history::{History, Lost},
+    layers::LayerState,
+    log::Log,
+    stroke::Stroke,
+    undo::Remembered,
+    used::UsedNumbers,
+};
+use crate::{
+    brush::{self, Surface},
+    recording::{Author, Event, GroupId, Paint, StrokeId, Transform},
+    stroke::{Drops, Pieces, Sample, StrokeBuilder, StrokeSettings, split_into_convex},
+};
+use osp::{
+    math::{Aabb, unit},
+    polygon::{Change, ConvexPolygon, Paged, PolygonId},
+};
+
+/// A stroke that has come or gone in this frame: what is known of it, and its first polygon that nobody knows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Untold {
+    pub(super) stroke: u32,
+    pub(super) was_visible: bool,
+    pub(super) first_new: u32,
+}
+
+static NOTHING: Stroke = Stroke::NONE;
+
+/// How much there is in a scene, and what was left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneCounts {
+    /// Strokes begun (without polygons that came alone).
+    pub strokes: u64,
+    /// Control points of strokes.
+    pub points: u64,
+    /// Polygons made, whether visible now or not.
+    pub polygons: u64,
+    /// Polygons in the model now.
+    pub visible: u64,
+    /// Strokes that are erased now.
+    pub erased_strokes: u64,
+    /// Events about a stroke or group that does not exist, a stroke number used twice, an undo of nothing.
+    pub ignored_events: u64,
+    /// Pieces that did not become polygons.
+    pub drops: Drops,
+}
+
+/// What events have cost so far, in counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneWork {
+    /// Groups looked at, and groupings whose outcome was determined anew.
+    pub group_steps: u64,
+    /// Polygons placed anew.
+    pub displaced: u64,
+    /// All else that was looked at: events, the strokes that edits name, the arrangements that undo and redo pass, the strokes
+    /// of a layer, and the polygons that come, go or are to be placed anew.
+    pub looked_at: u64,
+}
+
+impl SceneWork {
+    /// All of it as one count. A unit takes some ten to some hundred nanoseconds.
+    pub fn total(&self) -> u64 {
+        self.group_steps + self.displaced + self.looked_at
+    }
+}
+
+/// A view that a session remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownView {
+    /// Eye in world space.
+    pub eye: Vec3,
+    /// World from camera (looks along its -z).
+    pub world_from_view: Quat,
+    /// How far away what it looks at is, metres.
+    pub distance_m: f32,
+}
+
+/// A model that grows by events. See [`crate::scene`].
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// In the stroke's own space (which is the world's until it is moved or grouped).
+    pub(super) polygons: Paged<ConvexPolygon>,
+    /// How polygons are painted. Shorter than `polygons` as long as those that follow are plain.
+    pub(super) surfaces: Paged<Surface>,
+    /// In world space, but for those of `in_space`.
+    pub(super) bounds: Paged<Aabb>,
+    /// The place of its stroke in `strokes`.
+    pub(super) owner: Paged<u32>,
+    pub(super) strokes: Paged<Stroke, 256>,
+    pub(super) stroke_by_id: HashMap<StrokeId, u32>,
+    /// Numbers of strokes that were let go.
+    pub(super) used: UsedNumbers,
+    pub(super) groups: Groups,
+    /// Groups that are placed again and again become spaces that move as a whole; see [`Scene::keeping_groups_whole`].
+    pub(super) keeps_groups_whole: bool,
+    /// A bit for each polygon whose box is kept in the space of its group, not in the world's.
+    pub(super) in_space: Vec<u64>,
+    pub(super) layers: BTreeMap<u32, LayerState>,
+    /// Layers that their owners, who are there, have closed to all other authors.
+    pub(super) closed_layers: BTreeMap<u32, Author>,
+    pub(super) views: BTreeMap<u32, KnownView>,
+    /// What authors have arranged and can take back.
+    pub(super) log: Log,
+    /// The parents that the groupings of `log` set.
+    pub(super) hangings: Hangings,
+    pub(super) authors: BTreeMap<Author, AuthorState>,
+    /// How much all their histories hold.
+    pub(super) remembered: Remembered,
+    /// Scratch: edits that a history has lost.
+    pub(super) lost: Lost,
+    pub(super) counts: SceneCounts,
+    pub(super) displaced: u64,
+    pub(super) looked_at: u64,
+    pub(super) let_go: u64,
+    /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
+    pub(super) gone: [Vec<u32>; 2],
+    /// Strokes that have to be placed anew.
+    pub(super) to_place: Vec<u32>,
+    /// Scratch of [`Scene::place_displaced`].
+    pub(super) moved_groups: Vec<usize>,
+    /// Strokes that have come or gone in this frame.
+    pub(super) to_tell: Vec<Untold>,
+    /// Scratch: the transforms of a stroke's groups.
+    pub(super) chain: Vec<Transform>,
+    /// Strokes to paint once the frame's samples have come.
+    pub(super) to_paint: Vec<u32>,
+    /// Batches taken so far.
+    pub(super) batches: u64,
+    /// How many changes the caller's list held before the batch that is taken.
+    pub(super) batch_start: usize,
+    /// Filled and emptied within one call.
+    pub(super) fresh: Pieces,
+    pub(super) repainted: Vec<(u32, Surface)>,
+}
+
+impl Scene {
+    /// Edits that [`Event::Undo`] can take back, one after the other; an undo beyond is one of nothing. (Fewer where moves
+    /// and groupings name more than a million strokes together.)
+    pub const UNDO_DEPTH: usize = History::DEPTH;
+
+    /// An empty scene.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What there is.
+    pub fn counts(&self) -> SceneCounts {
+        self.counts
+    }
+
+    /// Number of polygon ids given out so far; every id is below.
+    pub fn polygon_count(&self) -> usize {
+        self.bounds.len()
+    }
+
+    /// The cost of all events so far. The difference before and after a call is the cost of that call. See also
+    /// [`Scene::apply_within`].
+    pub fn work(&self) -> SceneWork {
+        SceneWork {
+            group_steps: self.groups.steps() + self.hangings.steps(),
+            displaced: self.displaced,
+            looked_at: self.looked_at + self.log.looked_at(),
+        }
+    }
+
+    /// Polygons that were let go so far.
+    pub fn let_go_count(&self) -> u64 {
+        self.let_go
+    }
+
+    /// Whether these polygons were, every one.
+    pub fn are_let_go(&self, ids: Range<usize>) -> bool {
+        self.owner.all_released(ids)
+    }
+
+    /// The tight box of a polygon, world space; empty if it was let go. Panics if there is no such id.
+    pub fn bounds(&self, id: PolygonId) -> Aabb {
+        match self.bounds.get(id.index()) {
+            Some(_) if self.is_in_space(id) => self.world_bounds_of(id),
+            Some(bounds) => *bounds,
+            None => self.let_go_or_panic(id, Aabb::EMPTY),
+        }
+    }
+
+    /// A polygon in world space; a point if it was let go. Panics if there is no such id.
+    pub fn polygon(&self, id: PolygonId) -> ConvexPolygon {
+        let Some(local) = self.polygons.get(id.index()) else {
+            return self.let_go_or_panic(id, ConvexPolygon::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
+        };
+        let stroke = self.stroke_of(id);
+        if stroke.group.is_none() && stroke.offset == Vec3::ZERO {
+            return *local;
+        }
+        local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset))
+    }
+
+    /// How a polygon is painted. Panics if there is no such id.
+    pub fn surface(&self, id: PolygonId) -> Surface {
+        match self.surfaces.get(id.index()) {
+            Some(&surface) => surface,
+            None => self.let_go_or_panic(id, Surface::PLAIN),
+        }
+    }
+
+    /// The stroke of a polygon; one of nothing that can be seen if it was let go. Panics if there is no such id.
+    pub fn stroke_of(&self, id: PolygonId) -> &Stroke {
+        match self.owner.get(id.index()) {
+            Some(&at) => &self.strokes[at as usize],
+            None => self.let_go_or_panic(id, &NOTHING),
+        }
+    }
+
+    fn let_go_or_panic<T>(&self, id: PolygonId, nothing: T) -> T {
+        assert!(id.index() < self.polygon_count(), "polygon {}: there is none", id.0);
+        nothing
+    }
+
+    /// Whether the polygon is in the model now. Panics if there is no such id.
+    pub fn is_visible(&self, id: PolygonId) -> bool {
+        self.stroke_of(id).is_visible()
+    }
+
+    /// Whether the polygon covers anything: a brush's stroke keeps what it does not need any more, shrunk to a point, and
+    /// its ends may be of no width. Panics if there is no such id.
+    pub fn has_area(&self, id: PolygonId) -> bool {
+        self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
+    }
+
+    /// All strokes in order of their beginning, without those that were let go; their number counts those, too.
+    pub fn strokes(&self) -> &Paged<Stroke, 256> {
+        &self.strokes
+    }
+
+    /// Whether a stroke has this number, or had it: a number is used once.
+    pub fn is_used(&self, id: StrokeId) -> bool {
+        self.stroke_by_id.contains_key(&id) || self.used.contains(id.0)
+    }
+
+    /// The stroke with this number, unless it was let go.
+    pub fn stroke(&self, id: StrokeId) -> Option<&Stroke> {
+        self.stroke_by_id.get(&id).map(|&at| &self.strokes[at as usize])
+    }
+
+    /// The polygons that are in the model now, ascending.
+    pub fn visible_ids(&self) -> impl Iterator<Item = PolygonId> + '_ {
+        (0..self.polygon_count() as u32).map(PolygonId).filter(|&id| self.is_visible(id))
+    }
+
+    /// Whether the author of a recording that names none has something to undo.
+    pub fn can_undo(&self) -> bool {
+        self.can_undo_of(Author::SOLE)
+    }
+
+    /// Whether the author of a recording that names none has something to redo.
+    pub fn can_redo(&self) -> bool {
+        self.can_redo_of(Author::SOLE)
+    }
+
+    /// The views that the session remembers, by their numbers.
+    pub fn views(&self) -> &BTreeMap<u32, KnownView> {
+        &self.views
+    }
+
+    /// Whether the next edit of the author of a recording that names none joins the step of the last one.
+    pub fn is_step_open(&self) -> bool {
+        self.is_step_open_of(Author::SOLE)
+    }
+
+    /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, one that no undo
+    /// or redo brings back any more, an undo of nothing) are counted in [`SceneCounts::ignored_events`] and change
+    /// nothing.
+    pub fn apply(&mut self, event: &Event, changes: &mut Vec<Change>) {
+        self.apply_all([event], changes);
+    }
+
+    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
+    /// once, one that several of them erase and bring back is told of once, and one that several samples of a stroke change
+    /// most often once, so that a frame costs no more than its
+    /// events and the polygons they touch.
+    pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
+        self.begin_batch(changes);
+        for event in events {
+            self.take(event, changes);
+        }
+        self.end_batch(changes);
+    }
+
+    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]. Returns
+    /// the number of events applied; the others are for later frames. Cut anywhere, a list of events leads to the same model.
+    /// At least one event is applied. The end of the frame places the polygons of groups anew; its cost comes on top.
+    pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
+        let before = self.work().total();
+        self.begin_batch(changes);
+        let mut taken = 0;
+        while let Some(event) = events.get(taken)
+            && (taken == 0 || self.work().total() - before < most)
+        {
+            self.take(event, changes);
+            taken += 1;
+        }
+        self.end_batch(changes);
+        taken
+    }
+
+    fn begin_batch(&mut self, changes: &[Change]) {
+        self.batch_start = changes.len();
+        self.batches += 1;
+    }
+
+    fn end_batch(&mut self, changes: &mut Vec<Change>) {
+        self.hangings.settle(&mut self.groups);
+        self.paint(changes);
+        self.tell_of_visibility(changes);
+        self.place_displaced(changes);
+    }
+
+    fn take(&mut self, event: &Event, changes: &mut Vec<Change>) {
+        self.looked_at += 1;
+        if let Event::Move { strokes, .. } | Event::Group { strokes, .. } | Event::Assign { strokes, .. } =
+            event
+        {
+            self.looked_at += strokes.len() as u64;
+        }
+        let known = self.take_known(event, changes);
+        if known.is_none() {
+            self.counts.ignored_events += 1;
+        }
+    }
+
+    fn take_known(&mut self, event: &Event, changes: &mut Vec<Change>) -> Option<()> {
+        let author = event.author().unwrap_or_default();
+        if let Event::Join { t, name, color, .. } = event {
+            return self.join(*t, author, name, *color);
+        }
+        if !self.is_there(author) {
+            return None;
+        }
+        match event {
+            Event::Join { .. } | Event::Head { .. } => Some(()),
+            Event::Leave { t, .. } => self.leave(*t, author, changes),
+            Event::Begin { stroke, tool, width, color, normal, thinnest, paint, .. } => {
+                let settings = StrokeSettings {
+                    brush: paint.as_ref().and_then(|paint| brush::find(&paint.brush)),
+                    tool: *tool,
+                    width_m: *width,
+                    thinnest: *thinnest,
+                    normal: *normal,
+                    seed: paint.as_ref().map_or(0, |paint| paint.seed),
+                    scale: paint.as_ref().map_or(1.0, |paint| paint.scale),
+                };
+                self.begin(author, *stroke, settings, *color, paint.as_deref())
+            }
+            Event::Point { stroke, p, q, pressure, .. } => {
+                let sample = Sample { position: *p, orientation: unit(*q), pressure: *pressure };
+                self.point(*stroke, sample, changes)
+            }
+            Event::End { stroke, .. } => self.end(*stroke, changes),
+            Event::Erase { stroke, .. } => self.erase(author, *stroke),
+            Event::Undo { .. } => self.undo(author),
+            Event::Redo { .. } => self.redo(author),
+            Event::Move { strokes, by, .. } => self.move_strokes(author, strokes, *by),
+            Event::Group { group, strokes, parent, name, .. } => {
+                self.group(author, *group, strokes, *parent, name.as_deref())
+            }
+            Event::Place { group, to, .. } => self.place(author, *group, Transform { q: unit(to.q), ..*to }),
+            Event::Step { edits, .. } => {
+                self.author_mut(author).history.open_step(*edits);
+                Some(())
+            }
+            Event::Layer { layer, name, hidden, locked, mine, .. } => {
+                self.claim_layer(author, *layer, *mine)?;
+                self.change_layer(*layer, name.as_deref(), *hidden, *locked)
+            }
+            Event::View { slot, p, q, distance, .. } => {
+                self.views
+                    .insert(*slot, KnownView { eye: *p, world_from_view: unit(*q), distance_m: *distance });
+                Some(())
+            }
+            Event::Assign { layer, strokes, .. } => self.assign(author, *layer, strokes),
+            Event::Polygon { stroke, vertices, color, .. } => {
+                self.add_polygon(author, *stroke, vertices, *color, changes)
+            }
+        }
+    }
+
+    fn begin(
+        &mut self,
+        author: Author,
+        id: StrokeId,
+        settings: StrokeSettings,
+        color: (f32, f32, f32, f32),
+        paint: Option<&Paint>,
+    ) -> Option<()> {
+        let layer = paint.map_or(0, |paint| paint.layer);
+        if self.is_used(id) || !author.owns(id) || !self.may_touch(author, layer) {
+            return None;
+        }
+        let at = self.add_stroke(author, Some(id), color);
+        let stroke = &mut self.strokes[at as usize];
+        stroke.builder = Some(Box::new(StrokeBuilder::new(settings)));
+        stroke.brush = settings.brush;
+        stroke.padding_m = settings.brush.map_or(0.0, |brush| brush.bounds_padding_m * settings.scale);
+        if let Some(paint) = paint {
+            stroke.layer = paint.layer;
+            stroke.was_hidden = paint.hidden;
+        }
+        let state = self.layers.get(&stroke.layer);
+        stroke.is_hidden = state.and_then(|state| state.hidden).unwrap_or(stroke.was_hidden);
+        self.counts.strokes += 1;
+        if !author.is_sole() {
+            self.author_mut(author).open.insert(at);
+        }
+        self.record(author, Edit::Draw { stroke: at });
+        Some(())
+    }
+
+    fn point(&mut self, id: StrokeId, sample: Sample, changes: &mut Vec<Change>) -> Option<()> {
+        let at = *self.stroke_by_id.get(&id)?;
+        let stroke = &mut self.strokes[at as usize];
+        let builder = stroke.builder.as_mut()?;
+        self.fresh.begin(stroke.used, stroke.fixed);
+        builder.push(sample, &mut self.fresh, &mut self.counts.drops);
+        stroke.points += 1;
+        self.counts.points += 1;
+        if stroke.brush.is_some() && !std::mem::replace(&mut stroke.is_unpainted, true) {
+            self.to_paint.push(at);
+        }
+        self.file_fresh(at, changes);
+        Some(())
+    }
+
+    pub(super) fn end(&mut self, id: StrokeId, changes: &mut Vec<Change>) -> Option<()> {
+        let at = *self.stroke_by_id.get(&id)?;
+        let stroke = &mut self.strokes[at as usize];
+        let mut builder = stroke.builder.take()?;
+        let author = stroke.author();
+        if !author.is_sole() {
+            self.author_mut(author).open.remove(&at);
+        }
+        let stroke = &self.strokes[at as usize];
+        self.fresh.begin(stroke.used, stroke.fixed);
+        builder.finish(&mut self.fresh, &mut self.counts.drops);
+        self.file_fresh(at, changes);
+        self.paint_stroke(at, &mut builder, changes);
+        Some(())
+    }
+
+    fn add_polygon(
+        &mut self,
+        author: Author,
+        id: Option<StrokeId>,
+        vertices: &[Vec3],
+        color: (f32, f32, f32, f32),
+        changes: &mut Vec<Change>,
+    ) -> Option<()> {
+        let at = match id.and_then(|id| self.stroke_by_id.get(&id)) {
+            Some(&at) => Some(at).filter(|&at| self.strokes[at as usize].author() == author)?,
+            None if id.is_some_and(|id| self.is_used(id) || !author.owns(id)) => return None,
+            None => {
+                let at = self.add_stroke(author, id, color);
+                self.counts.strokes += u64::from(id.is_some());
+                self.record(author, Edit::Draw { stroke: at });
+                at
+            }
+        };
+        let stroke = &self.strokes[at as usize];
+        self.fresh.begin(stroke.used, stroke.fixed);
+        let drops = &mut self.counts.drops;
+        self.fresh.push_all(drops, |out, drops| split_into_convex(vertices, out, drops));
+        self.file_fresh(at, changes);
+        let stroke = &mut self.strokes[at as usize];
+        stroke.fixed = stroke.used;
+        Some(())
+    }
+
+    fn add_stroke(&mut self, author: Author, id: Option<StrokeId>, color: (f32, f32, f32, f32)) -> u32 {
+        let at = self.strokes.len() as u32;
+        if let Some(id) = id {
+            self.stroke_by_id.insert(id, at);
+        }
+        let is_hidden = self.layers.get(&0).is_some_and(|state| state.hidden == Some(true));
+        self.strokes.push(Stroke {
+            undone: false,
+            is_gone: false,
+            is_hidden,
+            author: author.0 as u16,
+            ..Stroke::new(id, color)
+        });
+        at
+    }
+
+    /// The groups that a stroke is in, innermost first.
+    pub fn groups_of(&self, stroke: &Stroke) -> Vec<GroupId> {
+        let mut ids = Vec::new();
+        let mut at = stroke.group;
+        while let Some(group) = at {
+            ids.push(self.groups.id(group));
+            at = self.groups.parent(group);
+        }
+        ids
+    }
+}

@@ -1,0 +1,152 @@
+//! Groups that are placed again and again move as a whole: their polygons keep their boxes in the group's space, and a frame
+//! that places the group costs the groups below it, not the polygons.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::{Scene, group::Groups};
+use crate::{brush::Surface, recording::Transform};
+use osp::{
+    math::Aabb,
+    polygon::{Change, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, bits},
+};
+
+/// A group moves as a whole from the frame on in which it is placed again, no more than so many frames after it was before.
+const SOON: u64 = 64;
+
+/// Scales and places, metres, beyond which a group does not move as a whole: so much is lost to rounding there that a test in
+/// its space decides nothing.
+const SCALES: std::ops::RangeInclusive<f32> = 1.0e-3..=1.0e3;
+const FARTHEST_M: f32 = 1.0e6;
+
+impl Scene {
+    /// An empty scene in which groups that are placed again and again move as a whole: their polygons are in a
+    /// [space](Change::Place) then. Whoever follows the changes has to know spaces, as
+    /// [`Pipeline`](osp::frame::Pipeline) does, or to ask [`Scene::for_each_change`] for those of each polygon.
+    pub fn keeping_groups_whole() -> Self {
+        Self { keeps_groups_whole: true, ..Self::default() }
+    }
+
+    /// Hands out changes with each [`Change::Place`] as the updates that it stands for, for whoever does not know spaces; of
+    /// polygons that cannot be seen now, too.
+    pub fn for_each_change(&self, changes: &[Change], mut each: impl FnMut(Change)) {
+        for &change in changes {
+            let Change::Place(SpaceId(group)) = change else {
+                each(change);
+                continue;
+            };
+            // A replay may have been taken back to before there was such a group.
+            if group as usize >= self.groups.len() {
+                continue;
+            }
+            for at in self.groups.strokes(group as usize) {
+                if let Some(stroke) = self.strokes.get(at as usize) {
+                    stroke.polygon_ids().map(Change::Update).for_each(&mut each);
+                }
+            }
+        }
+    }
+
+    /// The space that a polygon is fixed in, if it is in a group that moves as a whole. Panics if there is no such id.
+    pub fn space(&self, id: PolygonId) -> Option<SpaceId> {
+        if !self.is_in_space(id) {
+            return None;
+        }
+        self.stroke_of(id).group.map(|group| SpaceId(group as u32))
+    }
+
+    /// A box around what a change has brought, world space: tight for a polygon; empty where nothing came or moved.
+    pub fn bounds_of_change(&self, change: Change) -> Aabb {
+        match change {
+            Change::Insert(id) | Change::Update(id) => self.bounds(id),
+            Change::Place(space) => self.place_of(space).world_box(&self.groups.reach(space.0 as usize)),
+            Change::Remove(_) | Change::Repaint(_) => Aabb::EMPTY,
+        }
+    }
+
+    /// The groups that move as a whole.
+    pub fn spaces(&self) -> impl Iterator<Item = SpaceId> + '_ {
+        (0..self.groups.len()).filter(|&at| self.groups.is_whole(Some(at))).map(|at| SpaceId(at as u32))
+    }
+
+    /// Keeps the box of a polygon of a group (or of none): in the group's space if that moves as a whole, else in the world.
+    pub(super) fn keep_bounds(&mut self, id: PolygonId, group: Option<usize>, bounds: Aabb) {
+        if id.index() == self.bounds.len() {
+            self.bounds.push(bounds);
+        } else {
+            self.bounds[id.index()] = bounds;
+        }
+        if let Some(group) = group.filter(|&group| self.groups.is_whole(Some(group))) {
+            let words = bits::words_for(id.index() + 1);
+            if words > self.in_space.len() {
+                self.in_space.resize(words.next_power_of_two(), 0);
+            }
+            bits::insert(&mut self.in_space, id.index());
+            let group = self.groups.get_mut(group);
+            group.reach = group.reach.union(&bounds);
+        } else if self.is_in_space(id) {
+            bits::remove(&mut self.in_space, id.index());
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_in_space(&self, id: PolygonId) -> bool {
+        !self.in_space.is_empty() && bits::contains(&self.in_space, id.index())
+    }
+
+    /// The box of a polygon in the world, from its corners.
+    pub(super) fn world_bounds_of(&self, id: PolygonId) -> Aabb {
+        let stroke = self.stroke_of(id);
+        let surface = self.surfaces.get(id.index()).copied().unwrap_or(Surface::PLAIN);
+        stroke.bounds_of(&self.polygon(id), &surface, self.groups.scale_to_world(stroke.group))
+    }
+
+    /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes a
+    /// space in this frame, or is none any more, has all its strokes placed anew for the last time.
+    pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
+        if !self.keeps_groups_whole {
+            return false;
+        }
+        let is_empty = self.groups.strokes(group).next().is_none();
+        self.groups.chain(Some(group), &mut self.chain);
+        let can = self.chain.iter().all(|to| {
+            SCALES.contains(&to.s) && to.p.is_finite() && to.p.length() <= FARTHEST_M && to.q.is_finite()
+        });
+        let scale: f32 = self.chain.iter().map(|to| to.s).product();
+        let group = self.groups.get_mut(group);
+        let was = group.is_whole;
+        let last = group.moved_in.replace(self.batches);
+        let is_soon = last.is_some_and(|last| self.batches - last <= SOON);
+        group.is_whole = !is_empty && can && SCALES.contains(&scale) && (was || is_soon);
+        was && group.is_whole
+    }
+
+    /// Where a space is in the world.
+    pub(super) fn place_of(&self, SpaceId(group): SpaceId) -> SpacePlace {
+        self.groups.place_of(group as usize)
+    }
+}
+
+impl Groups {
+    /// Where a group's space is in the world. What is rounded on the way through its groups is bounded step by step.
+    pub(super) fn place_of(&self, group: usize) -> SpacePlace {
+        let mut world = DAffine3::IDENTITY;
+        // A corner at a distance of `r` metres comes to numbers of at most `reach.0 * r + reach.1`, and lies at most
+        // `rounding.0 * r + rounding.1` beside its place.
+        let (mut reach, mut rounding) = ((1.0, 0.0), (0.0, 0.0));
+        let mut above = Some(group);
+        while let Some(at) = above {
+            let Transform { p, q, s } = self.transform(at);
+            above = self.parent(at);
+            let (scale, way) = (f64::from(s), p.as_dvec3());
+            let turn = DMat3::from_quat(DQuat::from_xyzw(q.x.into(), q.y.into(), q.z.into(), q.w.into()));
+            world = DAffine3 { matrix3: turn * DMat3::from_diagonal(DVec3::splat(scale)), translation: way }
+                * world;
+            reach = (reach.0 * scale, reach.1 * scale + way.length());
+            rounding = (
+                rounding.0 * scale + PLACE_ROUNDING * reach.0,
+                rounding.1 * scale + PLACE_ROUNDING * reach.1,
+            );
+        }
+        SpacePlace { world_from_space: world, rounding_m: rounding.1, rounding_per_m: rounding.0 }
+    }
+}

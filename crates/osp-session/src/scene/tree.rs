@@ -1,0 +1,137 @@
+//! The groups of a scene as a tree.
+
+use glam::Vec3;
+
+use super::{Scene, group::Extent};
+use crate::recording::{Author, GroupId, Motion, StrokeId, Transform};
+use osp::math::{Aabb, rotate};
+
+/// A group, and how much of it can be seen, with the groups below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupNode {
+    /// Its number.
+    pub id: GroupId,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// The group that it hangs under.
+    pub parent: Option<GroupId>,
+    /// Groups above it.
+    pub depth: usize,
+    /// Where it was placed.
+    pub to: Transform,
+    /// Strokes in it and below that are in the model now.
+    pub strokes: u64,
+    /// Their polygons.
+    pub polygons: u64,
+    /// The box of them all, world space; of a group that was placed several times, one around the box in its own space; empty
+    /// if there is none.
+    pub bounds: Aabb,
+}
+
+impl Scene {
+    /// The groups, each followed by those that hang under it. Their boxes are kept: what has not changed since the last
+    /// call is not computed again.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        let Self { groups, strokes, bounds, .. } = self;
+        groups.refresh(|at| {
+            let Some(stroke) = strokes.get(at as usize).filter(|stroke| stroke.is_visible()) else {
+                return Extent::NOTHING;
+            };
+            let mut extent = Extent { strokes: 1, ..Extent::NOTHING };
+            // Those that the stroke does not need now have shrunk to one of its points.
+            for id in stroke.polygon_ids().take(stroke.used as usize) {
+                extent.polygons += 1;
+                extent.bounds = extent.bounds.union(&bounds[id.index()]);
+            }
+            extent
+        });
+        let mut nodes = Vec::new();
+        let mut walk: Vec<(usize, usize)> = groups.below(None).into_iter().rev().map(|at| (at, 0)).collect();
+        while let Some((at, depth)) = walk.pop() {
+            let Extent { strokes, polygons, bounds } = groups.whole(at);
+            nodes.push(GroupNode {
+                id: groups.id(at),
+                name: groups.name(at).map(str::to_owned),
+                parent: groups.parent(at).map(|parent| groups.id(parent)),
+                depth,
+                to: groups.transform(at),
+                strokes,
+                polygons,
+                bounds,
+            });
+            walk.extend(groups.below(Some(at)).into_iter().rev().map(|child| (child, depth + 1)));
+        }
+        nodes
+    }
+
+    /// The group that a group hangs under.
+    pub fn parent_of(&self, id: GroupId) -> Option<GroupId> {
+        let parent = self.groups.parent(self.groups.find(id)?)?;
+        Some(self.groups.id(parent))
+    }
+
+    /// Where a group was placed; `None` if there is no such group.
+    pub fn group_transform(&self, id: GroupId) -> Option<Transform> {
+        self.groups.find(id).map(|group| self.groups.transform(group))
+    }
+
+    /// A point of the world in the space that a group is placed in. `None` if there is no such group, or if those above it
+    /// have shrunk to a point.
+    pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
+        let mut chain = Vec::new();
+        self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
+        let p = chain.iter().rev().fold(world, |p, to| rotate(to.q.conjugate(), p - to.p) / to.s);
+        p.is_finite().then_some(p)
+    }
+
+    /// From the space of a stroke's points to the world: where it was moved, and where its groups are. `None` if there is no
+    /// such stroke.
+    pub fn world_from_stroke(&self, id: StrokeId) -> Option<Motion> {
+        let stroke = self.stroke(id)?;
+        let mut chain = Vec::new();
+        self.groups.chain(stroke.group, &mut chain);
+        let own = Motion::by(stroke.offset);
+        Some(chain.into_iter().fold(own, |motion, to| motion.then(&Motion { is_mirrored: false, to })))
+    }
+
+    /// From the space of a group to the world. `None` if there is no such group.
+    pub fn world_from_group(&self, id: GroupId) -> Option<Motion> {
+        let mut chain = Vec::new();
+        self.groups.chain(Some(self.groups.find(id)?), &mut chain);
+        Some(
+            chain
+                .into_iter()
+                .fold(Motion::STAY, |motion, to| motion.then(&Motion { is_mirrored: false, to })),
+        )
+    }
+
+    /// The name of a group.
+    pub fn group_name(&self, id: GroupId) -> Option<&str> {
+        self.groups.name(self.groups.find(id)?)
+    }
+
+    /// A number that no group has.
+    pub fn free_group(&self) -> Option<GroupId> {
+        self.free_groups().next()
+    }
+
+    /// Numbers that no group has; in a session of several authors those of the one who has not joined, as of the window.
+    pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
+        let is_shared = self.authors().next().is_some();
+        let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
+        let first = (self.groups.below(None).len() as u32).min(last);
+        (first..=last).chain(0..first).map(GroupId).filter(|&id| self.groups.find(id).is_none())
+    }
+
+    /// The strokes in a group and in those below it.
+    pub fn strokes_below(&self, id: GroupId) -> Vec<StrokeId> {
+        let mut walk: Vec<usize> = self.groups.find(id).into_iter().collect();
+        let mut ids = Vec::new();
+        while let Some(group) = walk.pop() {
+            let members = self.groups.strokes(group).filter_map(|at| self.strokes.get(at as usize)?.id);
+            ids.extend(members);
+            walk.extend(self.groups.below(Some(group)));
+        }
+        ids
+    }
+}

@@ -1,0 +1,228 @@
+//! Tracker samples become polygons, one sample at a time: ribbons, walls and tubes, and what [brushes](crate::brush) make.
+//!
+//! Every builder takes samples as they come and says what they do to the polygons of the stroke ([`Pieces`]): most only
+//! append, a hull that grows or a ribbon that is smoothed replaces some. What is degenerate is dropped and counted in
+//! [`Drops`], never passed on.
+//!
+//! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
+
+mod bolt;
+mod convex_hull;
+mod frame;
+mod hull;
+mod knots;
+mod particles;
+mod pieces;
+mod polygon;
+mod quad_strip;
+mod random;
+mod refresh;
+mod ribbon;
+mod sections;
+mod slices;
+mod spray;
+mod track;
+mod triangulate;
+mod tube;
+mod tube_brush;
+mod tube_frame;
+mod tube_shape;
+mod wall;
+mod welded;
+mod windowed_hull;
+
+pub use hull::HullBuilder;
+pub use particles::ParticlesBuilder;
+pub use pieces::{Piece, Pieces, QuadPieces};
+pub use quad_strip::QuadStripBuilder;
+pub use ribbon::RibbonBuilder;
+pub use slices::SlicesBuilder;
+pub use spray::SprayBuilder;
+pub use triangulate::split_into_convex;
+pub use tube::{TUBE_SIDES, TubeBuilder};
+pub use tube_brush::TubeBrushBuilder;
+pub use wall::WallBuilder;
+pub use welded::WeldedBuilder;
+pub use windowed_hull::WindowedHullBuilder;
+
+use glam::{Quat, Vec3};
+
+pub use crate::brush::MAX_SCATTERED;
+use crate::{
+    brush::{Brush, Family, Surface},
+    recording::{NormalRule, Tool},
+};
+
+/// One sample of a tracker: a control point of a stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Position, world space, metres.
+    pub position: Vec3,
+    /// World from tracker, unit quaternion.
+    pub orientation: Quat,
+    /// 0 to 1.
+    pub pressure: f32,
+}
+
+/// How a stroke is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokeSettings {
+    /// The brush; without one, the samples become what `tool` says.
+    pub brush: Option<&'static Brush>,
+    /// What the samples become without a brush.
+    pub tool: Tool,
+    /// Full width at full pressure, metres.
+    pub width_m: f32,
+    /// Part of the width left at pressure 0.
+    pub thinnest: f32,
+    /// How a ribbon without a brush lies to the tracker.
+    pub normal: NormalRule,
+    /// What the random numbers of a brush start from.
+    pub seed: u32,
+    /// Factor of the lengths that are part of a brush (spacing, fading), not of the width.
+    pub scale: f32,
+}
+
+impl StrokeSettings {
+    /// Half of the width at this pressure, metres.
+    fn half_width_m(&self, pressure: f32) -> f32 {
+        let pressure = pressure.clamp(0.0, 1.0);
+        0.5 * self.width_m * (self.thinnest + (1.0 - self.thinnest) * pressure)
+    }
+}
+
+/// What was dropped while polygons were made, and why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drops {
+    /// Samples at the place of the one before: a segment of length zero.
+    pub zero_length: u64,
+    /// Polygons without area: needles and points, or a width of zero.
+    pub degenerate: u64,
+    /// Polygons whose corners are not finite or beyond [`osp::math::COORDINATE_LIMIT_M`].
+    pub out_of_range: u64,
+    /// Corners of a wall beyond [`crate::recording::Event::MAX_VERTICES`]: each replaces the one before it.
+    pub excess_corners: u64,
+    /// Particles and squares of a spray beyond [`MAX_SCATTERED`] on the way to one sample.
+    pub excess_pieces: u64,
+}
+
+/// A stroke in the making, whatever its tool.
+#[derive(Clone, Debug)]
+pub enum StrokeBuilder {
+    /// [`Tool::Ribbon`].
+    Ribbon(RibbonBuilder),
+    /// [`Tool::Wall`].
+    Wall(WallBuilder),
+    /// [`Tool::Tube`].
+    Tube(TubeBuilder),
+    /// [`Family::QuadStrip`].
+    QuadStrip(QuadStripBuilder),
+    /// [`Family::Welded`], [`Family::ThickRibbon`], [`Family::BoxSection`].
+    Welded(WeldedBuilder),
+    /// [`Family::Slices`].
+    Slices(SlicesBuilder),
+    /// [`Family::Hull`].
+    Hull(HullBuilder),
+    /// [`Family::Particles`].
+    Particles(ParticlesBuilder),
+    /// [`Family::Spray`].
+    Spray(SprayBuilder),
+    /// [`Family::Tube`].
+    TubeBrush(TubeBrushBuilder),
+    /// [`Family::WindowedHull`].
+    WindowedHull(WindowedHullBuilder),
+}
+
+impl StrokeBuilder {
+    /// A builder for these settings.
+    pub fn new(settings: StrokeSettings) -> Self {
+        if let Some(brush) = settings.brush
+            && let Some(builder) = Self::of_brush(settings, brush)
+        {
+            return builder;
+        }
+        match settings.tool {
+            Tool::Ribbon => Self::Ribbon(RibbonBuilder::new(settings)),
+            Tool::Wall => Self::Wall(WallBuilder::new()),
+            Tool::Tube => Self::Tube(TubeBuilder::new(settings)),
+        }
+    }
+
+    fn of_brush(settings: StrokeSettings, brush: &'static Brush) -> Option<Self> {
+        match brush.family {
+            Family::QuadStrip(uv) => Some(Self::QuadStrip(QuadStripBuilder::new(settings, brush, uv))),
+            Family::Welded { uv, shape } => {
+                Some(Self::Welded(WeldedBuilder::new(settings, brush, uv, shape)))
+            }
+            Family::ThickRibbon => Some(Self::Welded(WeldedBuilder::thick(settings, brush))),
+            Family::BoxSection => Some(Self::Welded(WeldedBuilder::bar(settings, brush))),
+            Family::Hull { faceted } => Some(Self::Hull(HullBuilder::new(&settings, brush, faceted))),
+            Family::Particles => Some(Self::Particles(ParticlesBuilder::new(&settings, brush))),
+            Family::Spray { midpoint } => Some(Self::Spray(SprayBuilder::new(&settings, brush, midpoint))),
+            Family::Slices => Some(Self::Slices(SlicesBuilder::new(settings, brush))),
+            Family::Tube { .. } => TubeBrushBuilder::new(&settings, brush).map(Self::TubeBrush),
+            Family::WindowedHull => Some(Self::WindowedHull(WindowedHullBuilder::new(&settings, brush))),
+        }
+    }
+
+    /// Takes a sample; `out` has been begun for the stroke and says what that does to its polygons.
+    pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
+        match self {
+            Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
+            Self::Wall(b) => b.push(sample, drops),
+            Self::Tube(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
+            Self::QuadStrip(b) => b.push(sample, out, drops),
+            Self::Welded(b) => b.push(sample, out, drops),
+            Self::Slices(b) => b.push(sample, out, drops),
+            Self::Hull(b) => b.push(sample, out, drops),
+            Self::Particles(b) => b.push(sample, out, drops),
+            Self::Spray(b) => b.push(sample, out, drops),
+            Self::TubeBrush(b) => b.push(sample, out, drops),
+            Self::WindowedHull(b) => b.push(sample, out, drops),
+        }
+    }
+
+    /// Ends the stroke; `out` says what that does to its polygons.
+    pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
+        match self {
+            Self::Ribbon(_)
+            | Self::Slices(_)
+            | Self::Particles(_)
+            | Self::Spray(_)
+            | Self::WindowedHull(_) => {}
+            Self::Wall(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::Tube(b) => out.push_all(drops, |out, drops| b.finish(out, drops)),
+            Self::QuadStrip(b) => b.finish(out),
+            Self::Welded(b) => b.finish(out, drops),
+            Self::Hull(b) => b.finish(out, drops),
+            Self::TubeBrush(b) => b.finish(out, drops),
+        }
+    }
+
+    /// Makes polygons anew that change with the length of the whole stroke; `out` says which: those at its end, and now and
+    /// then all. To be called once a frame, if samples have come.
+    pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
+        if let Self::TubeBrush(b) = self {
+            b.settle(out, drops);
+        }
+    }
+
+    /// Paints polygons anew that the samples since the last call have changed only in their painting: what depends on the
+    /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
+    /// To be called once a frame, and after [`StrokeBuilder::finish`].
+    pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
+        match self {
+            Self::Ribbon(_)
+            | Self::Wall(_)
+            | Self::Tube(_)
+            | Self::Slices(_)
+            | Self::Hull(_)
+            | Self::Particles(_)
+            | Self::Spray(_)
+            | Self::TubeBrush(_)
+            | Self::WindowedHull(_) => {}
+            Self::Welded(b) => b.repaint(out),
+            Self::QuadStrip(b) => b.repaint(out),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+use glam::{Vec2, Vec3};
+
+use super::{Drops, MAX_SCATTERED, Pieces, Sample, StrokeSettings, random::Random};
+use crate::brush::{Brush, PARTICLE_STEP_M, Surface};
+use osp::polygon::ConvexPolygon;
+
+/// A stroke of a single particle is drawn as if pressed at least so hard.
+const LONE_PRESSURE: f32 = 0.8;
+
+/// The corners of a square about its middle, in the order of its texture's corners.
+pub(super) const CORNERS: [Vec2; 4] =
+    [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0)];
+
+/// Makes squares that face the eye, at even distances along the samples.
+#[derive(Clone, Debug)]
+pub struct ParticlesBuilder {
+    brush: &'static Brush,
+    width_m: f32,
+    random: Random,
+    interval_m: f64,
+    /// The last sample, and its number in the stroke.
+    last: Option<(Sample, u32)>,
+    /// From the first sample to the last.
+    length_m: f64,
+    /// Places along the stroke that have had their particle.
+    taken: u64,
+    /// Where the stroke's only particle stands, as long as there is no other.
+    lone: Option<Lone>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Lone {
+    place: u32,
+    position: Vec3,
+    /// Of the second sample, once there is one.
+    pressure: f32,
+}
+
+impl ParticlesBuilder {
+    /// A stroke without samples.
+    pub fn new(settings: &StrokeSettings, brush: &'static Brush) -> Self {
+        let interval_m = f64::from(PARTICLE_STEP_M * settings.scale / brush.particle_rate);
+        Self {
+            brush,
+            width_m: settings.width_m,
+            random: Random::new(settings.seed),
+            // No number of particles has to be infinite.
+            interval_m: interval_m.max(f64::MIN_POSITIVE),
+            last: None,
+            length_m: 0.0,
+            taken: 0,
+            lone: None,
+        }
+    }
+
+    /// Takes a sample and says in `out` what that does.
+    pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
+        let Some((last, number)) = self.last else {
+            let lone = Lone { place: out.len(), position: sample.position, pressure: sample.pressure };
+            self.place_lone(lone, out, drops);
+            (self.last, self.taken, self.lone) = (Some((sample, 0)), 1, Some(lone));
+            return;
+        };
+        let step = sample.position - last.position;
+        let step_m = f64::from(step.length());
+        if !step_m.is_finite() {
+            drops.out_of_range += 1;
+            return;
+        }
+        let knot = number.wrapping_add(1);
+        let start_m = self.length_m;
+        self.length_m += step_m;
+        // Cast: saturates.
+        let taken = ((self.length_m / self.interval_m).floor() as u64).saturating_add(1).max(self.taken);
+        let first = std::mem::replace(&mut self.taken, taken);
+        self.last = Some((sample, knot));
+
+        if let Some(lone) = &mut self.lone {
+            if number == 0 {
+                lone.pressure = sample.pressure;
+            }
+            let lone = *lone;
+            out.truncate(lone.place);
+            if taken == first {
+                self.place_lone(lone, out, drops);
+                return;
+            }
+            self.lone = None;
+            self.place(lone.position, lone.pressure, 1, 0, out, drops);
+        }
+        // The first particle of the stroke is the first one on the way to the second sample.
+        let already = u64::from(number == 0);
+        let count = (taken - first).min(MAX_SCATTERED);
+        drops.excess_pieces = drops.excess_pieces.saturating_add(taken - first - count);
+        for i in 0..count {
+            let along_m = (first + i) as f64 * self.interval_m - start_m;
+            let position = last.position + step * ((along_m / step_m) as f32).clamp(0.0, 1.0);
+            self.place(position, sample.pressure, knot, (already + i) as u32, out, drops);
+        }
+    }
+
+    fn place_lone(&self, lone: Lone, out: &mut Pieces, drops: &mut Drops) {
+        self.place(lone.position, lone.pressure.max(LONE_PRESSURE), 1, 0, out, drops);
+    }
+
+    /// Places particle `i` of those on the way to sample `knot`.
+    fn place(&self, position: Vec3, pressure: f32, knot: u32, i: u32, out: &mut Pieces, drops: &mut Drops) {
+        let (brush, random) = (self.brush, self.random);
+        let salt = knot.wrapping_mul(16).wrapping_add(i).wrapping_mul(16);
+        let at = |offset: u32| salt.wrapping_add(offset);
+        let size_m = self.width_m * brush.size(pressure) * (1.0 + brush.size_variance * random.unit(at(0)));
+        let alpha = if brush.randomize_alpha { random.unit(at(1)) } else { brush.opacity(pressure) };
+        let mut middle = position;
+        if brush.particle_speed > 0.0 {
+            middle += random.on_sphere(at(2)) * (size_m * brush.particle_speed / brush.size_min);
+        }
+        let roll = random.around_zero(at(7), 0.5 * brush.particle_rotation_range_degrees.to_radians());
+        let corners = CORNERS.map(|corner| middle + (corner * (0.5 * size_m)).extend(0.0));
+        out.push(
+            ConvexPolygon::quad(corners),
+            Surface::facing(roll, cell(brush, random, at(8)), alpha),
+            drops,
+        );
+    }
+}
+
+/// The part of the texture that a square shows, for [`CORNERS`]: all of it, or one of two by two cells.
+pub(super) fn cell(brush: &Brush, random: Random, salt: u32) -> [Vec2; 4] {
+    if brush.atlas_rows <= 1 {
+        return CORNERS.map(|corner| corner * 0.5 + 0.5);
+    }
+    let number = (4.0 * random.unit(salt)) as u32;
+    let start = Vec2::new((number % 2) as f32, (number / 2) as f32);
+    CORNERS.map(|corner| (start + corner * 0.5 + 0.5) * 0.5)
+}

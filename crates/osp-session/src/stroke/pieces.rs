@@ -1,0 +1,145 @@
+use glam::Vec3;
+
+use super::Drops;
+use super::polygon::{push_checked, push_quad};
+use crate::brush::Surface;
+use osp::polygon::ConvexPolygon;
+
+/// A polygon of a stroke and how it is painted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Its corners.
+    pub polygon: ConvexPolygon,
+    /// How it is painted.
+    pub surface: Surface,
+}
+
+/// Where the polygons of a quad went: none, one or two, and which corners of the quad they have.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct QuadPieces {
+    first: u32,
+    count: u8,
+    corners: [[u8; 4]; 2],
+}
+
+impl QuadPieces {
+    /// The place of the first one, or where it would be.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
+    /// The places of all, and how they are painted if `surface` paints the quad.
+    pub fn painted(self, surface: Surface) -> impl Iterator<Item = (u32, Surface)> {
+        (self.first..).zip(self.corners).take(usize::from(self.count)).map(move |(place, corners)| {
+            let is_whole = corners == [0, 1, 2, 3];
+            (place, if is_whole { surface } else { surface.with_corners(corners.map(usize::from)) })
+        })
+    }
+}
+
+/// What a sample does to the polygons of its stroke: those before the first one that it touches stay, the others are
+/// replaced.
+///
+/// Places count from the stroke's first polygon.
+#[derive(Clone, Debug, Default)]
+pub struct Pieces {
+    kept: u32,
+    /// Polygons before this place came from elsewhere, or before such: no sample takes them back.
+    fixed: u32,
+    fresh: Vec<Piece>,
+    /// Polygons on their way to `fresh`.
+    polygons: Vec<ConvexPolygon>,
+}
+
+impl Pieces {
+    /// Begins anew for a stroke that has `count` polygons, of which the first `fixed` stay whatever the samples do.
+    pub fn begin(&mut self, count: u32, fixed: u32) {
+        (self.kept, self.fixed) = (count, fixed);
+        self.fresh.clear();
+    }
+
+    /// Polygons that the stroke has now.
+    pub fn len(&self) -> u32 {
+        self.kept + self.fresh.len() as u32
+    }
+
+    /// Whether the stroke has no polygon.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Takes back all polygons from place `len` on, but for those that are fixed.
+    pub fn truncate(&mut self, len: u32) {
+        let len = len.max(self.fixed);
+        self.fresh.truncate(len.saturating_sub(self.kept) as usize);
+        self.kept = self.kept.min(len);
+    }
+
+    /// The place of the first polygon that is not as it was.
+    pub fn kept(&self) -> u32 {
+        self.kept
+    }
+
+    /// The polygons from place [`Pieces::kept`] on.
+    pub fn fresh(&self) -> &[Piece] {
+        &self.fresh
+    }
+
+    /// Appends a polygon unless it is degenerate or out of range, which is counted.
+    pub fn push(&mut self, polygon: ConvexPolygon, surface: Surface, drops: &mut Drops) {
+        let before = self.fresh.len();
+        self.push_all(drops, |out, drops| push_checked(polygon, out, drops));
+        self.fresh[before..].iter_mut().for_each(|piece| piece.surface = surface);
+    }
+
+    /// Appends a quad whose corners `surface` paints in their order: as one polygon if it is flat and convex, as two
+    /// triangles if not, as one if two neighbouring corners are the same. A triangle repeats its last corner.
+    pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
+        let before = self.fresh.len();
+        let mut pieces = self.no_quad();
+        // Where two neighbours are one point, the quad is a triangle.
+        let double = (0..4).find(|&i| corners[i] == corners[(i + 1) % 4]);
+        self.push_all(drops, |out, drops| match double.map(|i| [1, 2, 3].map(|k| corners[(i + k) % 4])) {
+            Some([a, b, c]) => push_checked(ConvexPolygon::triangle(a, b, c), out, drops),
+            None => push_quad(corners, out, drops),
+        });
+        for (piece, places) in self.fresh[before..].iter_mut().zip(&mut pieces.corners) {
+            // Each corner of a half is one of the quad's, bit for bit.
+            let vertices = piece.polygon.vertices();
+            let place = |i: usize| {
+                let vertex = vertices[i.min(vertices.len() - 1)];
+                corners.iter().position(|corner| *corner == vertex).unwrap_or(0) as u8
+            };
+            *places = if vertices.len() == 4 { [0, 1, 2, 3] } else { [0, 1, 2, 3].map(place) };
+            pieces.count += 1;
+        }
+        for (place, surface) in pieces.painted(surface) {
+            self.fresh[(place - self.kept) as usize].surface = surface;
+        }
+        pieces
+    }
+
+    /// Appends a quad, or a triangle where its first or last two corners are one point.
+    pub fn push_side(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) {
+        let [a, b, c, d] = corners;
+        if c == d {
+            self.push(ConvexPolygon::triangle(a, b, c), surface, drops);
+        } else if a == b {
+            self.push(ConvexPolygon::triangle(b, c, d), surface.with_corners([1, 2, 3, 3]), drops);
+        } else {
+            self.push_quad(corners, surface, drops);
+        }
+    }
+
+    /// What a quad without polygons would be here.
+    pub fn no_quad(&self) -> QuadPieces {
+        QuadPieces { first: self.len(), ..QuadPieces::default() }
+    }
+
+    /// Appends polygons without texture.
+    pub fn push_all(&mut self, drops: &mut Drops, make: impl FnOnce(&mut Vec<ConvexPolygon>, &mut Drops)) {
+        make(&mut self.polygons, drops);
+        let plain = |polygon| Piece { polygon, surface: Surface::PLAIN };
+        self.fresh.extend(self.polygons.drain(..).map(plain));
+    }
+}

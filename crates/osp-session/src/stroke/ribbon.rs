@@ -1,0 +1,64 @@
+use glam::Vec3;
+
+use super::polygon::push_quad;
+use super::{Drops, Sample, StrokeSettings, frame};
+use osp::{math::TOLERANCE_M, polygon::ConvexPolygon};
+
+/// Makes a ribbon: one quad between each two samples, spanned along the width (see [`crate::recording::NormalRule`]).
+///
+/// Source: "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", Fig. 17 (a polygon
+/// whose normal is the tracker's X axis, between each two samples).
+#[derive(Clone, Debug)]
+pub struct RibbonBuilder {
+    settings: StrokeSettings,
+    last: Option<Sample>,
+    /// The left and right border at the last sample; unknown until the stroke has a direction.
+    border: Option<[Vec3; 2]>,
+    side: Option<Vec3>,
+}
+
+impl RibbonBuilder {
+    /// A ribbon without samples.
+    pub fn new(settings: StrokeSettings) -> Self {
+        Self { settings, last: None, border: None, side: None }
+    }
+
+    /// Takes a sample and appends the quad to it from the one before: one flat polygon or two triangles.
+    pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
+        let Some(last) = self.last else {
+            self.last = Some(sample);
+            return;
+        };
+        let step = sample.position - last.position;
+        let length_m = step.length();
+        if !length_m.is_finite() {
+            drops.out_of_range += 1;
+            return;
+        }
+        if length_m <= TOLERANCE_M {
+            // The border stays where it is, so the next sample joins it without a gap.
+            drops.zero_length += 1;
+            return;
+        }
+        let travel = step / length_m;
+        let [left, right] = match self.border {
+            Some(border) => border,
+            None => {
+                let side = frame::side(self.settings.normal, &last, travel, None);
+                self.side = Some(side);
+                self.border_at(&last, side)
+            }
+        };
+        let side = frame::side(self.settings.normal, &sample, travel, self.side);
+        let [next_left, next_right] = self.border_at(&sample, side);
+        push_quad([left, right, next_right, next_left], out, drops);
+        self.border = Some([next_left, next_right]);
+        self.side = Some(side);
+        self.last = Some(sample);
+    }
+
+    fn border_at(&self, sample: &Sample, side: Vec3) -> [Vec3; 2] {
+        let half = side * self.settings.half_width_m(sample.pressure);
+        [sample.position + half, sample.position - half]
+    }
+}

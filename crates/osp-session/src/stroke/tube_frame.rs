@@ -1,0 +1,37 @@
+use glam::{Quat, Vec3};
+
+use super::frame::{any_perpendicular, perpendicular_part};
+use osp::math::rotate;
+
+/// Unit vectors. Open Brush's are left-handed; here `right` is `ahead` x `up`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) ahead: Vec3,
+    up: Vec3,
+    right: Vec3,
+}
+
+impl Frame {
+    fn new(ahead: Vec3, up: Vec3) -> Self {
+        let up = perpendicular_part(up, ahead).unwrap_or_else(|| any_perpendicular(ahead));
+        Self { ahead, up, right: ahead.cross(up) }
+    }
+
+    /// Where a segment starts.
+    pub(super) fn first(ahead: Vec3, orientation: Quat) -> Self {
+        let up = rotate(orientation, Vec3::Y);
+        Self::new(ahead, if up.dot(ahead) < 0.01 { rotate(orientation, Vec3::X) } else { up })
+    }
+
+    /// Turned by the smallest rotation that takes it to another direction.
+    pub(super) fn turned_to(self, ahead: Vec3) -> Self {
+        let both = self.ahead + ahead;
+        let up = self.up - both * (ahead.dot(self.up) / (1.0 + self.ahead.dot(ahead)).max(1.0e-6));
+        Self::new(ahead, up)
+    }
+
+    /// Away from the middle, for the cosine and sine of an angle that starts below.
+    pub(super) fn outwards(&self, (cos, sin): (f32, f32)) -> Vec3 {
+        -self.up * cos - self.right * sin
+    }
+}

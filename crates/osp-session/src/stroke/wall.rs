@@ -1,0 +1,34 @@
+use glam::Vec3;
+
+use super::{Drops, Sample, split_into_convex, triangulate::flatten};
+use crate::recording::Event;
+use osp::polygon::ConvexPolygon;
+
+/// Makes one planar polygon whose corners are the samples; it is there when the stroke ends.
+#[derive(Clone, Debug, Default)]
+pub struct WallBuilder {
+    corners: Vec<Vec3>,
+}
+
+impl WallBuilder {
+    /// A wall without corners.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes a corner; those beyond [`Event::MAX_VERTICES`] replace the last one.
+    pub fn push(&mut self, sample: Sample, drops: &mut Drops) {
+        if self.corners.len() == Event::MAX_VERTICES {
+            self.corners.pop();
+            drops.excess_corners += 1;
+        }
+        self.corners.push(sample.position);
+    }
+
+    /// Puts the corners into their mean plane and appends the wall, in convex pieces if it is not convex.
+    pub fn finish(&mut self, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
+        flatten(&mut self.corners);
+        split_into_convex(&self.corners, out, drops);
+        self.corners.clear();
+    }
+}

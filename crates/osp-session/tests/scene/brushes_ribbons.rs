@@ -1,0 +1,470 @@
+//! Ribbons of brushes: what samples become, sample by sample.
+
+use glam::{Quat, Vec2, Vec3};
+use osp_session::{
+    brush::{self, Brush, Family, Outline},
+    recording::{NormalRule, Tool},
+    stroke::{Drops, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
+};
+use rand_pcg::{Pcg64, rand_core::Rng};
+
+const WIDTH_M: f32 = 0.1;
+
+/// A stroke as a scene keeps it.
+struct Stroke {
+    builder: StrokeBuilder,
+    pieces: Vec<Piece>,
+    drops: Drops,
+    /// The most polygons that one sample has touched.
+    most_replaced: usize,
+}
+
+impl Stroke {
+    fn new(brush: &'static Brush, width_m: f32, scale: f32) -> Self {
+        let builder = StrokeBuilder::new(StrokeSettings {
+            brush: Some(brush),
+            tool: Tool::Ribbon,
+            width_m,
+            thinnest: 1.0,
+            normal: NormalRule::Travel,
+            seed: 7,
+            scale,
+        });
+        Self { builder, pieces: Vec::new(), drops: Drops::default(), most_replaced: 0 }
+    }
+
+    fn change(&mut self, with: impl FnOnce(&mut StrokeBuilder, &mut Pieces, &mut Drops)) {
+        let mut out = Pieces::default();
+        out.begin(self.pieces.len() as u32, 0);
+        with(&mut self.builder, &mut out, &mut self.drops);
+        self.most_replaced = self.most_replaced.max(self.pieces.len() - out.kept() as usize);
+        self.pieces.truncate(out.kept() as usize);
+        self.pieces.extend_from_slice(out.fresh());
+        assert_eq!(self.pieces.len(), out.len() as usize);
+    }
+
+    fn push(&mut self, sample: Sample) {
+        self.change(|builder, out, drops| builder.push(sample, out, drops));
+    }
+
+    fn repaint(&mut self) {
+        let mut painted = Vec::new();
+        self.builder.repaint(&mut painted);
+        assert!(painted.is_sorted_by(|a, b| a.0 < b.0), "places ascend");
+        for (place, surface) in painted {
+            self.pieces[place as usize].surface = surface;
+        }
+    }
+
+    fn finish(&mut self) {
+        self.change(|builder, out, drops| builder.finish(out, drops));
+        self.repaint();
+    }
+
+    fn drawn(brush: &'static Brush, samples: &[Sample]) -> Self {
+        Self::drawn_in_frames(brush, samples, samples.len().max(1))
+    }
+
+    fn drawn_in_frames(brush: &'static Brush, samples: &[Sample], frame: usize) -> Self {
+        let mut stroke = Self::new(brush, WIDTH_M, 1.0);
+        for samples in samples.chunks(frame) {
+            samples.iter().for_each(|&sample| stroke.push(sample));
+            stroke.repaint();
+        }
+        stroke.finish();
+        stroke
+    }
+}
+
+fn named(name: &str) -> &'static Brush {
+    brush::find(name).expect("a brush of the table")
+}
+
+fn quad_strips() -> impl Iterator<Item = &'static Brush> {
+    brush::all().iter().filter(|brush| matches!(brush.family, Family::QuadStrip(_)))
+}
+
+fn ribbons() -> impl Iterator<Item = &'static Brush> {
+    let is_ribbon = |family| {
+        matches!(
+            family,
+            Family::QuadStrip(_)
+                | Family::Welded { .. }
+                | Family::ThickRibbon
+                | Family::BoxSection
+                | Family::Slices
+        )
+    };
+    brush::all().iter().filter(move |brush| is_ribbon(brush.family))
+}
+
+fn at(x: f32, y: f32) -> Sample {
+    Sample { position: Vec3::new(x, y, 0.0), orientation: Quat::IDENTITY, pressure: 1.0 }
+}
+
+fn line(count: u32, step_m: f32) -> Vec<Sample> {
+    (0..count).map(|i| at(i as f32 * step_m, 0.0)).collect()
+}
+
+/// A stroke that wanders, turns back, rests and jumps.
+fn wild(random: &mut Pcg64, count: u32) -> Vec<Sample> {
+    let mut unit = move || (random.next_u64() % 65536) as f32 / 65536.0;
+    let (mut p, mut way) = (Vec3::ZERO, Vec3::X);
+    (0..count)
+        .map(|_| {
+            let turn = match (unit() * 12.0) as u32 {
+                0 => 4.0,
+                1..4 => 1.0,
+                _ => 0.1,
+            };
+            way = (way + Vec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * turn).normalize_or(Vec3::Y);
+            p += way * [0.0, 1.0e-8, 0.0007, 0.004, 0.02, 0.02, 0.05, 0.3][(unit() * 8.0) as usize];
+            let axis = Vec3::new(unit() - 0.5, unit() - 0.5, unit() + 0.1).normalize();
+            let orientation = Quat::from_axis_angle(axis, unit());
+            Sample { position: p, orientation, pressure: unit() }
+        })
+        .collect()
+}
+
+fn close(a: Vec2, b: Vec2) -> bool {
+    a.distance(b) < 1.0e-3
+}
+
+#[test]
+fn a_straight_stroke_is_a_row_of_rectangles_with_the_texture_along_it() {
+    let stroke = Stroke::drawn(named("CelVinyl"), &line(11, 0.03));
+    assert_eq!(stroke.pieces.len(), 10);
+    for (i, piece) in stroke.pieces.iter().enumerate() {
+        let x = |k: usize| k as f32 * 0.03;
+        // The tracker points along -z: the ribbon faces it, and its width lies along y.
+        let half = 0.5 * WIDTH_M;
+        let corners = [(x(i), -half), (x(i), half), (x(i + 1), half), (x(i + 1), -half)];
+        let vertices = piece.polygon.vertices();
+        let side = if vertices[0].y < 0.0 { 1.0 } else { -1.0 };
+        for (vertex, (x, y)) in vertices.iter().zip(corners) {
+            assert!(vertex.distance(Vec3::new(x, side * y, 0.0)) < 1.0e-6, "{vertex} is not ({x}, {y})");
+        }
+        let (u0, u1) = (i as f32 / 10.0, (i + 1) as f32 / 10.0);
+        let uv = [(u0, 0.0), (u0, 1.0), (u1, 1.0), (u1, 0.0)].map(Vec2::from);
+        for (corner, uv) in uv.into_iter().enumerate() {
+            assert!(close(piece.surface.uv(corner), uv), "{} is not {uv}", piece.surface.uv(corner));
+            let normal = piece.surface.normal(corner).expect("smooth");
+            assert!(normal.z.abs() > 0.999, "{normal}");
+        }
+    }
+}
+
+#[test]
+fn the_end_is_where_the_hand_is_and_the_next_sample_replaces_it() {
+    // A quad is kept after 0.0215 m.
+    let mut samples = line(5, 0.03);
+    let mut ends = Vec::new();
+    for x in [0.13, 0.135, 0.14] {
+        samples.push(at(x, 0.0));
+        let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+        assert_eq!(stroke.pieces.len(), 5);
+        ends.push(stroke.pieces[4].polygon.vertices()[2].x);
+    }
+    assert!(ends.iter().zip([0.13, 0.135, 0.14]).all(|(a, b)| (a - b).abs() < 1.0e-6), "{ends:?}");
+    samples.push(at(0.142, 0.0));
+    samples.push(at(0.16, 0.0));
+    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    assert_eq!(stroke.pieces.len(), 6);
+}
+
+#[test]
+fn a_stroke_of_one_quad_is_none() {
+    for samples in [line(1, 0.03), line(2, 0.03), vec![at(0.0, 0.0), at(0.03, 0.0), at(0.04, 0.0)]] {
+        assert_eq!(Stroke::drawn(named("CelVinyl"), &samples).pieces.len(), 0, "{} samples", samples.len());
+    }
+    assert_eq!(Stroke::drawn(named("CelVinyl"), &line(3, 0.03)).pieces.len(), 2);
+}
+
+#[test]
+fn pressure_makes_the_ribbon_wide() {
+    let mut samples = line(30, 0.03);
+    samples.iter_mut().for_each(|sample| sample.pressure = 0.5);
+    let brush = named("CelVinyl");
+    let stroke = Stroke::drawn(brush, &samples);
+    let vertices = stroke.pieces[20].polygon.vertices().to_vec();
+    assert!((vertices[0].distance(vertices[1]) - WIDTH_M * brush.size(0.5)).abs() < 1.0e-5);
+}
+
+#[test]
+fn where_the_hand_turns_back_a_new_segment_begins_with_its_own_texture() {
+    let mut samples = line(6, 0.03);
+    samples.extend((0..5).map(|i| at(0.13 - i as f32 * 0.03, 0.01)));
+    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    let u: Vec<[f32; 2]> = stroke.pieces.iter().map(|p| [p.surface.uv(0).x, p.surface.uv(2).x]).collect();
+    assert_eq!(u.len(), 10, "{u:?}");
+    for (segment, name) in [(&u[..5], "there"), (&u[5..], "back")] {
+        assert!(segment[0][0].abs() < 1.0e-3 && (segment[4][1] - 1.0).abs() < 1.0e-3, "{name}: {u:?}");
+        assert!(segment.windows(2).all(|pair| (pair[0][1] - pair[1][0]).abs() < 1.0e-3), "{name}: {u:?}");
+    }
+    // A single quad between two breaks is not drawn.
+    let mut samples = line(4, 0.03);
+    samples.push(at(0.06, 0.001));
+    samples.extend((0..4).map(|i| at(0.09 + i as f32 * 0.03, 0.002)));
+    let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+    assert_eq!(stroke.pieces.len(), 3 + 4);
+}
+
+#[test]
+fn quads_of_a_segment_share_their_edges() {
+    let arc: Vec<Sample> = (0..60)
+        .map(|i| {
+            let angle = i as f32 * 0.1;
+            let position = Vec3::new(angle.cos(), angle.sin(), 0.05 * i as f32) * 0.3;
+            Sample { position, orientation: Quat::from_rotation_x(angle), pressure: 0.5 + 0.5 * angle.sin() }
+        })
+        .collect();
+    for brush in quad_strips() {
+        let stroke = Stroke::drawn(brush, &arc);
+        assert!(stroke.pieces.len() >= 58, "{}: {}", brush.name, stroke.pieces.len());
+        let shared = |a: &Piece, b: &Piece| {
+            let (a, b) = (a.polygon.vertices(), b.polygon.vertices());
+            a.iter().filter(|corner| b.contains(corner)).count()
+        };
+        for pair in stroke.pieces.windows(2) {
+            assert!(shared(&pair[0], &pair[1]) >= 2, "{}: {pair:?}", brush.name);
+        }
+    }
+}
+
+#[test]
+fn in_a_turn_tighter_than_the_ribbon_is_wide_nothing_is_turned_over() {
+    for radius_m in [0.03, 0.045, 0.06, 0.2] {
+        for way in [1.0, -1.0] {
+            let samples: Vec<Sample> = (0..200)
+                .map(|i| i as f32 * 0.025 / radius_m)
+                .take_while(|angle| *angle < 3.0)
+                .map(|angle| at(radius_m * angle.sin(), way * radius_m * (1.0 - angle.cos())))
+                .collect();
+            let stroke = Stroke::drawn(named("CelVinyl"), &samples);
+            assert!(stroke.pieces.len() >= 3, "{radius_m}: {}", stroke.pieces.len());
+            let z: Vec<f32> = stroke.pieces.iter().map(|piece| piece.polygon.area_vector().z).collect();
+            assert!(z.iter().all(|each| each * z[0] > 0.0), "radius {radius_m} m, {way}: {z:?}");
+        }
+    }
+}
+
+#[test]
+fn textures_by_distance_go_on_from_quad_to_quad_and_fade_at_the_ends() {
+    let brush = named("Marker");
+    let stroke = Stroke::drawn(brush, &line(40, 0.03));
+    assert_eq!(stroke.pieces.len(), 39);
+    let step = brush.tile_rate * 0.03 / WIDTH_M;
+    for pair in stroke.pieces.windows(2) {
+        let [(a0, a1), (b0, _)] = [0, 1].map(|i| (pair[i].surface.uv(0).x, pair[i].surface.uv(3).x));
+        assert!((a1 - a0 - step).abs() < 1.0e-3, "{a0} to {a1}");
+        let gap = b0 - a1;
+        assert!((gap - gap.round()).abs() < 1.0e-3, "{a1}, then {b0}");
+    }
+    let alpha: Vec<[f32; 2]> =
+        stroke.pieces.iter().map(|p| [p.surface.alpha(0), p.surface.alpha(3)]).collect();
+    assert_eq!(alpha[0], [0.0, 1.0]);
+    assert!(alpha[1..38].iter().all(|a| *a == [1.0, 1.0]), "{alpha:?}");
+    assert_eq!(alpha[38], [1.0, 0.0]);
+    // With short quads the ramp is 2.5 cm long.
+    let mut stroke = Stroke::new(brush, 0.01, 1.0);
+    line(60, 0.005).into_iter().for_each(|sample| stroke.push(sample));
+    stroke.finish();
+    let alpha: Vec<f32> = stroke.pieces.iter().rev().take(6).map(|p| p.surface.alpha(0)).collect();
+    for (alpha, expected) in alpha.iter().zip([0.2, 0.4, 0.6, 0.8, 1.0, 1.0]) {
+        assert!((alpha - expected).abs() < 0.01, "{alpha} instead of {expected}");
+    }
+}
+
+#[test]
+fn a_segment_shows_one_row_of_the_texture() {
+    let stroke = Stroke::drawn(named("Ink"), &line(10, 0.03));
+    let rows: Vec<[f32; 2]> =
+        stroke.pieces.iter().map(|p| [p.surface.uv(0).y * 4.0, p.surface.uv(1).y * 4.0]).collect();
+    for row in &rows {
+        assert!(
+            (row[0] - row[0].round()).abs() < 1.0e-2 && (row[1] - row[0] - 1.0).abs() < 1.0e-2,
+            "{row:?}"
+        );
+        assert!((row[0] - rows[0][0]).abs() < 1.0e-2, "{rows:?}");
+    }
+    let stroke = Stroke::drawn(named("Wireframe"), &line(10, 0.03));
+    assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(0), Vec2::ZERO)));
+    assert!(stroke.pieces.iter().all(|p| close(p.surface.uv(2), Vec2::ONE)));
+}
+
+#[test]
+fn frames_of_any_size_give_the_same_polygons_and_paint() {
+    let mut random = Pcg64::new(3, 7);
+    for round in 0..4 {
+        let samples = wild(&mut random, 150);
+        for brush in ribbons() {
+            let whole = Stroke::drawn(brush, &samples);
+            for frame in [1, 2, 7, 40] {
+                let in_frames = Stroke::drawn_in_frames(brush, &samples, frame);
+                assert!(
+                    whole.pieces == in_frames.pieces,
+                    "{}, round {round}: frames of {frame} differ",
+                    brush.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sample_replaces_few_polygons_however_long_the_stroke_is() {
+    let mut random = Pcg64::new(4, 7);
+    let samples = wild(&mut random, 3000);
+    for brush in ribbons() {
+        let stroke = Stroke::drawn_in_frames(brush, &samples, 3);
+        assert!(stroke.pieces.len() > 200, "{}: {}", brush.name, stroke.pieces.len());
+        match brush.family {
+            // What is pointed at both ends is made anew as a whole, but only as often as it has grown by an eighth.
+            Family::Welded { shape: Outline::DoubleTaper | Outline::Bolt, .. } => {}
+            _ => assert!(stroke.most_replaced <= 26, "{}: {}", brush.name, stroke.most_replaced),
+        }
+    }
+    let arc = arc(2000);
+    for name in ["DoubleTaperedMarker", "Electricity"] {
+        let mut stroke = Stroke::new(named(name), WIDTH_M, 1.0);
+        let mut replaced = 0;
+        for &sample in &arc {
+            stroke.most_replaced = 0;
+            stroke.push(sample);
+            replaced += stroke.most_replaced;
+        }
+        stroke.finish();
+        let a_piece = replaced / stroke.pieces.len();
+        assert!(a_piece < 16, "{name}: each polygon was made {a_piece} times");
+    }
+}
+
+/// A long, gentle spiral.
+fn arc(count: u32) -> Vec<Sample> {
+    (0..count).map(|i| i as f32 * 0.03).map(|x| at(x.cos() + 0.05 * x, x.sin())).collect()
+}
+
+#[test]
+fn a_welded_ribbon_shares_its_edges_and_its_texture_runs_from_end_to_end() {
+    for brush in
+        ribbons().filter(|brush| matches!(brush.family, Family::Welded { shape: Outline::Plain, .. }))
+    {
+        let stroke = Stroke::drawn(brush, &arc(60));
+        assert_eq!(stroke.pieces.len(), 59, "{}", brush.name);
+        for pair in stroke.pieces.windows(2) {
+            let [a, b] = [pair[0].polygon.vertices(), pair[1].polygon.vertices()];
+            assert_eq!([a[2], a[3]], [b[1], b[0]], "{}", brush.name);
+            let width_m = a[2].distance(a[3]);
+            assert!((width_m - WIDTH_M).abs() < 0.01, "{}: {width_m}", brush.name);
+        }
+        if let Family::Welded { uv: brush::Uv::Stretched, .. } = brush.family {
+            let u = [0, 58].map(|i| [stroke.pieces[i].surface.uv(0).x, stroke.pieces[i].surface.uv(2).x]);
+            assert!(u[0][0].abs() < 1.0e-3 && (u[1][1] - 1.0).abs() < 1.0e-3, "{}: {u:?}", brush.name);
+        }
+    }
+}
+
+#[test]
+fn a_double_taper_is_widest_in_the_middle_and_pointed_at_both_ends() {
+    let stroke = Stroke::drawn(named("DoubleTaperedMarker"), &line(41, 0.03));
+    // The ends are triangles.
+    assert_eq!(stroke.pieces.len(), 40);
+    assert_eq!([0, 39].map(|i| stroke.pieces[i].polygon.vertices().len()), [3, 3]);
+    for (i, piece) in stroke.pieces.iter().enumerate().take(39).skip(1) {
+        let vertices = piece.polygon.vertices();
+        let (start, end) = (vertices[0].distance(vertices[1]), vertices[2].distance(vertices[3]));
+        let part = [i, i + 1].map(|k| (k as f32 / 40.0 * std::f32::consts::PI).sin());
+        // The pressure rises over the first decimetres: brushes of the old kind begin without.
+        let expected = part.map(|part| WIDTH_M * part);
+        assert!(start <= expected[0] + 1.0e-5 && end <= expected[1] + 1.0e-5, "{i}: {start} m, {end} m");
+        if i > 15 {
+            assert!((start - expected[0]).abs() < 1.0e-3, "{i}: {start} m instead of {}", expected[0]);
+        }
+    }
+}
+
+#[test]
+fn a_bolt_is_three_lines_that_meet_at_both_ends() {
+    let mut stroke = Stroke::new(named("Electricity"), 0.005, 1.0);
+    line(200, 0.005).into_iter().for_each(|sample| stroke.push(sample));
+    stroke.finish();
+    assert!(stroke.pieces.len() >= 3 * 199 - 6, "{}", stroke.pieces.len());
+    let far: Vec<f32> = stroke
+        .pieces
+        .iter()
+        .flat_map(|piece| piece.polygon.vertices().iter())
+        .map(|corner| Vec3::new(0.0, corner.y, corner.z).length())
+        .collect();
+    let most = far.iter().copied().fold(0.0, f32::max);
+    // Triangles: each begins or ends with its point.
+    let ends = [
+        far[..3].iter().copied().fold(1.0, f32::min),
+        far[far.len() - 3..].iter().copied().fold(1.0, f32::min),
+    ];
+    assert!(ends.iter().all(|end| *end < 1.0e-6), "{ends:?}");
+    assert!(most > 0.005 && most < 0.1, "{most} m off the line");
+}
+
+#[test]
+fn thick_ribbons_and_bars_are_closed() {
+    for (brush, pieces) in [("ThickGeometry", 4 * 18 + 2 * 8), ("SquarePaper", 4 * 20 + 2)] {
+        let stroke = Stroke::drawn(named(brush), &line(21, 0.03));
+        // The first and the last pieces of the thick one are bent: they rise from nothing.
+        assert_eq!(stroke.pieces.len(), pieces, "{brush}");
+        // Of a closed surface all area vectors together are nothing, and the volume is inside.
+        let sum: Vec3 = stroke.pieces.iter().map(|piece| piece.polygon.area_vector()).sum();
+        assert!(sum.length() < 1.0e-5, "{brush}: {sum}");
+        let outward = stroke
+            .pieces
+            .iter()
+            .filter(|piece| piece.polygon.area_vector().dot(piece.polygon.vertices()[0]) > 0.0);
+        assert!(outward.count() >= pieces / 2 - 4, "{brush}");
+        for piece in &stroke.pieces {
+            if let Some(normal) = piece.surface.normal(0) {
+                let turned = piece.polygon.area_vector().normalize().dot(normal);
+                assert!(turned > 0.8, "{brush}: {turned}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slices_lie_across_the_stroke() {
+    let stroke = Stroke::drawn(named("Slice"), &line(21, 0.03));
+    assert_eq!(stroke.pieces.len(), 21);
+    for (i, piece) in stroke.pieces.iter().enumerate() {
+        assert!((piece.polygon.area_m2() - WIDTH_M * WIDTH_M).abs() < 1.0e-6);
+        assert!(piece.polygon.vertices().iter().all(|corner| (corner.x - 0.03 * i as f32).abs() < 1.0e-6));
+    }
+}
+
+#[test]
+fn whatever_comes_polygons_are_valid() {
+    let mut random = Pcg64::new(5, 7);
+    for round in 0..10 {
+        let mut samples = wild(&mut random, 100);
+        let far = [1.0, 1.0e6, 1.0e12, 1.0e18, 1.0e38][round % 5];
+        samples.iter_mut().skip(50).for_each(|sample| sample.position *= far);
+        for brush in ribbons() {
+            for (width_m, scale) in [(0.05, 1.0), (0.0, 1.0), (1.0e-30, 1.0e-30), (1.0e30, 1.0), (0.05, 0.0)]
+            {
+                let mut stroke = Stroke::new(brush, width_m, scale);
+                for (i, &sample) in samples.iter().enumerate() {
+                    stroke.push(sample);
+                    if i % 5 == 4 {
+                        stroke.repaint();
+                    }
+                }
+                stroke.finish();
+                for piece in &stroke.pieces {
+                    assert!(
+                        piece.polygon.vertices().iter().all(|corner| corner.is_finite()),
+                        "{}",
+                        brush.name
+                    );
+                    assert!(piece.polygon.area_m2() > 0.0, "{}: {piece:?}", brush.name);
+                }
+            }
+        }
+    }
+}

@@ -1,8 +1,0 @@
-use crate::{math::Aabb, polygon::PolygonId};
-
-/// A polygon as a builder moves it about.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
-    pub(super) bounds: Aabb,
-    pub(super) id: PolygonId,
-}
