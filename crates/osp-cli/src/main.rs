@@ -1,4 +1,4 @@
-//! The `osp` program; everything it does is in [`osp::cli`].
+//! The `osp` program; everything it does is in [`osp_cli`].
 
 use std::process::ExitCode;
 

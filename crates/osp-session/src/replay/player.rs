@@ -34,13 +34,13 @@ impl SessionState {
 /// Plays a session frame by frame: reads a frame's events, applies them to the model and lists what has changed.
 ///
 /// ```
-/// # use osp::{recording::{Event, Pace}, replay::Player};
-/// # let events: Vec<Result<Event, osp::recording::RecordingError>> = Vec::new();
+/// # use osp_session::{recording::{Event, Pace}, replay::Player};
+/// # let events: Vec<Result<Event, osp_session::recording::RecordingError>> = Vec::new();
 /// let mut player = Player::new(events.into_iter(), Pace::Samples(16));
 /// while player.step()? {
 ///     // Cull and draw `player.scene()`; the last frame's part of it is in `player.changes()`.
 /// }
-/// # Ok::<(), osp::recording::RecordingError>(())
+/// # Ok::<(), osp_session::recording::RecordingError>(())
 /// ```
 #[derive(Debug)]
 pub struct Player<I> {
