@@ -324,3 +324,25 @@ fn all_together_remember_so_much() {
     assert_eq!(reach.iter().sum::<usize>(), 1 << 16, "{reach:?}");
     assert!(reach.iter().all(|reach| (900..=1000).contains(reach)), "{reach:?}");
 }
+
+/// What an author makes again applies before later edits of another author who is gone and can take nothing back.
+#[test]
+fn what_is_made_again_comes_before_what_is_forgotten() {
+    let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
+    let named = |author, group, name: &str| Event::Group {
+        t: 0.0,
+        author,
+        group,
+        strokes: vec![],
+        parent: None,
+        name: Some(name.to_owned()),
+    };
+    let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
+    let of_a = [grouped(A, g, &[s], None), named(A, g, "A's"), assign(A, 1)];
+    let of_b = [grouped(B, h, &[s], None), named(B, g, "B's"), assign(B, 2)];
+    let events = [two(), of_a.to_vec(), vec![undo(A), undo(A), undo(A)]].concat();
+    let events = [events, of_b.to_vec(), vec![leave(B), redo(A), redo(A), redo(A)]].concat();
+    let scene = scene_of(events);
+    let stroke = scene.stroke(s).expect("a stroke");
+    assert_eq!((scene.groups_of(stroke), scene.group_name(g), stroke.layer()), (vec![h], Some("B's"), 2));
+}

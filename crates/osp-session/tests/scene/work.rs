@@ -52,4 +52,6 @@ fn one_event_is_taken_whatever_it_costs_and_polygons_count() {
     assert_eq!(scene.apply_within(&events[1..], 102, &mut changes), 2);
     assert_eq!(scene.apply_within(&[], 102, &mut changes), 0);
     assert_eq!((changes.len(), scene.counts().visible), (300, 0));
+    // An event without cost, and no budget: it is taken, or a caller would wait for ever.
+    assert_eq!(scene.apply_within(&[Event::Redo { t: 0.0, author: Author::SOLE }], 0, &mut changes), 1);
 }

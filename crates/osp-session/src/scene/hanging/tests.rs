@@ -248,3 +248,19 @@ fn the_same_where_chains_become_too_long() {
         }
     }
 }
+
+#[test]
+fn a_grouping_that_is_taken_back_leaves_the_group_where_it_found_it() {
+    let mut both = Both::new(4);
+    both.group(0, Some(2));
+    let elsewhere = both.group(0, None).expect("no circle");
+    let over = both.group(2, Some(0)).expect("no circle");
+    both.forget(over);
+    both.turn(elsewhere, Turn::TakenBack);
+    both.compare("taken back");
+    assert_eq!(both.groups.parent(0), None);
+    let last = both.group(0, Some(3)).expect("no circle");
+    both.turn(last, Turn::TakenBack);
+    both.compare("where it was found");
+    assert_eq!(both.groups.parent(0), None);
+}
