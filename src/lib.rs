@@ -14,8 +14,9 @@
 //!
 //! # In an engine
 //!
-//! An engine numbers what it draws, answers for each number as a [`Geometry`](polygon::Geometry), and tells a
-//! [`Pipeline`](frame::Pipeline) in each frame what changed. The pipeline leaves the blocks to draw.
+//! An engine gives each object an id, implements [`Geometry`](polygon::Geometry) for these ids, and passes the changes of each
+//! frame to a [`Pipeline`](frame::Pipeline). [`Pipeline::draw_list`](frame::Pipeline::draw_list) then returns the visible ids in
+//! blocks of sixteen.
 //!
 //! ```
 //! use osp::{
@@ -58,7 +59,7 @@
 //!
 //! // The cube in which most things will lie, and how many will come: hints, not limits.
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
-//! // To draw a mesh costs 10 microseconds, so a test of each one pays.
+//! // Drawing a mesh takes 10 microseconds, so the pass tests every mesh.
 //! let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
 //! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
 //! culler.load(&world);
@@ -67,7 +68,7 @@
 //! let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
 //! let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);
 //!
-//! // In each frame: first the world changes, then the culler hears of it.
+//! // In each frame: update the world first, then pass the changes to the culler.
 //! world.meshes[6] = Aabb::cube(Vec3::new(0.0, 1.0, -2.0), 0.5);
 //! culler.frame(&world, &[Change::Update(PolygonId(7))], &view);
 //! for (block, mask) in culler.draw_list().blocks() {
@@ -83,7 +84,8 @@
 //!
 //! # Layers
 //!
-//! A module knows only modules above it in this table. The library needs `glam`, `libm` and `thiserror`, and has no features.
+//! A module depends only on modules above it in this table. The library needs `glam`, `libm` and `thiserror` (in a browser also
+//! `web-time`) and has no features.
 //!
 //! | module | what it is |
 //! | --- | --- |
@@ -91,36 +93,33 @@
 //! | [`polygon`] | the caller's polygons: id, shape, change, [`Geometry`](polygon::Geometry) |
 //! | [`index`] | the trait [`SpatialIndex`](index::SpatialIndex), [`Osp`](index::Osp), the reference |
 //! | [`view`] | an eye and what its screen shows |
-//! | [`occlusion`] | occluders, and structures that tell what they hide |
+//! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
 //!
-//! Around it lie the crates of the program `osp`, each of which knows those above it only: `osp-session` (recorded sessions,
+//! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recorded sessions,
 //! brushes, scenes), `osp-rivals` (every other index), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
 //! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
 //!
 //! # Vocabulary
 //!
-//! *Session*: one sitting of drawing; a *recording* is its file, an *event* one line of it. *Stroke*: what the hand draws
-//! between press and release, through *control points* (samples). *Polygon*: convex and planar, three or four corners; a
+//! *Polygon*: convex and planar, three or four corners; a
 //! twisted quad is two triangles. *Index*: a spatial structure of *nodes*. *View*: an *eye* and what its *screen* shows.
 //! *Draw list*: the polygons that a frame has to draw. *Occluder*: a polygon that hides others. *Conservative*: never
-//! culls what is visible. *Fingerprint*: a number for a set of polygons.
+//! culls what is visible.
 //!
 //! World space is right-handed, +y up, -z forward, in metres; names carry units and spaces. Vectors are those of `glam`
 //! 0.34, re-exported as [`glam`]; its `From<[f32; 3]>` takes plain arrays.
 //!
 //! # Guarantees
 //!
-//! * **Conservative.** A query may report too much, never too little; "cannot decide" means visible.
+//! * **Conservative.** A query may return hidden polygons, but never omits a visible one. Undecided polygons count as visible.
 //! * **Each id once.** A query reports every polygon at most once.
-//! * **Nothing is lost.** Polygons outside the root cube, over-sized or coincident are kept and found. A recording
-//!   that is cut off replays up to the cut.
-//! * **Deterministic.** Same recording, same settings: the same fingerprint of every frame on every machine. Every
+//! * **Nothing is lost.** Polygons outside the root cube, over-sized or coincident are kept and found.
+//! * **Deterministic.** Same changes, same views: the same ids in every frame on every machine. Every
 //!   box test is the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
-//! * **No allocation** in a frame once the lists have grown to what the view shows, as long as the
-//!   [capacity](index::IndexConfig::capacity) of the index suffices.
-//! * **Errors** name the file, the line or byte, and what was expected. No input makes the library panic: boxes and numbers that
-//!   there cannot be are refused, a capacity and a root are hints within [stated bounds](index::IndexConfig).
+//! * **No allocation.** A frame allocates nothing once its lists have reached full size and the polygons fit the
+//!   [capacity](index::IndexConfig::capacity) of the index.
+//! * **No panic.** The index refuses invalid boxes and ids. [`IndexConfig`](index::IndexConfig) bounds capacity and root.
 //!
 //! # References
 //!

@@ -330,7 +330,7 @@ impl Pass for OcclusionPass {
             self.stage.set_occluders(self.config.choice, self.occluders);
         }
         if self.last.is_none() && switch.can_depth_last_pay() {
-            self.last = Some(PreviousFramePass::new(self.drawn[0].len()));
+            self.last = Some(PreviousFramePass::new(self.capacity));
         }
     }
 }

@@ -4,10 +4,9 @@
 //! filed anew a hundred thousand times a frame. Here each space has an index of its own, by the boxes of its polygons in
 //! that space; when the space moves, one box changes: the one around it, in the index of all spaces.
 //!
-//! A query answers the same set as an index of world boxes, bit for bit. It asks the index of a space with two frusta: the
-//! *outer* one is so much wider than the view's that whatever box in the world touches the view has its box in the space in
-//! it, the *inner* one so much narrower that the opposite holds. What is in the outer one and not in the inner one, a strip
-//! as wide as the largest polygon of the space, is tested by its box in the world.
+//! A query returns the same set as an index of world boxes, bit for bit. It tests two frusta in the space. The *outer* one
+//! contains all candidates: it is wider than the view's by the rounding and the turn of boxes. The *inner* one contains only
+//! certain hits. What lies between, a strip as wide as the largest polygon of the space, is tested by its box in the world.
 
 use std::collections::HashMap;
 

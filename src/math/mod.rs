@@ -3,8 +3,8 @@
 //! World space is right-handed, +y up, -z forward, in metres.
 //!
 //! **Exactness.** Every box test of the crate evaluates a plane as `((n.x*x + n.y*y) + n.z*z) + d` in `f32`,
-//! in this order and without fused multiply-add. Each step of that sum is monotone under rounding, so what is
-//! decided for a box holds bit for bit for every box inside it, and all indexes report the same set.
+//! in this order and without fused multiply-add. Each step of the sum rounds monotonically. A test result for a box
+//! therefore holds exactly for every box inside it, and all indexes report the same set.
 //!
 //! Knows `glam` and nothing of the crate.
 

@@ -4,11 +4,11 @@
 //! its parts, for callers with a frame of their own: [`OcclusionStage`] keeps the candidates and culls one view.
 //!
 //! Large opaque polygons become [`ShadowVolume`]s seen from one eye; an [`OcclusionCuller`] is built from them every
-//! frame and answers for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. Everything is
-//! valid for one [`ViewWindow`](crate::view::ViewWindow) only (one eye, one screen) and nothing of it is kept for the next frame.
+//! frame and returns for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
+//! rebuilt for each [`ViewWindow`](crate::view::ViewWindow) (one eye, one screen) and frame; only candidates for occluders persist.
 //!
-//! **Soundness.** A culler whose [`OcclusionCuller::soundness`] is [`Soundness::Conservative`] says `Hidden` only if every
-//! point of the volume that lies in the window and beyond the near plane is behind a drawn polygon. The proof is in
+//! **Soundness.** A culler whose [`OcclusionCuller::soundness`] is [`Soundness::Conservative`] returns `Hidden` only if drawn
+//! polygons cover every point of the volume that lies in the window and beyond the near plane. The proof is in
 //! [`msvbsp`]; the tests recompute every hidden answer from the polygons.
 //!
 //! **Space.** All geometry is moved so that the eye is the origin, in `f64`. A plane through the eye is then one normal

@@ -1,5 +1,4 @@
-//! A bit for each number, in words of 64: the one bitset of the crate, on slices, so that the owner of the words chooses
-//! where they lie. ([`VisibleBlocks`](super::VisibleBlocks) is another set: its masks of sixteen are an answer's blocks.)
+//! Bitset functions on slices of 64-bit words. The caller owns the memory.
 
 /// Bits of a word.
 pub const WORD: usize = 64;

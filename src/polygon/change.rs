@@ -1,7 +1,7 @@
 use super::{PolygonId, SpaceId};
 
-/// What has become of a polygon since the last frame. The geometry makes the change first, then the index hears of it; a
-/// number that becomes free may be given to another polygon at once (`Remove`, then `Insert`).
+/// A change of a polygon since the last frame. The caller updates the geometry before it passes the change to the pipeline. A
+/// free number may be given to another polygon at once (`Remove`, then `Insert`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The polygon is there now. Where a scene brings back what it had removed, it lies where it was, or an update follows.

@@ -1,4 +1,4 @@
-//! A polygon as everything above knows it: its number, its shape, what becomes of it, and what a caller says of its own.
+//! Types for the caller's polygons: id, shape, change, and the trait [`Geometry`] that supplies their data.
 //!
 //! Knows [`math`](crate::math) only.
 

@@ -1,6 +1,6 @@
 //! An eye and what its screen shows.
 //!
-//! [`View`] gives the frustum that an index is asked with and the [`ViewWindow`] that occlusion is culled for. Knows
+//! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Knows
 //! [`math`](crate::math) only.
 
 mod matrix;
