@@ -16,8 +16,8 @@ pub(super) trait Answer {
     /// What is known when it is complete.
     type Done;
 
-    /// Whether it is told what is hidden, and not what is seen.
-    const IS_HIDDEN: bool = false;
+    /// Whether it receives the polygons outside of the frustum, and not those inside.
+    const IS_OUTSIDE: bool = false;
 
     /// Polygons `first + bit` of a mask.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
@@ -194,14 +194,14 @@ impl Answer for Blocks<'_> {
 }
 
 /// The answer by what is not in it: all polygons in the tree are set, and those told are cleared.
-pub(super) struct Hidden<'a> {
+pub(super) struct Outside<'a> {
     /// From block `first` on.
     masks: &'a mut [u16],
     first: usize,
     count: usize,
 }
 
-impl<'a> Hidden<'a> {
+impl<'a> Outside<'a> {
     /// `masks` are those of the blocks from `first` on; of those that the id map does not know, nothing is written.
     pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
         for (id, filed) in ids.shelves() {
@@ -212,11 +212,11 @@ impl<'a> Hidden<'a> {
     }
 }
 
-impl Answer for Hidden<'_> {
-    /// How many are hidden.
+impl Answer for Outside<'_> {
+    /// How many are outside.
     type Done = usize;
 
-    const IS_HIDDEN: bool = true;
+    const IS_OUTSIDE: bool = true;
 
     #[inline(always)]
     fn run<K: Kernel>(&mut self, _kernel: K, first: u32, mask: u32) {

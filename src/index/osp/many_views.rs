@@ -48,7 +48,7 @@ impl Osp {
                 ([a, b, ..], [first, second, ..]) if !self.is_linear && are_alike(a, b) => {
                     let planes = PlaneSet::new(a);
                     let planned = self.plan(a, &planes);
-                    if planned.1 == Plan::Hidden {
+                    if planned.1 == Plan::Outside {
                         // Where most is seen, each eye has a shorter way of its own.
                         work += self.cull_blocks_by(&planes, planned, first);
                         at += 1;

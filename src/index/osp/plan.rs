@@ -1,11 +1,11 @@
 //! How a query finds its answer. If the whole tree is in view, the answer is every polygon. If most of it is, the query looks
-//! for what is hidden and removes that from the set of all polygons. Otherwise it looks for what is seen. It always looks for the
-//! smaller part, and reads nothing of the other.
+//! for the polygons outside of the frustum and removes them from the set of all. Otherwise it looks for those inside. It always
+//! looks for the smaller part, and reads nothing of the other.
 
 use std::ops::Range;
 
 use super::{
-    answer::{Answer, Blocks, Filling, Hidden, Ids},
+    answer::{Answer, Blocks, Filling, Ids, Outside},
     index::Osp,
     layout::{Node, Target},
     linear::Pass,
@@ -26,8 +26,10 @@ use crate::{
 pub(super) enum Plan {
     /// Nothing: everything is in view.
     All,
-    Hidden,
-    Seen,
+    /// The polygons outside of the frustum, to be removed from the set of all.
+    Outside,
+    /// The polygons inside.
+    Inside,
 }
 
 impl Osp {
@@ -40,12 +42,12 @@ impl Osp {
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
         match plan {
-            Plan::Hidden => {
+            Plan::Outside => {
                 let span = self.ids.span();
                 if masks.len() < span.len() {
                     masks.resize(span.len(), 0);
                 }
-                work += self.look_for_hidden(top, &planes, masks, span.start);
+                work += self.look_for_outside(top, &planes, masks, span.start);
                 let rest = Listed { osp: self, planes: &planes, masks, first: span.start, answer };
                 work += self.backend.run(rest);
             }
@@ -76,8 +78,8 @@ impl Osp {
     ) -> WorkCounts {
         let is_empty = visible.is_empty();
         let masks = visible.masks_for(self.ids_end());
-        if plan == Plan::Hidden && is_empty {
-            work += self.look_for_hidden(top, planes, masks, 0);
+        if plan == Plan::Outside && is_empty {
+            work += self.look_for_outside(top, planes, masks, 0);
             let answer = Blocks::new(masks);
             let (open, (blocks, found)) = self.backend.run(Open { osp: self, planes, answer });
             visible.note_filled(self.ids.span(), work.reported as usize);
@@ -114,13 +116,13 @@ impl Osp {
         let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
         work.nodes += passed;
         // All numbers in between are gone through.
-        let is_dense = plan != Plan::Hidden || self.ids.span().len() <= self.len;
-        (top, if is_dense { plan } else { Plan::Seen }, work)
+        let is_dense = plan != Plan::Outside || self.ids.span().len() <= self.len;
+        (top, if is_dense { plan } else { Plan::Inside }, work)
     }
 
-    /// Sets the masks of all polygons in the tree that are not hidden; `masks` are those of the blocks from `first` on.
-    fn look_for_hidden(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
-        let answer = Hidden::new(masks, first, &self.ids);
+    /// Sets the masks of all polygons in the tree that are not outside of the frustum; `masks` are those of the blocks from `first` on.
+    fn look_for_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
+        let answer = Outside::new(masks, first, &self.ids);
         self.backend.run(Cull { osp: self, top, planes, answer }).0
     }
 }
@@ -145,14 +147,14 @@ impl WithKernel for Weigh<'_> {
         let top = &self.osp.nodes[self.top];
         // By number makes sense only where the numbers are those of polygons.
         if self.osp.ids.entries() > self.osp.len {
-            return (Plan::Seen, work);
+            return (Plan::Inside, work);
         }
         let plan = if holds_all(self.osp, kernel, self.planes, top, &mut work) {
             Plan::All
         } else if !self.osp.is_flat && self.is_mostly_seen(kernel, &mut work) {
-            Plan::Hidden
+            Plan::Outside
         } else {
-            Plan::Seen
+            Plan::Inside
         };
         (plan, work)
     }
@@ -190,7 +192,7 @@ pub(super) fn holds_all<K: Kernel>(
 }
 
 impl Weigh<'_> {
-    /// Whether more seems to be seen than hidden: the upper levels tell, each place weighing as much as there are nodes
+    /// Whether more seems to be inside than outside: the upper levels tell, each place weighing as much as there are nodes
     /// and leaves. What a plane cuts counts by its centre.
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
@@ -287,7 +289,7 @@ impl<A: Filling> WithKernel for All<'_, A> {
     }
 }
 
-/// The ids of what is not hidden, by number.
+/// The ids of what is not outside, by number.
 struct Listed<'a> {
     osp: &'a Osp,
     planes: &'a PlaneSet,

@@ -22,7 +22,7 @@ use crate::index::{
     simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, prefetch_lines},
 };
 
-/// A walk that finds what is seen or, if the answer [is told that](Answer::IS_HIDDEN), what is hidden.
+/// A walk that finds the polygons inside the frustum, or those [outside](Answer::IS_OUTSIDE).
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
     /// The node that the walk begins at. It has to be in the tree: unchecked reads start from it.
@@ -53,7 +53,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
         walk.all(self.top);
         let mut work = walk.work;
         work.reported = (walk.answer.count() - before) as u64;
-        if A::IS_HIDDEN {
+        if A::IS_OUTSIDE {
             work.reported = self.osp.in_tree() as u64 - work.reported;
         }
         work.taken_whole = work.reported.saturating_sub(walk.tested);
@@ -240,7 +240,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     /// one place in this loop, so that all of it is compiled in line.
     #[inline(always)]
     fn all(&mut self, top: u32) {
-        if !A::IS_HIDDEN {
+        if !A::IS_OUTSIDE {
             self.open_block();
         }
         let mut nodes = List::new();
@@ -420,7 +420,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
-        let decided = if A::IS_HIDDEN { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
+        let decided = if A::IS_OUTSIDE { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
         self.answer.lanes(self.kernel, page, decided);
         let cut = seen & sides.cut & !exact;
         let once = sides.cut_once(planes);
@@ -504,7 +504,7 @@ trait Looks: Answer {
     /// empty has to be asked again.
     #[inline(always)]
     fn wanted(mask: u8, behind: u32, cut: u32) -> u32 {
-        match Self::IS_HIDDEN {
+        match Self::IS_OUTSIDE {
             true if mask == 0 => u32::MAX,
             true => behind | cut,
             false => !behind,
@@ -514,13 +514,13 @@ trait Looks: Answer {
     /// The planes that are left to ask about one of them; none if it is told as a whole.
     #[inline(always)]
     fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
-        if Self::IS_HIDDEN && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
+        if Self::IS_OUTSIDE && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
     }
 
     /// Of the polygons of a run that were tested, those to tell.
     #[inline(always)]
     fn of_run(lanes: u32, behind: u32) -> u32 {
-        if Self::IS_HIDDEN { lanes & behind } else { lanes & !behind }
+        if Self::IS_OUTSIDE { lanes & behind } else { lanes & !behind }
     }
 }
 
