@@ -222,7 +222,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     progress.finish_and_clear();
 
     let report = BenchReport {
-        machine: Machine::here(),
+        machine: Machine::here(super::version::COMMIT),
         command: command(),
         reference: args.reference.name().to_owned(),
         sessions,

@@ -23,7 +23,7 @@ pub(super) fn keep_standard_output_for_a_file() {
 /// Letters in a line of the terminal: the variable `COLUMNS`, or what the terminal says. `None` if neither does.
 pub(super) fn columns() -> Option<u16> {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    said.filter(|columns| *columns > 0).or_else(|| comfy_table::Table::new().width())
+    said.filter(|columns| *columns > 0).or_else(|| Some(console::Term::stdout().size_checked()?.1))
 }
 
 /// Writes a result, with a line end.

@@ -59,7 +59,7 @@ pub(super) fn measure(args: &MeasureArgs) -> anyhow::Result<Outcome> {
     let mut outputs = Outputs::new(args.force).reads(&paths);
     let output = args.out.as_ref().map(|out| Table::checked(&mut outputs, out, args.force)).transpose()?;
     let jobs = args.jobs.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), usize::from);
-    let machine = Machine::here();
+    let machine = Machine::here(super::version::COMMIT);
     let study = Study {
         play: &args.play,
         options: args.play.in_one_line(),
@@ -351,7 +351,10 @@ impl Study<'_> {
                 }
                 Err(error) => vec![self.failed(file, error.clone())],
             };
-            failed += u64::from(rows.iter().any(|row| row.error.is_some()));
+            if let Some(error) = rows.iter().find_map(|row| row.error.as_ref()) {
+                failed += 1;
+                complain(&format!("warning: {error}"));
+            }
             if rows.iter().any(|row| row.indexes_agree == Some(false)) {
                 disagreeing.push(&file.name);
             }

@@ -6,6 +6,7 @@ use std::{
     str::FromStr,
 };
 
+use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets};
 use walkdir::WalkDir;
 
@@ -59,6 +60,8 @@ impl FromStr for Part {
 pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {
+        // A name that leads nowhere is a slip of the keyboard, not a damaged session.
+        std::fs::metadata(path).with_context(|| path.display().to_string())?;
         if !path.is_dir() || looks_like_session(path, &[]) {
             found.push(path.clone());
             continue;

@@ -1,5 +1,8 @@
 use std::sync::LazyLock;
 
+/// The commit that the program was built from; `-dirty` if something was changed since.
+pub(super) const COMMIT: Option<&str> = option_env!("OSP_COMMIT");
+
 /// Version, commit and features, as `osp --version` prints them.
 pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
     let features: Vec<&str> = [
@@ -16,7 +19,7 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
     .into_iter()
     .filter_map(|(name, is_built)| is_built.then_some(name))
     .collect();
-    let commit = option_env!("OSP_COMMIT").map(|commit| format!(" ({commit})")).unwrap_or_default();
+    let commit = COMMIT.map(|commit| format!(" ({commit})")).unwrap_or_default();
     let features = if features.is_empty() { "none".to_owned() } else { features.join(", ") };
     format!("{}{commit}\nfeatures: {features}", env!("CARGO_PKG_VERSION"))
 });

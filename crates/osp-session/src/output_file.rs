@@ -43,6 +43,9 @@ pub enum OutputKind {
     Recording,
 }
 
+/// How the JSON of our own models begins, behind the heads of the file and of its first chunk.
+pub(crate) const GLB_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
+
 use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
 impl OutputKind {
@@ -122,7 +125,10 @@ impl OutputKind {
         let holds = |line: &[u8], words: &str| line.windows(words.len()).any(|part| part == words.as_bytes());
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
-            Glb => start.starts_with(b"glTF"),
+            // Models of other programs are somebody's work, and sessions that osp reads.
+            Glb => {
+                start.starts_with(b"glTF") && start.get(20..).is_some_and(|json| json.starts_with(GLB_START))
+            }
             Study => start.starts_with(b"{\"file\":\""),
             Parquet => start.starts_with(b"PAR1"),
             Pvs => start.starts_with(b"osp pvs "),

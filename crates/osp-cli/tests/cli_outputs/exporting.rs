@@ -138,4 +138,12 @@ fn an_export_replaces_models_alone_and_writes_nothing_of_what_it_cannot_read() {
     }
     assert!(osp(folder.path(), ["export", "a.ron", "session.glb", "--force"]).status.success());
     document(&at("session.glb"));
+    // A model that another program wrote is a session to osp.
+    let own = fs::read(at("a.glb")).expect("a model");
+    let (mark, other) = (b"\"generator\":\"osp ", b"\"generator\":\"not ");
+    let place = own.windows(mark.len()).position(|part| part == mark).expect("the generator");
+    let theirs = [&own[..place], other, &own[place + mark.len()..]].concat();
+    fs::write(at("theirs.glb"), &theirs).expect("written");
+    refuse(&["a.ron", "theirs.glb"], &["theirs.glb", "--force"]);
+    assert_eq!(fs::read(at("theirs.glb")).expect("there"), theirs);
 }

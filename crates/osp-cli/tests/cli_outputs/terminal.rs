@@ -29,6 +29,35 @@ fn a_narrow_terminal_gets_a_table_that_fits() {
     }
 }
 
+/// As in a shell, which sets `COLUMNS` but does not pass it on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_narrow_terminal_is_asked_for_its_width() {
+    let folder = temp();
+    let line = format!(
+        "stty cols 80; '{}' replay '{}' --pace samples:200 --index osp,brute-force",
+        env!("CARGO_BIN_EXE_osp"),
+        grow()
+    );
+    let output = std::process::Command::new("script")
+        .args(["-q", "-e", "-c", &line, "/dev/null"])
+        .current_dir(folder.path())
+        .env_remove("COLUMNS")
+        .env("OSP_CONFIG", "")
+        .output();
+    let Ok(output) = output else {
+        #[expect(clippy::print_stderr, reason = "a test that is left out says why")]
+        {
+            eprintln!("skipped: the program `script`, which opens a terminal, is not there");
+        }
+        return;
+    };
+    let said = stdout(&output);
+    let lines = || said.lines().map(str::trim_end).filter(|line| line.starts_with(['─', '═']));
+    assert!(lines().count() > 0, "{said}");
+    assert!(lines().all(|line| line.chars().count() <= 80), "{said}");
+}
+
 #[test]
 fn a_replay_ends_with_which_index_took_the_least_time() {
     let folder = temp();

@@ -71,6 +71,7 @@ fn what_cannot_be_meant_is_refused() {
     fs::create_dir(folder.path().join("none")).expect("a folder");
     for (args, says) in [
         (&["verify", "--all", "none"][..], "expected sessions; found none in none"),
+        (&["verify", "--all", "all", "nowhere"], "error: nowhere: "),
         (&["verify", "--all", "all", "--part", "3/2"], "expected K/N"),
         (&["verify", "--part", "1/2", "all"], "--all"),
         (&["verify", "all"], "a folder without a sketch"),

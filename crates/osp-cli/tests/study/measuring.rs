@@ -106,8 +106,12 @@ fn a_damaged_session_is_a_row_and_the_others_are_measured() {
     fs::write(folder.path().join("in/bad.ron"), "Header(version: 2)\nnonsense\n").expect("written");
     fs::write(folder.path().join("in/short.tilt"), "tilT and then nothing").expect("written");
     let args = ["study", "in", "--out", "r.ndjson"];
-    let said = done(folder.path(), args);
+    let output = osp(folder.path(), args);
+    let (said, warned) = (stdout(&output), stderr(&output));
     assert!(said.starts_with("5 sessions: 5 measured now, 0 before, 2 could not be read;"), "{said}");
+    for name in ["bad.ron", "short.tilt"] {
+        assert!(warned.lines().any(|line| line.starts_with("warning: ") && line.contains(name)), "{warned}");
+    }
     let found = rows(&folder.path().join("r.ndjson"));
     assert_eq!(found.len(), 3 * 4 + 2);
     for name in ["bad.ron", "short.tilt"] {

@@ -27,15 +27,15 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine and this program.
-    pub fn here() -> Self {
+    /// This machine, and the program that was built from `commit`.
+    pub fn here(commit: Option<&str>) -> Self {
         Self {
             processor: processor().unwrap_or_else(|| "unknown".to_owned()),
             threads: thread::available_parallelism().map_or(1, usize::from),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             simd: Backend::detect().name().to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: option_env!("OSP_COMMIT").unwrap_or("unknown").to_owned(),
+            commit: commit.unwrap_or("unknown").to_owned(),
             clock_resolution_ns: resolution_ns(),
             optimized: !cfg!(debug_assertions),
         }

@@ -198,8 +198,7 @@ pub fn write_glb_watched(
     counts.objects = objects.len() as u64;
     let parts = || objects.iter().flat_map(|object| object.parts.values());
     let binary_bytes: usize = parts().map(Part::bytes).sum();
-    let mut json =
-        document(name, &objects, &materials, options.times.is_some(), binary_bytes).to_string().into_bytes();
+    let mut json = document(name, &objects, &materials, options.times.is_some(), binary_bytes).into_bytes();
     // Chunks are multiples of four bytes; JSON is filled up with spaces.
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_chunk = if binary_bytes > 0 { 8 + binary_bytes as u64 } else { 0 };

@@ -20,18 +20,20 @@ pub(super) struct Object {
     pub(super) parts: BTreeMap<usize, Part>,
 }
 
-/// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices.
+/// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices. It begins
+/// with the asset, which tells whose file it is.
 pub(super) fn document(
     name: &str,
     objects: &[Object],
     materials: &[Material],
     has_times: bool,
     binary_bytes: usize,
-) -> Value {
+) -> String {
     let asset = json!({ "version": "2.0", "generator": concat!("osp ", env!("CARGO_PKG_VERSION")) });
+    let begin_with_asset = |rest: &Value| format!("{{\"asset\":{asset},{}", &rest.to_string()[1..]);
     if objects.is_empty() {
         // Empty lists are not allowed.
-        return json!({ "asset": asset, "scene": 0, "scenes": [{ "name": name }] });
+        return begin_with_asset(&json!({ "scene": 0, "scenes": [{ "name": name }] }));
     }
     let (mut views, mut accessors, mut offset) = (Vec::new(), Vec::new(), 0);
     let mut mesh = |object: &Object| {
@@ -52,7 +54,6 @@ pub(super) fn document(
         extensions.push("KHR_materials_emissive_strength");
     }
     let mut json = json!({
-        "asset": asset,
         "scene": 0,
         "scenes": [{ "name": name, "nodes": (0..objects.len()).collect::<Vec<_>>() }],
         "nodes": objects.iter().enumerate().map(node).collect::<Vec<_>>(),
@@ -65,7 +66,7 @@ pub(super) fn document(
     if !extensions.is_empty() {
         json["extensionsUsed"] = json!(extensions);
     }
-    json
+    begin_with_asset(&json)
 }
 
 fn primitive(
