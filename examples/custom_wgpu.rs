@@ -1,5 +1,5 @@
 //! An engine's own wgpu renderer: polygons lie in a buffer by their numbers, and each frame draws the visible blocks with
-//! indirect draws, a draw for every run of neighbouring numbers. `cargo run --features render --example custom_wgpu [OUT.png]`.
+//! indirect draws, a draw for every run of neighbouring numbers. `cargo run -p osp-render --example custom_wgpu [OUT.png]`.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 

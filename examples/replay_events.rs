@@ -15,7 +15,7 @@ use osp_session::{
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/scribble.ron");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/scribble.ron");
     let session = open(&path, &OpenOptions::default())?;
     let index = Osp::new(&IndexConfig::default());
     let mut pipeline = Pipeline::new(Box::new(index), 100_000, StageClock::default());

@@ -1,5 +1,4 @@
 //! The window without a window: what the pointer, the keys and a tracker do to a session.
-#![cfg(feature = "window")]
 
 #[path = "studio/altering.rs"]
 mod altering;

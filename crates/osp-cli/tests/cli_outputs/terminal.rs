@@ -46,10 +46,7 @@ fn a_narrow_terminal_is_asked_for_its_width() {
         .env("OSP_CONFIG", "")
         .output();
     let Ok(output) = output else {
-        #[expect(clippy::print_stderr, reason = "a test that is left out says why")]
-        {
-            eprintln!("skipped: the program `script`, which opens a terminal, is not there");
-        }
+        eprintln!("skipped: the program `script`, which opens a terminal, is not there");
         return;
     };
     let said = stdout(&output);

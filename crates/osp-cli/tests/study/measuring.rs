@@ -107,7 +107,7 @@ fn a_damaged_session_is_a_row_and_the_others_are_measured() {
     fs::write(folder.path().join("in/short.tilt"), "tilT and then nothing").expect("written");
     let args = ["study", "in", "--out", "r.ndjson"];
     let output = osp(folder.path(), args);
-    let (said, warned) = (stdout(&output), stderr(&output));
+    let (said, warned) = (String::from_utf8_lossy(&output.stdout), stderr(&output));
     assert!(said.starts_with("5 sessions: 5 measured now, 0 before, 2 could not be read;"), "{said}");
     for name in ["bad.ron", "short.tilt"] {
         assert!(warned.lines().any(|line| line.starts_with("warning: ") && line.contains(name)), "{warned}");
