@@ -154,7 +154,7 @@ pub(super) struct PlayArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
-    /// Most seconds to spend on each index.
+    /// Most seconds to spend on each index; applying the events counts, too.
     #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) budget: f64,
     /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
