@@ -14,7 +14,10 @@ use std::time::Instant;
 
 use boxes::{Place, root, views};
 use floor::{Floor, Least};
-use osp::{index::{DrawList, IndexConfig}, math::{Aabb, Frustum}};
+use osp::{
+    index::{DrawList, IndexConfig},
+    math::{Aabb, Frustum},
+};
 use peers::{KINDS, Kind, Subject};
 use sessions::Arrivals;
 

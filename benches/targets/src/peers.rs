@@ -2,7 +2,11 @@
 
 use std::{cell::RefCell, time::Instant};
 
-use osp::{index::{DrawList, IndexConfig, Osp, SpatialIndex}, math::{Aabb, Frustum}, polygon::{PolygonId, VisibleBlocks}};
+use osp::{
+    index::{DrawList, IndexConfig, Osp, SpatialIndex},
+    math::{Aabb, Frustum},
+    polygon::{PolygonId, VisibleBlocks},
+};
 use osp_rivals::{IndexKind, PeerKind};
 
 /// Something that is filled and asked.

@@ -1,7 +1,10 @@
 use std::path::{Path, PathBuf};
 
 use osp::{math::Aabb, polygon::PolygonId};
-use osp_session::{recording::{OpenOptions, Session, open}, scene::Scene};
+use osp_session::{
+    recording::{OpenOptions, Session, open},
+    scene::Scene,
+};
 
 use crate::boxes::{drawn, shuffled};
 

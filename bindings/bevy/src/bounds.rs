@@ -7,7 +7,10 @@
 use bevy_camera::primitives::{Aabb, Frustum, Sphere};
 use bevy_math::{Vec3A, primitives::ViewFrustum};
 use bevy_transform::components::GlobalTransform;
-use osp::{glam::Vec3, math::{Aabb as WorldBox, Frustum as OspFrustum, Plane}};
+use osp::{
+    glam::Vec3,
+    math::{Aabb as WorldBox, Frustum as OspFrustum, Plane},
+};
 
 /// Part of a coordinate, an extent or a plane's distance by which a box or a plane is made larger. Each of the two tests rounds
 /// less than sixteen times, each time by at most 2^-24 of a number not larger than these.

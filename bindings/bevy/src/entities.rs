@@ -15,7 +15,11 @@
 use std::collections::VecDeque;
 
 use bevy_ecs::entity::Entity;
-use osp::{index::{IndexConfig, Osp, SpatialIndex}, math::{Aabb as WorldBox, Frustum}, polygon::{BLOCK, PolygonId, VisibleBlocks}};
+use osp::{
+    index::{IndexConfig, Osp, SpatialIndex},
+    math::{Aabb as WorldBox, Frustum},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
+};
 
 /// Where an entity is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,10 @@
 use bevy_ecs::component::Component;
 use bevy_math::Vec3 as BevyVec3;
 use bevy_mesh::Mesh;
-use osp::{glam::Vec3, polygon::{ConvexPolygon, FLATNESS}};
+use osp::{
+    glam::Vec3,
+    polygon::{ConvexPolygon, FLATNESS},
+};
 use thiserror::Error;
 
 /// Most polygons of an occluder. A view measures those of all occluders, and only large ones hide much: a finer mesh needs a

@@ -8,7 +8,15 @@ use bevy_camera::{
 };
 use bevy_ecs::{query::Without, system::Query};
 use bevy_transform::components::GlobalTransform;
-use osp::{glam::{DVec3, Vec3}, math::Aabb as WorldBox, occlusion::{OcclusionCuller, ShadowVolume, Verdict, msvbsp::{Msvbsp, MsvbspConfig}}, view::{ViewWindow, WINDOW_MARGIN}};
+use osp::{
+    glam::{DVec3, Vec3},
+    math::Aabb as WorldBox,
+    occlusion::{
+        OcclusionCuller, ShadowVolume, Verdict,
+        msvbsp::{Msvbsp, MsvbspConfig},
+    },
+    view::{ViewWindow, WINDOW_MARGIN},
+};
 
 use crate::{Occluder, OccluderSides};
 

@@ -44,7 +44,7 @@ pub enum OutputKind {
 }
 
 /// How the JSON of our own models begins, behind the heads of the file and of its first chunk.
-pub(crate) const GLB_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
+const GLB_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 
 use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
@@ -125,10 +125,7 @@ impl OutputKind {
         let holds = |line: &[u8], words: &str| line.windows(words.len()).any(|part| part == words.as_bytes());
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
-            // Models of other programs are somebody's work, and sessions that osp reads.
-            Glb => {
-                start.starts_with(b"glTF") && start.get(20..).is_some_and(|json| json.starts_with(GLB_START))
-            }
+            Glb => start.starts_with(b"glTF"),
             Study => start.starts_with(b"{\"file\":\""),
             Parquet => start.starts_with(b"PAR1"),
             Pvs => start.starts_with(b"osp pvs "),
@@ -245,6 +242,21 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
             wanted: kind.name(),
         }),
     }
+}
+
+/// Whether a file holds a model that another program wrote: somebody's work, and a session that osp reads.
+///
+/// # Errors
+/// The file cannot be read. No error if there is none.
+pub fn holds_foreign_model(path: &Path) -> io::Result<bool> {
+    let mut start = Vec::new();
+    match open_regular(path) {
+        Ok(file) => file.take(SNIFF_BYTES).read_to_end(&mut start)?,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        Err(error) => return Err(error),
+    };
+    let is_own = start.get(20..).is_some_and(|json| json.starts_with(GLB_START));
+    Ok(start.starts_with(b"glTF") && !is_own)
 }
 
 fn check_special(path: &Path, force: bool) -> io::Result<()> {

@@ -468,8 +468,7 @@ fn a_full_disk_loses_nothing() {
         return;
     }
     // Beyond the limit the system would end the program, not refuse the write.
-    let script =
-        "trap '' XFSZ; exec \"$0\" --exact app::journal::tests::a_full_disk_loses_nothing --nocapture";
+    let script = "trap '' XFSZ; exec \"$0\" --exact journal::tests::a_full_disk_loses_nothing --nocapture";
     let program = std::env::current_exe().expect("this program");
     let run = Command::new("sh").args(["-c", script]).arg(program).env(INSIDE, "1").output().expect("sh");
     let said = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
