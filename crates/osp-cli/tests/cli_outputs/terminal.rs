@@ -35,7 +35,7 @@ fn a_narrow_terminal_gets_a_table_that_fits() {
 fn a_narrow_terminal_is_asked_for_its_width() {
     let folder = temp();
     let line = format!(
-        "stty cols 80; '{}' replay '{}' --pace samples:200 --index osp,brute-force",
+        "stty rows 24 cols 80; '{}' replay '{}' --pace samples:200 --index osp,brute-force",
         env!("CARGO_BIN_EXE_osp"),
         grow()
     );

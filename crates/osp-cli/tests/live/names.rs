@@ -59,6 +59,8 @@ impl Harness {
             let size_px = glam::Vec2::new(desk.model.width(), desk.model.height());
             desk.studio.frame(size_px, 0.016);
         });
+        // Nothing is painted here.
+        self.output.textures_delta.clear();
     }
 
     fn run_steps(&mut self, steps: usize) {
@@ -111,6 +113,7 @@ fn the_name_of_who_draws_stands_beside_the_ring_and_nowhere_else() {
     let desk = Desk { studio, interface: Interface::new("a test".to_owned()), model: Rect::NOTHING };
     let mut ann = Harness::new(desk);
     until(&mut ann, &mut bob, "both are there", |ann| ann.state().studio.scene().authors().count() == 2);
+    ann.run_steps(2);
     assert!(on_model(&ann, "Bob").is_empty() && !written(&ann, "Bob").is_empty(), "the list has it");
 
     let input = |bob: &mut Window, input| bob.studio.input(input, Held::default(), SIZE_PX);
