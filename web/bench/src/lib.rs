@@ -114,7 +114,7 @@ fn run(path: &str, browser: &str, tell: &dyn Fn(&str)) -> Result<BenchReport, Js
     let moving = MovingConfig { sizes: SIZES.to_vec(), kinds, reference, budget_secs: MOVING_SECS };
     let moving = bench::move_things(&moving, |what| tell(what))?;
     Ok(BenchReport {
-        machine: Machine { processor: browser.to_owned(), ..Machine::here() },
+        machine: Machine { processor: browser.to_owned(), ..Machine::here(option_env!("OSP_COMMIT")) },
         command: format!(
             "the page's benchmark; outside of a browser: osp bench {name} --quick --sizes 1000,10000"
         ),
