@@ -12,11 +12,9 @@ mod record;
 mod rest;
 mod spaces;
 
-pub use clock::shortest_step_ns;
-pub use clock::{Reading, Stage, StageClock};
+pub use clock::{Reading, Stage, StageClock, shortest_step_ns};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
-pub use pipeline::Loading;
-pub use pipeline::Pipeline;
+pub use pipeline::{Loading, Pipeline};
 pub use previous_frame_pass::PreviousFramePass;
 pub use record::{FrameRecord, OcclusionRecord};

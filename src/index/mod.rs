@@ -29,7 +29,7 @@ pub mod kernels {
         filed_boxes::FiledBoxes,
         mask_writer::{MaskWriter, RunSink},
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
-        simd::{Backend, Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
+        simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
         waiting::Waiting,
     };
 }

@@ -15,7 +15,7 @@ pub enum Part {
 
 /// A walk along the edges of a polygon, from one corner with its signed distance from a plane to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Edges<P> {
+pub(crate) struct Edges<P> {
     from: P,
     distance: f64,
 }

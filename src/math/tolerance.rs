@@ -4,10 +4,6 @@
 /// Sketches are drawn in units from 0.4 mm upwards; a tenth of a micrometre is below every tracker's noise.
 pub const TOLERANCE_M: f32 = 1.0e-7;
 
-/// A polygon whose area is below this fraction of its longest edge squared is degenerate (a needle or a point).
-/// Larger: thin ribbons start to be dropped.
-pub const DEGENERATE_AREA_M2_PER_M2: f32 = 1.0e-6;
-
 /// Coordinates beyond this, in metres, are refused as bad input: a plane equation in `f32` still evaluates to a
 /// finite number for every coordinate below it.
 pub const COORDINATE_LIMIT_M: f32 = 1.0e15;

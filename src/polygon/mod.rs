@@ -19,6 +19,7 @@ pub use convex::{ConvexPolygon, FLATNESS};
 pub use geometry::Geometry;
 pub use id::PolygonId;
 pub use paged::Paged;
-pub use space::{ROUNDING as PLACE_ROUNDING, abs as abs_matrix};
+pub use space::ROUNDING as PLACE_ROUNDING;
+pub(crate) use space::abs as abs_matrix;
 pub use space::{SpaceId, SpacePlace};
 pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};

@@ -77,7 +77,7 @@ impl SpacePlace {
 }
 
 /// The matrix of the sizes of the numbers.
-pub fn abs(matrix: &DMat3) -> DMat3 {
+pub(crate) fn abs(matrix: &DMat3) -> DMat3 {
     DMat3::from_cols(matrix.x_axis.abs(), matrix.y_axis.abs(), matrix.z_axis.abs())
 }
 

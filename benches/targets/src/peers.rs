@@ -1,4 +1,4 @@
-//! What is measured: our own structures, and the same job done by other crates ([`osp_rivals::PeerKind`]).
+//! The structures that are measured: our own and those of other crates ([`osp_rivals::PeerKind`]).
 
 use std::{cell::RefCell, time::Instant};
 

@@ -4,9 +4,12 @@ mod reader;
 
 use std::{collections::BTreeSet, io, path::Path, sync::Arc};
 
-use super::journal::{Autosave, Journal, Lines, SaveError, Unwritten};
 #[cfg(feature = "live")]
 use super::shared::Shared;
+use super::{
+    journal::{Autosave, Journal, Lines, SaveError, Unwritten},
+    threads,
+};
 use drawn::Drawn;
 use osp::{
     math::{Aabb, Ray},
@@ -14,7 +17,7 @@ use osp::{
 };
 use osp_session::{
     export::PolygonTimes,
-    platform::{self, time::Instant},
+    platform::time::Instant,
     recording::{
         AUTHORS_FORMAT, Author, Event, EventSource, GroupId, Header, Limits, RecordingError, StrokeId,
     },
@@ -90,8 +93,8 @@ impl Document {
             drawn.apply_read(piece.events());
             Ok(())
         };
-        let ((read, applied), noted) = platform::hand_over(PIECES_AHEAD, note, |to_journal| {
-            platform::hand_over(PIECES_AHEAD, apply, |to_model| read(to_journal, to_model))
+        let ((read, applied), noted) = threads::hand_over(PIECES_AHEAD, note, |to_journal| {
+            threads::hand_over(PIECES_AHEAD, apply, |to_model| read(to_journal, to_model))
         });
         noted.and(applied).and(read)
     }

@@ -53,6 +53,7 @@ mod stats;
 mod studio;
 mod subject;
 mod test_pattern;
+mod threads;
 mod tool;
 mod trace;
 pub mod tracker;

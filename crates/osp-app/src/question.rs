@@ -5,6 +5,7 @@ use super::{
     journal::{Autosave, OpenElsewhere, Unwritten},
     studio::Studio,
     subject::Subject,
+    working::check_model,
 };
 use osp_session::{
     output_file::{OutputKind, check_output},
@@ -281,7 +282,7 @@ impl Studio {
 
     /// A model may replace a model if the person agrees; the export refuses to replace any other file.
     pub(super) fn ask_to_export(&mut self, path: PathBuf) {
-        if fs::is_file(&path) && check_output(&path, OutputKind::Glb, false).is_ok() {
+        if fs::is_file(&path) && check_model(&path).is_ok() {
             self.ask(Question::ExportOver(path));
         } else {
             self.export_gltf(&path);

@@ -19,6 +19,7 @@ use glam::Vec3;
 use super::{
     document::Document,
     journal::{Autosaves, Journal, Unwritten},
+    threads,
     working::Turns,
 };
 use continued::Known;
@@ -26,7 +27,7 @@ pub use continued::Unjoined;
 use inbox::Inbox;
 use osp_net::live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status, header};
 use osp_session::{
-    platform::{self, time::Instant},
+    platform::time::Instant,
     recording::{Author, Event, Header, ONE_AUTHOR_FORMAT, RecordingError, StrokeId},
     scene::Scene,
 };
@@ -531,7 +532,7 @@ impl Document {
             && self.shared.as_ref().is_some_and(|shared| !shared.has_left && shared.ended.is_none())
         {
             self.follow_session();
-            platform::pause(Duration::from_millis(5));
+            threads::pause(Duration::from_millis(5));
         }
         self.follow_session();
         self.write_rest();

@@ -30,13 +30,14 @@ use super::{
     stats::{FrameStage, FrameTimes},
     studio::Studio,
     subject::Subject,
+    threads,
     trace::Trace,
     tracker::Tracker,
     ui::{Interface, PreviewGrid},
 };
 use osp::frame::StageClock;
 use osp_render::{Area, ComingImage, RenderError};
-use osp_session::platform::{self, time::Instant};
+use osp_session::platform::time::Instant;
 
 /// Devices opened anew after a loss, at most, before the window gives up.
 const MAX_RECOVERIES: u32 = 5;
@@ -124,7 +125,7 @@ impl Live {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
             let (drawn, drawing) = mpsc::channel();
-            let _ = platform::beside("previews", move || {
+            let _ = threads::beside("previews", move || {
                 let pictures = previews::draw(&gpu, &PreviewGrid::default());
                 // A window that is closing does not hear it any more. The pictures are sent first: who is woken finds them.
                 let _ = drawn.send(pictures.map_err(|error| error.to_string()));
@@ -328,7 +329,7 @@ impl App {
         let painter = Painter::new(Arc::clone(&window), Box::new(event_loop.owned_display_handle()));
         let (opened, opening) = mpsc::channel();
         let wake = self.wake.clone();
-        platform::when_done(painter, move |painter| {
+        threads::when_done(painter, move |painter| {
             // A window that is closing does not hear it any more.
             let _ = opened.send((window, painter));
             let _ = wake.map(|wake| wake.send_event(Wake));

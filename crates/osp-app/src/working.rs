@@ -21,12 +21,13 @@ use super::{
     player::PlayerReader,
     studio::Studio,
     subject::Subject,
+    threads,
 };
 use osp_session::{
     atomic_file::AtomicFile,
     export::{ExportError, ExportOptions, GltfCounts, PolygonTimes, write_glb_watched},
-    output_file::{OutputKind, check_output},
-    platform::{self, time::Instant},
+    output_file::{OutputError, OutputKind, check_output},
+    platform::time::Instant,
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
 };
@@ -155,7 +156,7 @@ impl Working {
         let progress = Arc::new(Progress::default());
         let of_thread = Arc::clone(&progress);
         // A window that is gone hears nothing any more.
-        platform::beside("work", move || drop(send.send(task.run(&of_thread))))
+        threads::beside("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
         Ok(Self { what, kind, progress, by: By::Thread(done), since: Instant::now() })
     }
@@ -286,6 +287,14 @@ pub struct WorkShown {
     pub text: String,
     /// The part that is done, 0 to 1, if that is known.
     pub part: Option<f32>,
+}
+
+/// A model may replace a model and no other file. The person is asked before, and may agree to lose one of another program.
+pub(crate) fn check_model(path: &Path) -> Result<(), OutputError> {
+    match check_output(path, OutputKind::Glb, false) {
+        Err(OutputError::ForeignModel { .. }) => Ok(()),
+        other => other,
+    }
 }
 
 impl Studio {
@@ -511,8 +520,7 @@ impl Studio {
         if self.is_busy() {
             return;
         }
-        // A model may replace a model and no other file.
-        if let Err(error) = check_output(path, OutputKind::Glb, false) {
+        if let Err(error) = check_model(path) {
             self.tell_of_file(Err(error.to_string()));
             return;
         }

@@ -34,6 +34,8 @@ mod menus;
 mod paint_layers;
 #[path = "studio/panel.rs"]
 mod panel;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "studio/rigs.rs"]
 mod rigs;
 #[path = "studio/senders.rs"]

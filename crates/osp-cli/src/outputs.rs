@@ -10,9 +10,7 @@ use anyhow::{Context, anyhow, bail};
 use super::output;
 use osp_session::{
     atomic_file::{AtomicFile, Destination, write_atomically},
-    output_file::{
-        OutputError, OutputKind, check_output, holds_foreign_model, is_same_file, is_there, lies_in,
-    },
+    output_file::{OutputError, OutputKind, check_output, is_same_file, is_there, lies_in},
     recording::import::files_beside,
 };
 
@@ -137,12 +135,7 @@ impl Output {
                 true => anyhow!("{error}; --force replaces it"),
                 false => error.into(),
             }
-        })?;
-        let may_be_model = self.kind == OutputKind::Glb && !self.force && self.path.is_file();
-        if may_be_model && holds_foreign_model(&self.path).map_err(|error| self.failed(&error))? {
-            bail!("{}: holds a model of another program; --force replaces it", self.path.display());
-        }
-        Ok(())
+        })
     }
 
     /// Starts a file that is written bit by bit and appears with [`Output::commit`].

@@ -1,6 +1,6 @@
 //! What the program writes: nothing is replaced unasked, every file is whole or not there, and what cannot be used is
 //! refused before the work, in one clear line.
-#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
+#![cfg_attr(feature = "render", expect(clippy::print_stderr, reason = "a test that is left out says why"))]
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
@@ -28,6 +28,8 @@ mod pvs;
 mod query;
 #[path = "cli_outputs/replacing.rs"]
 mod replacing;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "cli_outputs/rigs.rs"]
 mod rigs;
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! What the culler needs, three crates; and what the program does not need.
+//! The culler depends on three crates. The program, as built by default, does without the large ones.
 
 use std::process::Command;
 

@@ -16,6 +16,8 @@ mod files;
 mod fuzzing;
 #[path = "fuzz_driver/generator.rs"]
 mod generator;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "fuzz_driver/seeds.rs"]
 mod seeds;
 

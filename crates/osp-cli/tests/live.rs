@@ -3,6 +3,8 @@
 
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "live/server.rs"]
 mod server;
 

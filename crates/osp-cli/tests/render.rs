@@ -29,6 +29,8 @@ mod painted;
 mod painter;
 #[path = "render/pictures.rs"]
 mod pictures;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "../../../tests/support/required.rs"]
 mod required;
 #[path = "render/rigs.rs"]

@@ -1,5 +1,8 @@
 //! What a person reads who has a damaged session, and what they can do then.
 
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
+
 use std::{fs, path::Path, process::Command};
 
 fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
@@ -9,7 +12,7 @@ fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 fn damaged(folder: &Path, name: &str) {
-    let session = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/scribble.ron");
+    let session = repository::at("recordings/scribble.ron");
     let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
     fs::write(folder.join(name), text).expect("written");
 }

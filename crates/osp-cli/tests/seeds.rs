@@ -1,15 +1,11 @@
 //! docs/seeds.md: every row of its tables has a command, and every command runs.
 
-use std::{
-    collections::BTreeSet,
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-}
+use std::{collections::BTreeSet, fs, path::PathBuf, process::Command};
+
+use repository::{at, packages};
 
 /// What stands between backticks.
 fn code(cell: &str) -> impl Iterator<Item = &str> {
@@ -48,17 +44,14 @@ fn rows(text: &str) -> Vec<Row> {
 }
 
 fn table() -> Vec<Row> {
-    rows(&fs::read_to_string(root().join("docs/seeds.md")).expect("docs/seeds.md"))
+    rows(&fs::read_to_string(at("docs/seeds.md")).expect("docs/seeds.md"))
 }
 
 /// All sources of a test target.
 fn sources_of(target: &str) -> String {
-    let mut folders = vec![root().join("tests")];
-    for package in fs::read_dir(root().join("crates")).expect("packages") {
-        folders.push(package.expect("an entry").path().join("tests"));
-    }
-    let mut files: Vec<PathBuf> = folders.iter().map(|tests| tests.join(format!("{target}.rs"))).collect();
-    for tests in folders {
+    let mut files = Vec::new();
+    for tests in packages().into_iter().map(|package| package.join("tests")) {
+        files.push(tests.join(format!("{target}.rs")));
         if let Ok(entries) = fs::read_dir(tests.join(target)) {
             files.extend(entries.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_file()));
         }
@@ -91,7 +84,7 @@ fn every_row_has_a_command_and_names_files_that_are_there() {
         for path in code(&row.line)
             .filter(|text| ["src/", "crates/", "docs/"].iter().any(|start| text.starts_with(start)))
         {
-            assert!(root().join(path).exists(), "{}: there is no {path}", row.name);
+            assert!(at(path).exists(), "{}: there is no {path}", row.name);
         }
     }
 }
@@ -101,7 +94,7 @@ fn every_command_of_the_table_runs() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let recordings = folder.path().join("recordings");
     fs::create_dir(&recordings).expect("a folder");
-    for entry in fs::read_dir(root().join("recordings")).expect("the shipped recordings") {
+    for entry in fs::read_dir(at("recordings")).expect("the shipped recordings") {
         let path = entry.expect("an entry").path();
         fs::copy(&path, recordings.join(path.file_name().expect("a name"))).expect("a copy");
     }

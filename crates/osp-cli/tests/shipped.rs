@@ -1,17 +1,11 @@
 //! The shipped recordings and the README: fingerprints stay pinned, commands work.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+use std::{fs, path::Path, process::Command};
 
-/// A file of the repository.
-fn at(path: &str) -> PathBuf {
-    Path::new(ROOT).join(path)
-}
+use repository::{ROOT, at};
 
 fn shipped() -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(at("recordings"))

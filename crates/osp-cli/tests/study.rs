@@ -10,6 +10,8 @@ mod parquet_tables;
 mod recipes;
 #[path = "study/replacing.rs"]
 mod replacing;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "study/results.rs"]
 mod results;
 #[path = "study/resuming.rs"]

@@ -9,6 +9,8 @@ mod desk;
 mod keeping;
 #[path = "window/replaying.rs"]
 mod replaying;
+#[path = "../../../tests/support/repository.rs"]
+mod repository;
 #[path = "../../../tests/support/required.rs"]
 mod required;
 #[cfg(feature = "live")]

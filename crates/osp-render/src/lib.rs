@@ -66,6 +66,5 @@ pub use show::{Area, Channels, ShowPass, Shown};
 pub use surface::{Acquired, WindowSurface};
 pub use target::{SAMPLES, Target};
 pub use timer::{GpuTimer, PassTimes};
-pub use video::ffmpeg_command;
-pub use video::quoted;
+pub use video::{ffmpeg_command, quoted};
 pub use view_slot::ViewSlot;

@@ -1,7 +1,7 @@
 use osp::{
     index::{
-        DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
-        kernels::{Backend, Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
+        Backend, DrawList, IndexConfig, IndexError, Node, SpatialIndex, Visit, Visitor, WorkCounts,
+        kernels::{Boxes, IdWriter, Kernel, MaskWriter, PlaneSet, RunSink, WithKernel, admit},
     },
     math::{Aabb, Containment, Frustum},
     polygon::{BLOCK, PolygonId, VisibleBlocks},

@@ -42,9 +42,7 @@ pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp_paper::DEFAULT_MAX_DEPTH;
-pub use osp_paper::MAX_MAX_DEPTH;
-pub use osp_paper::{OspGrid, OspPaper, OspPlace};
+pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};

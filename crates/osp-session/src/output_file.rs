@@ -43,8 +43,14 @@ pub enum OutputKind {
     Recording,
 }
 
+/// First bytes of the table of a study that is lines of JSON.
+pub const STUDY_START: &[u8] = b"{\"file\":\"";
+/// First bytes of a Parquet file.
+pub const PARQUET_START: &[u8] = b"PAR1";
 /// How the JSON of our own models begins, behind the heads of the file and of its first chunk.
-const GLB_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
+const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
+/// Bytes of both heads.
+const MODEL_HEADS: usize = 20;
 
 use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
@@ -126,8 +132,8 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
-            Study => start.starts_with(b"{\"file\":\""),
-            Parquet => start.starts_with(b"PAR1"),
+            Study => start.starts_with(STUDY_START),
+            Parquet => start.starts_with(PARQUET_START),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),
@@ -164,7 +170,7 @@ impl OutputKind {
 
 /// Whether a file of this kind is there.
 pub fn is_there(path: &Path, kind: OutputKind) -> bool {
-    matches!(found_in(path), Ok(Some(Ok(found))) if found == kind)
+    start_of(path).is_ok_and(|start| kind_of(&start, path) == Some(Ok(kind)))
 }
 
 /// Why an output is not begun.
@@ -177,6 +183,9 @@ pub enum OutputError {
     /// A file of another kind is there.
     #[error("{}: holds {found}, not {wanted}", path.display())]
     OtherKind { path: PathBuf, found: &'static str, wanted: &'static str },
+    /// A model that another program wrote is there: somebody's work, and a session that osp reads.
+    #[error("{}: holds a model of another program", path.display())]
+    ForeignModel { path: PathBuf },
     /// A file of a kind that is never replaced unasked is there.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
@@ -193,7 +202,7 @@ impl OutputError {
     /// Whether the file would be written if its owner said so.
     pub fn yields_to_force(&self) -> bool {
         match self {
-            Self::OtherKind { .. } | Self::Exists { .. } => true,
+            Self::OtherKind { .. } | Self::ForeignModel { .. } | Self::Exists { .. } => true,
             Self::Ending { .. } | Self::Io { .. } => false,
         }
     }
@@ -233,8 +242,12 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
     if matches!(kind, Recording | Pvs) {
         return Err(OutputError::Exists { path: path.to_owned() });
     }
-    match found_in(&target).map_err(io)? {
+    let start = start_of(&target).map_err(io)?;
+    match kind_of(&start, &target) {
         None => Ok(()),
+        Some(Ok(Glb)) if kind == Glb && !is_own_model(&start) => {
+            Err(OutputError::ForeignModel { path: path.to_owned() })
+        }
         Some(Ok(found)) if found == kind => Ok(()),
         Some(found) => Err(OutputError::OtherKind {
             path: path.to_owned(),
@@ -242,21 +255,6 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
             wanted: kind.name(),
         }),
     }
-}
-
-/// Whether a file holds a model that another program wrote: somebody's work, and a session that osp reads.
-///
-/// # Errors
-/// The file cannot be read. No error if there is none.
-pub fn holds_foreign_model(path: &Path) -> io::Result<bool> {
-    let mut start = Vec::new();
-    match open_regular(path) {
-        Ok(file) => file.take(SNIFF_BYTES).read_to_end(&mut start)?,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-        Err(error) => return Err(error),
-    };
-    let is_own = start.get(20..).is_some_and(|json| json.starts_with(GLB_START));
-    Ok(start.starts_with(b"glTF") && !is_own)
 }
 
 fn check_special(path: &Path, force: bool) -> io::Result<()> {
@@ -272,15 +270,23 @@ fn check_special(path: &Path, force: bool) -> io::Result<()> {
     Ok(())
 }
 
-/// What a file holds; `None` if it is empty.
-fn found_in(path: &Path) -> io::Result<Option<Result<OutputKind, &'static str>>> {
+fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     let mut start = Vec::new();
     open_regular(path)?.take(SNIFF_BYTES).read_to_end(&mut start)?;
+    Ok(start)
+}
+
+/// What a file holds that begins so; `None` if it is empty.
+fn kind_of(start: &[u8], path: &Path) -> Option<Result<OutputKind, &'static str>> {
     if start.is_empty() {
-        return Ok(None);
+        return None;
     }
-    let kind = OutputKind::ALL.into_iter().find(|kind| kind.begins(&start, path));
-    Ok(Some(kind.ok_or("a file of another kind")))
+    let kind = OutputKind::ALL.into_iter().find(|kind| kind.begins(start, path));
+    Some(kind.ok_or("a file of another kind"))
+}
+
+fn is_own_model(start: &[u8]) -> bool {
+    start.get(MODEL_HEADS..).is_some_and(|json| json.starts_with(OWN_MODEL_START))
 }
 
 /// Whether two paths lead to one file, through links of either kind. Neither is opened.

@@ -32,15 +32,13 @@ mod x86_avx512;
 #[cfg(target_arch = "x86_64")]
 mod x86_sse2;
 
-pub use backend::Backend;
-pub use backend::{Kernel, WithKernel};
+pub use backend::{Backend, Kernel, WithKernel};
 pub use boxes::Boxes;
 pub(crate) use boxes::{Halves, Wide};
 pub(crate) use eye_boxes::EyeBoxes;
 pub use id_writer::IdWriter;
 pub(crate) use id_writer::{PageRuns, ROOM_BEHIND};
-pub use planes::PlaneLanes;
-pub use planes::PlaneSet;
+pub use planes::{PlaneLanes, PlaneSet};
 pub(crate) use planes::{PreparedPlane, Sides};
 pub(crate) use prefetch::prefetch;
 pub use prefetch::prefetch_lines;

@@ -7,11 +7,11 @@ use std::{
 
 use super::{
     calendar::Moment,
-    lock::{NotTaken, SessionLock, true_path},
+    lock::{NotTaken, SessionLock, process_id, true_path},
     session_file::SessionFile,
 };
 use osp_session::{
-    platform::{self, fs, user_folder},
+    platform::{fs, user_folder},
     recording::{Header, OpenOptions, RonReader},
     small_file::open_regular,
 };
@@ -116,7 +116,7 @@ impl Autosaves {
                 Err(NotTaken::Failed(_)) => break,
             }
         }
-        SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", platform::process_id())), None)
+        SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", process_id())), None)
     }
 
     /// Whether a file is one of them, by its folder and its name.

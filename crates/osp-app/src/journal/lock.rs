@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::calendar::Moment;
+use crate::threads;
 use osp_session::platform::{
     self,
     fs::{self, File, Metadata, TryLockError},
@@ -32,7 +33,7 @@ struct Word {
 
 impl Word {
     fn ours() -> Self {
-        Self { process: platform::process_id(), host: host(), since: Moment::now().for_people() }
+        Self { process: process_id(), host: host(), since: Moment::now().for_people() }
     }
 
     fn parse(text: &str) -> Option<Self> {
@@ -49,6 +50,11 @@ impl Word {
             && Path::new("/proc/self").exists()
             && !Path::new("/proc").join(self.process.to_string()).exists()
     }
+}
+
+/// The number of this program among those that run.
+pub(super) fn process_id() -> u32 {
+    if cfg!(target_arch = "wasm32") { 0 } else { std::process::id() }
 }
 
 fn host() -> String {
@@ -289,7 +295,7 @@ fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
     const PAUSE: Duration = Duration::from_millis(10);
     for _ in 1..TRIES {
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => platform::pause(PAUSE),
+            Err(TryLockError::WouldBlock) => threads::pause(PAUSE),
             outcome => return outcome,
         }
     }

@@ -15,10 +15,10 @@ use super::{
     history::History,
     lock::{Identity, NotTaken, OpenElsewhere, SessionLock, true_path},
 };
+use crate::threads;
 use osp_session::{
     atomic_file::{Destination, write_atomically},
     platform::{
-        self,
         fs::{self, File, Metadata, TryLockError},
         time::Instant,
     },
@@ -351,7 +351,7 @@ impl SessionFile {
         if is_due && open.syncing.is_none() {
             let (sender, receiver) = channel();
             let (file, path) = (Arc::clone(&open.file), self.path.clone());
-            let started = platform::beside("sync", move || {
+            let started = threads::beside("sync", move || {
                 // Nobody listens any more if the session was closed meanwhile.
                 let _ = sender.send(sync(&file, &path));
             });

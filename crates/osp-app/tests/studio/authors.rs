@@ -8,8 +8,7 @@ use crate::panel::{sketch, window};
 
 #[test]
 fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
-    let path =
-        std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/class.ron");
+    let path = std::path::Path::new(crate::repository::ROOT).join("recordings/class.ron");
     let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     let mut harness = window(|_| Subject::Replay(Box::new(player)));
     assert!(harness.query_by_label("Authors (3)").is_none(), "nobody has joined before the first frame");

@@ -55,8 +55,7 @@ fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window>
 }
 
 pub(crate) fn replay() -> Harness<'static, Window> {
-    let path =
-        std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/scribble.ron");
+    let path = std::path::Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
     let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     window(|_| Subject::Replay(Box::new(player)))
 }

@@ -13,7 +13,7 @@ use osp_session::{
 };
 
 fn player() -> Player {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/room.ron");
+    let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
     Player::open(&path, Pace::Samples(64), CameraChoice::Auto).expect("a session")
 }
 

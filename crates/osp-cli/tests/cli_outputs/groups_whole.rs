@@ -4,7 +4,7 @@ use super::*;
 
 /// The columns of a replay of the session with moving groups: polygons filed anew, and the fingerprint, of each frame.
 fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
-    let session = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/nested.ron");
+    let session = repository::at("recordings/nested.ron");
     let session = session.to_str().expect("utf-8");
     let args = [&["replay", session, "--csv", "frames.csv", "--force", "--budget", "600"], more].concat();
     let output = osp(folder, &args);
@@ -37,7 +37,7 @@ fn the_same_is_seen_and_little_is_filed_anew() {
 #[test]
 fn what_occlusion_culling_leaves_out_is_hidden_where_groups_move_whole() {
     let folder = temp();
-    let session = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/nested.ron");
+    let session = repository::at("recordings/nested.ron");
     let session = session.to_str().expect("utf-8");
     let methods = "none,msvbsp,svbsp,depth-last,auto";
     let args = ["replay", session, "--groups", "whole", "--occlusion", methods, "--verify-frames", "6"];

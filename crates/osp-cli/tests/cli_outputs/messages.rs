@@ -130,11 +130,8 @@ fn a_cause_is_told_once() {
 #[test]
 fn every_type_of_error_with_a_cause_is_looked_at() {
     let known: Vec<_> = errors().into_iter().map(|(name, _)| name).collect();
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let mut folders = vec![root.join("src")];
-    for package in fs::read_dir(root.join("crates")).expect("packages") {
-        folders.push(package.expect("an entry").path().join("src"));
-    }
+    let packages = crate::repository::packages().into_iter();
+    let mut folders: Vec<PathBuf> = packages.map(|package| package.join("src")).collect();
     let mut found = 0;
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).expect("sources") {

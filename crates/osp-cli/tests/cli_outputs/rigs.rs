@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::{assert_refused, command, names, osp, stderr, stdout, temp, write_session};
 
 fn room() -> String {
-    format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    format!("{}/recordings/room.ron", crate::repository::ROOT)
 }
 
 /// The screens of the shipped rig `dual-wall`.

@@ -5,7 +5,7 @@ use std::fs;
 use crate::{command, osp, stderr, stdout, temp};
 
 fn grow() -> String {
-    format!("{}/recordings/grow.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    format!("{}/recordings/grow.ron", crate::repository::ROOT)
 }
 
 #[test]

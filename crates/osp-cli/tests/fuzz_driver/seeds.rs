@@ -1,6 +1,6 @@
 //! Small sound inputs of every target, made here.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use crate::{
     files::{
@@ -13,16 +13,12 @@ use osp_lab::pvs::{GROUP, Pvs, ViewCells};
 use osp_session::recording::{Environment, Flush, Header, Layer, RonWriter};
 use zip::CompressionMethod;
 
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-}
-
 /// The beginnings of the shipped recordings, a synthetic session, and small files of every foreign format.
 pub fn recordings() -> Vec<Vec<u8>> {
     let (history, raw) = small_cassie();
     let mut ron = vec![events()];
     for name in ["grow", "portrait", "room", "scribble"] {
-        let text = fs::read(root().join("recordings").join(name).with_extension("ron"))
+        let text = fs::read(crate::repository::at("recordings").join(name).with_extension("ron"))
             .expect("a shipped recording");
         ron.push(text.split_inclusive(|&b| b == b'\n').take(60).flatten().copied().collect());
     }
@@ -111,11 +107,13 @@ pub fn sets() -> Vec<Vec<u8>> {
 
 pub fn small_files() -> Vec<Vec<u8>> {
     let mut seeds = Vec::new();
-    let pins = fs::read(root().join("recordings/fingerprints.pins")).expect("the shipped pins");
+    let pins = fs::read(crate::repository::at("recordings/fingerprints.pins")).expect("the shipped pins");
     seeds.push([&[0], &pins[..]].concat());
     for name in ["desktop", "dual-wall", "cave4"] {
-        let rig = fs::read(root().join("crates/osp-session/src/rig/rigs").join(name).with_extension("ron"))
-            .expect("a shipped rig");
+        let rig = fs::read(
+            crate::repository::at("crates/osp-session/src/rig/rigs").join(name).with_extension("ron"),
+        )
+        .expect("a shipped rig");
         seeds.push([&[1], &rig[..]].concat());
     }
     seeds

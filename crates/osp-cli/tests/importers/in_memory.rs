@@ -54,7 +54,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn shipped_recordings() {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings");
+    let folder = Path::new(crate::repository::ROOT).join("recordings");
     let recordings: Vec<_> = files_below(&folder)
         .into_iter()
         .filter(|path| path.extension().is_some_and(|e| e == "ron"))
@@ -104,7 +104,7 @@ fn sessions_of_several_files_and_packed_ones() {
 
     let zst = folder.path().join("a.ron.zst");
     let mut writer = RonWriter::create(&zst, &Header::new("a", "test"), Flush::AtEnd).unwrap();
-    let source = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/room.ron");
+    let source = Path::new(crate::repository::ROOT).join("recordings/room.ron");
     for event in open(&source, &OpenOptions::STRICT).unwrap().take(500) {
         writer.write(&event.unwrap()).unwrap();
     }
@@ -119,9 +119,7 @@ fn damage_is_told_alike() {
     let glb = small_glb();
     let cut = write(folder.path(), "cut.glb", &glb[..glb.len() / 2]);
     assert_same(&[&cut]).unwrap_err();
-    let mut damaged =
-        fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings/grow.ron"))
-            .unwrap();
+    let mut damaged = fs::read(Path::new(crate::repository::ROOT).join("recordings/grow.ron")).unwrap();
     damaged.truncate(20_000);
     damaged[10_000..10_010].fill(b'?');
     let damaged = write(folder.path(), "damaged.ron", &damaged);

@@ -19,5 +19,7 @@ mod left_out;
 mod limits;
 mod messages;
 mod metadata;
+#[path = "../../../../tests/support/repository.rs"]
+mod repository;
 mod tilt;
 mod values;

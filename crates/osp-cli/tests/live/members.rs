@@ -16,7 +16,7 @@ use serde_json::Value;
 pub(crate) const LONGEST: Duration = Duration::from_secs(150);
 
 pub(crate) fn recording(name: &str) -> String {
-    format!("{}/recordings/{name}", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    format!("{}/recordings/{name}", crate::repository::ROOT)
 }
 
 /// `osp join` on its way.

@@ -7,7 +7,7 @@ use serde_json::Value;
 pub(crate) fn osp(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_osp"))
         .args(args)
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .current_dir(crate::repository::ROOT)
         .output()
         .expect("the program starts")
 }

@@ -8,7 +8,7 @@ use super::scenes::gpu;
 fn a_replay_takes_the_time_of_drawing_each_frame() {
     let Some(_) = gpu() else { return };
     let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .current_dir(crate::repository::ROOT)
         .args(["replay", "recordings/room.ron", "--pace", "samples:200", "--draw=160x90", "--json"])
         .args(["--index", "osp", "--occlusion", "none,msvbsp"])
         .output()
@@ -27,7 +27,7 @@ fn a_replay_takes_the_time_of_drawing_each_frame() {
 
 fn osp(args: &[&str]) -> std::process::Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).args(args).output().expect("osp")
+    command.current_dir(crate::repository::ROOT).args(args).output().expect("osp")
 }
 
 #[test]

@@ -29,7 +29,7 @@ const SIZE: (u32, u32) = (481, 361);
 const FRAMES: u64 = 5;
 
 pub(crate) fn shipped() -> Vec<PathBuf> {
-    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings");
+    let folder = PathBuf::from(crate::repository::ROOT).join("recordings");
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
         .expect("recordings/")
         .map(|entry| entry.expect("an entry").path())

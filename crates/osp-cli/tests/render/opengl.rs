@@ -6,7 +6,7 @@ use super::scenes::gpu;
 
 fn render(backend: &str, session: &str, out: &Path, more: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .current_dir(crate::repository::ROOT)
         .env("WGPU_BACKEND", backend)
         .args(["render", session])
         .arg(out)

@@ -94,8 +94,7 @@ fn calls_and_changes_of_state_are_counted() {
 
 fn osp(args: &[&str]) -> (std::process::Output, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    let output =
-        command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).args(args).output().expect("osp");
+    let output = command.current_dir(crate::repository::ROOT).args(args).output().expect("osp");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     (output, said)
 }

@@ -198,8 +198,7 @@ fn a_painter_takes_no_more_than_it_says() {
 
 fn osp(args: &[&str]) -> (std::process::Output, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    let output =
-        command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).args(args).output().expect("osp");
+    let output = command.current_dir(crate::repository::ROOT).args(args).output().expect("osp");
     let said = [&output.stdout[..], &output.stderr[..]].concat();
     let said = String::from_utf8_lossy(&said).into_owned();
     (output, said)

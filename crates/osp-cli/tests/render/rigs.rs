@@ -6,7 +6,7 @@ use super::scenes::gpu;
 
 fn osp(args: &[&str], folder: &Path) -> Output {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
-    let room = format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let room = format!("{}/recordings/room.ron", crate::repository::ROOT);
     let common = ["--frame", "500", "--camera", "recorded", "--size", "100x90"];
     command.current_dir(folder).args(["render", &room]).args(common).args(args).output().expect("osp")
 }
@@ -73,7 +73,7 @@ fn pictures_of_neighbouring_screens_fit_together() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let args = ["a.png", "--rig", "dual-wall", "--stereo", "mono", "--size", "1x360"];
-    let room = format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let room = format!("{}/recordings/room.ron", crate::repository::ROOT);
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
         .current_dir(folder.path())
         .args(["render", &room, "--frame", "500", "--camera", "recorded"])
@@ -134,7 +134,7 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
     assert_eq!(pictures(folder.path()), seen);
 
     // A row of frames.
-    let room = format!("{}/recordings/portrait.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let room = format!("{}/recordings/portrait.ron", crate::repository::ROOT);
     let every = ["--every", "400", "--to", "frames", "--size", "32x18", "--rig", "odd.rig"];
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
         .current_dir(folder.path())
@@ -151,7 +151,7 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
 fn a_replay_draws_every_view() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let room = format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let room = format!("{}/recordings/room.ron", crate::repository::ROOT);
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
         .current_dir(folder.path())
         .args(["replay", &room, "--pace", "samples:400", "--draw=100x60", "--json"])

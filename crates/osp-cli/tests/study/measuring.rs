@@ -64,7 +64,7 @@ fn by_file(rows: &[StudyRow]) -> BTreeMap<&str, Vec<&StudyRow>> {
 #[test]
 fn the_shipped_sessions_are_measured_as_replay_does() {
     let folder = temp();
-    let shipped = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("recordings");
+    let shipped = Path::new(crate::repository::ROOT).join("recordings");
     let name = shipped.to_str().expect("utf-8");
     let options = ["--budget", "600", "--pace", "samples:32"];
     let args = ["study", name, "--out", "r.ndjson"];

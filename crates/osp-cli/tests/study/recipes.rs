@@ -11,7 +11,7 @@ use osp_lab::study::StudyRow;
 use super::{done, rows, sessions, temp};
 
 fn recipes() -> PathBuf {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("examples/study")
+    Path::new(crate::repository::ROOT).join("examples/study")
 }
 
 /// The Python that has DuckDB: that of `OSP_DUCKDB_PYTHON`, which must have it, or else `python3`, which may.

@@ -106,7 +106,7 @@ fn a_second_window_asks_and_nobody_loses_a_line() {
 #[test]
 fn a_file_that_is_lost_while_a_tracker_draws_is_missed_at_once() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     for accident in ["removed", "replaced"] {
         let file = desk.folder().join(format!("{accident}.ron"));
         let address = super::tracking::free_address();

@@ -3,7 +3,7 @@ use super::desk::Desk;
 #[test]
 fn a_recording_is_played_stopped_and_entered_anywhere() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     let mut window = desk.open(&["replay", &recording, "--window", "--paused"]);
     assert_eq!(window.number("position"), 0);
     window.point(590, 300);
@@ -27,7 +27,7 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
 #[test]
 fn a_frozen_camera_shows_what_is_left_out_and_why() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/room.ron", crate::repository::ROOT);
     let mut window = desk.open(&[
         "replay",
         &recording,
@@ -80,7 +80,7 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
 #[test]
 fn the_window_tells_what_is_found_while_drawing() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/portrait.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/portrait.ron", crate::repository::ROOT);
     let mut window = desk.open(&[
         "replay",
         &recording,

@@ -18,7 +18,7 @@ const SIZE: &str = "1280x800";
 const MIDDLE: (i32, i32) = (720, 390);
 
 fn recording(name: &str) -> String {
-    format!("{}/recordings/{name}.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    format!("{}/recordings/{name}.ron", crate::repository::ROOT)
 }
 
 fn events(path: &Path) -> Vec<Event> {

@@ -23,7 +23,7 @@ fn key(word: &str) -> TrackerOptions {
 
 #[test]
 fn a_session_is_sent_with_the_key_that_is_asked_for() {
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     for osc in [false, true] {
         let tracker = listen(&key("open-sesame"));
         let to = tracker.local_address().expect("a port").to_string();
@@ -64,7 +64,7 @@ fn a_session_is_sent_with_the_key_that_is_asked_for() {
 /// The list of processes shows what stands on the command line: the word may come from elsewhere.
 #[test]
 fn a_key_that_no_list_of_processes_shows() {
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("key.txt");
     let file = file.to_str().expect("plain text");
@@ -94,7 +94,7 @@ fn a_key_that_no_list_of_processes_shows() {
         });
     }
     assert_eq!(tracker.counts().refused, 0);
-    // What is no key is refused by both commands, before anything is sent or shown.
+    // Both commands refuse a word that is no key, before they send or show anything.
     let (bad, long) = (folder.path().join("bad.txt"), folder.path().join("long.txt"));
     let [bad, long] = [&bad, &long].map(|path| path.to_str().expect("plain text"));
     std::fs::write(bad, "two secrets\n").expect("written");

@@ -11,7 +11,7 @@ pub(crate) fn free_address() -> String {
 #[test]
 fn a_session_that_is_sent_is_drawn() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     for osc in [false, true] {
         let address = free_address();
         let from = format!("udp://{address}");

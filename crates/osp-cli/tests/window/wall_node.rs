@@ -29,7 +29,7 @@ fn a_node_shows_its_screen_of_the_session() {
     let Some(server) = Server::start() else { return };
     let osp = env!("CARGO_BIN_EXE_osp");
     let address = server.session("house");
-    let played = format!("{}/recordings/portrait.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let played = format!("{}/recordings/portrait.ron", crate::repository::ROOT);
     let mut join = desk.command(osp);
     join.arg("join").arg(&address).arg(desk.folder().join("played.ron"));
     let joined = join.args(["--play", &played, "--speed", "50"]).output();

@@ -69,7 +69,7 @@ fn a_dual_wall_on_two_monitors() {
         ["1 `DUMMY0` (1280x720 at 0,0)", "2 `DUMMY1` (800x600 at 1280,0)", "3 `DUMMY2` (800x600 at 2080,0)"]
     );
     let of_room = rig(&desk, "Mono", "(monitor: \"DUMMY1\")", "(monitor: \"3\")");
-    let room = format!("{}/recordings/room.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let room = format!("{}/recordings/room.ron", crate::repository::ROOT);
     let mut window = desk.open(&[
         "replay",
         &room,
@@ -118,7 +118,7 @@ fn walls_follow_the_head_and_wrong_monitors_are_named() {
 
     let address = free_address();
     let rig = rig(&desk, "Mono", "(monitor: \"1\", viewport: (0, 0, 1, 1))", "");
-    let recording = format!("{}/recordings/scribble.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     let from = format!("udp://{address}");
     let mut window = desk.open(&[
         "sketch",

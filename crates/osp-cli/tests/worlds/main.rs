@@ -7,6 +7,8 @@ mod damage;
 mod exact;
 mod packing;
 mod program;
+#[path = "../../../../tests/support/repository.rs"]
+mod repository;
 
 use std::{path::Path, sync::Arc};
 

@@ -80,7 +80,7 @@ fn a_pack_that_is_killed_leaves_no_world() {
         .args(["pack", "recordings/room.ron", "--repeat", "40x1x20", "--out"])
         .arg(&out)
         .stdout(Stdio::null())
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .current_dir(crate::repository::ROOT)
         .spawn()
         .expect("the program starts");
     let start = Instant::now();

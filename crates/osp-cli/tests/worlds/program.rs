@@ -17,7 +17,7 @@ use serde_json::Value;
 use super::{Together, open, temp};
 
 fn recording(name: &str) -> String {
-    format!("{}/recordings/{name}.ron", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+    format!("{}/recordings/{name}.ron", crate::repository::ROOT)
 }
 
 fn osp(folder: &Path, args: &[&str]) -> Output {

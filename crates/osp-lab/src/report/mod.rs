@@ -35,8 +35,7 @@ pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
 };
-pub use table::replay_table;
-pub use table::{short, thousands};
+pub use table::{replay_table, short, thousands};
 pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
 pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

@@ -14,11 +14,7 @@ use super::{
     StudyRow,
     line_table::{LineReader, LineWriter},
 };
-
-/// First bytes of a table that is lines of JSON.
-const STUDY_START: &[u8] = b"{\"file\":\"";
-/// First bytes of a Parquet file.
-const PARQUET_START: &[u8] = b"PAR1";
+use osp_session::output_file::{PARQUET_START, STUDY_START};
 
 /// How a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

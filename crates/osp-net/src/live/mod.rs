@@ -2,7 +2,7 @@
 //!
 //! A session is a stream of the server: an ordered log that everybody reads from its first message on, and that the server
 //! keeps in a file. An author publishes one message a frame; the order in which the server takes them is the order of the
-//! session. What comes of that order is decided by a [`Reducer`](osp_session::recording::Reducer), everywhere the same, so that the
+//! session. Each member applies the messages in that order by a [`Reducer`](osp_session::recording::Reducer), so that the
 //! recording of each member is the whole session, byte for byte.
 //!
 //! ```text

@@ -1,5 +1,8 @@
 use osp::{
-    index::kernels::{Backend, Boxes, Kernel, PlaneSet, WithKernel},
+    index::{
+        Backend,
+        kernels::{Boxes, Kernel, PlaneSet, WithKernel},
+    },
     math::{Aabb, Frustum},
     polygon::{BLOCK, VisibleBlocks},
 };

@@ -6,8 +6,8 @@ use crate::{
 };
 use osp::{
     index::{
-        Node, Visit, Visitor, WorkCounts,
-        kernels::{Backend, Kernel, Nearest, PlaneLanes, PlaneSet, WithKernel, is_wanted},
+        Backend, Node, Visit, Visitor, WorkCounts,
+        kernels::{Kernel, Nearest, PlaneLanes, PlaneSet, WithKernel, is_wanted},
     },
     math::{Containment, Frustum, PlaneMask, Ray},
 };

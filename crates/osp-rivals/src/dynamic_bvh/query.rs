@@ -5,8 +5,8 @@ use crate::{
 };
 use osp::{
     index::{
-        DrawList, Node, Visit, Visitor, WorkCounts,
-        kernels::{Backend, Kernel, Nearest, PlaneLanes, WithKernel, is_wanted},
+        Backend, DrawList, Node, Visit, Visitor, WorkCounts,
+        kernels::{Kernel, Nearest, PlaneLanes, WithKernel, is_wanted},
     },
     math::{Containment, Frustum, PlaneMask, Ray},
 };

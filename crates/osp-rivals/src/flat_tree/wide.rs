@@ -12,8 +12,8 @@ use crate::{
 };
 use osp::{
     index::{
-        DrawList, WorkCounts,
-        kernels::{Backend, Boxes, IdWriter, Kernel, PlaneSet, WithKernel, prefetch_lines},
+        Backend, DrawList, WorkCounts,
+        kernels::{Boxes, IdWriter, Kernel, PlaneSet, WithKernel, prefetch_lines},
     },
     math::{Frustum, PlaneMask},
 };

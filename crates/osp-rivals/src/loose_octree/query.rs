@@ -6,8 +6,8 @@ use crate::{
 };
 use osp::{
     index::{
-        Node, Visit, Visitor, WorkCounts,
-        kernels::{Backend, Kernel, PlaneLanes, PlaneSet, WithKernel},
+        Backend, Node, Visit, Visitor, WorkCounts,
+        kernels::{Kernel, PlaneLanes, PlaneSet, WithKernel},
     },
     math::{Aabb, Containment, Frustum, PlaneMask},
 };

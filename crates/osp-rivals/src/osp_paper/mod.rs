@@ -48,9 +48,7 @@ mod placement;
 mod state;
 mod tree;
 
-pub use grid::DEFAULT_MAX_DEPTH;
-pub use grid::MAX_MAX_DEPTH;
-pub use grid::OspGrid;
+pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};
 pub use placement::OspPlace;
 pub use tree::OspPaper;
 

@@ -43,15 +43,11 @@ pub use event::{
 pub use header::{Camera, Header, Layer, Root};
 pub use input::{MemoryFiles, open_bytes};
 pub use limits::{Excess, Limits, Place};
-pub use open::looks_like_session;
-pub use open::{OpenOptions, open, open_ron};
+pub use open::{OpenOptions, looks_like_session, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use reducer::{Message, Reduced, Reducer, Sender};
-pub use ron_file::LastLine;
-pub use ron_file::RecordingFile;
-pub use ron_line::MAX_LINE_BYTES;
-pub use ron_line::push_event;
-pub use ron_line::read_event;
+pub use ron_file::{LastLine, RecordingFile};
+pub use ron_line::{MAX_LINE_BYTES, push_event, read_event};
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};

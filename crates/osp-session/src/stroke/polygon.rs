@@ -2,9 +2,13 @@ use glam::Vec3;
 
 use super::Drops;
 use osp::{
-    math::{COORDINATE_LIMIT_M, DEGENERATE_AREA_M2_PER_M2, is_flat_and_convex},
+    math::{COORDINATE_LIMIT_M, is_flat_and_convex},
     polygon::ConvexPolygon,
 };
+
+/// A polygon whose area is below this fraction of its longest edge squared is degenerate (a needle or a point).
+/// Larger: thin ribbons start to be dropped.
+const DEGENERATE_AREA_M2_PER_M2: f32 = 1.0e-6;
 
 fn longest_edge_squared(polygon: &ConvexPolygon) -> f32 {
     let v = polygon.vertices();

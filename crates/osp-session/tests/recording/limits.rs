@@ -160,11 +160,7 @@ mod packed {
     fn what_packs_as_drawings_do_is_read_whole() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["portrait", "room", "grow", "scribble"] {
-            let text = std::fs::read(format!(
-                "{}/recordings/{name}.ron",
-                concat!(env!("CARGO_MANIFEST_DIR"), "/../..")
-            ))
-            .unwrap();
+            let text = std::fs::read(format!("{}/recordings/{name}.ron", crate::repository::ROOT)).unwrap();
             let packed = zstd::encode_all(&text[..], 3).unwrap();
             let ratio = text.len() as f64 / packed.len() as f64;
             assert!(ratio < 0.25 * Limits::DEFAULT.unpacking as f64, "{name} packs to 1/{ratio}");

@@ -9,5 +9,7 @@ mod format;
 mod last_line;
 mod limits;
 mod look;
+#[path = "../../../../tests/support/repository.rs"]
+mod repository;
 mod synth;
 mod writer;
