@@ -84,8 +84,7 @@ impl Measured {
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         // What is culled on the adapter alone is culled by the frustum here.
-        let on_cpu = if method == Occlusion::Hzb { Occlusion::None } else { method };
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(on_cpu));
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(method.on_cpu()))?;
         pipeline.load(scene);
         let histogram = || Histogram::new(3);
         let ns = [

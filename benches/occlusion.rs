@@ -158,11 +158,16 @@ fn occlusion(c: &mut Criterion) {
             let config = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
             let mut stage = OcclusionStage::new(Occlusion::Msvbsp, config);
             stage.follow(&looked.scene, &looked.changes);
-            stage.select(&looked.scene, &looked.window);
-            stage.build(&looked.window);
-            let (index, scene, frustum) = (&*looked.index, &looked.scene, looked.view.frustum());
+            let input = ViewInput {
+                index: &*looked.index,
+                geometry: &looked.scene,
+                view: &looked.view,
+                in_view: &in_view,
+                spaces: None,
+            };
             let mut left = VisibleBlocks::new();
-            let mut thin_out = || stage.thin_out(index, scene, &frustum, &in_view, &mut left);
+            stage.cull(&input, &mut left);
+            let mut thin_out = || stage.view().remove_hidden(&input, &mut left);
             let counts = thin_out();
             group.throughput(Throughput::Elements(counts.node_tests + counts.polygon_tests));
             group.bench_function(format!("thin-out/{name}"), |b| b.iter(&mut thin_out));

@@ -142,7 +142,7 @@ fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     for choice in [Occlusion::Msvbsp, Occlusion::DepthLast] {
         let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice)).expect("a method of the CPU");
         let made = play(&events, &mut pipeline, &views()[..1]);
         let steady: u64 = made[made.len() / 2..].iter().sum();
         assert_eq!(steady, 0, "{}: {made:?}", choice.name());

@@ -68,7 +68,7 @@ fn pipelines(world: &World) -> Vec<Pipeline> {
             let index = Osp::new(&IndexConfig::default());
             let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(choice) };
             let pipeline = Pipeline::new(Box::new(index), 64, StageClock::default());
-            let mut pipeline = pipeline.with_occlusion(config);
+            let mut pipeline = pipeline.with_occlusion(config).expect("a method of the CPU");
             pipeline.load(world);
             pipeline
         })

@@ -4,7 +4,7 @@ use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
         AutoConfig, AutoSwitch, CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
-        Score, SelectConfig, ShadowVolume, work_ns,
+        Score, SelectConfig, ShadowVolume, ViewInput, work_ns,
     },
     polygon::{Change, Geometry, VisibleBlocks},
     view::{View, ViewWindow},
@@ -144,7 +144,7 @@ impl OcclusionPass {
     /// The shadows of the occluders of the first view, best first, with the eye as the origin; as the last frame left
     /// them in which it was used.
     pub fn shadows(&self) -> &[ShadowVolume] {
-        self.stage.selector().chosen()
+        self.stage.view().selector().chosen()
     }
 
     /// Whether the last frame was culled by what was visible in the one before.
@@ -187,21 +187,20 @@ impl OcclusionPass {
         number: usize,
         record: &mut OcclusionRecord,
     ) -> f64 {
-        let PassInput { index, geometry, clock, in_view, beside_index, .. } = *frame;
+        let PassInput { index, geometry, clock, in_view, spaces, .. } = *frame;
+        let input =
+            ViewInput { index, geometry, view, in_view: &in_view[number], spaces: spaces.get(number) };
+        let (pool, occlusion) = self.stage.parts();
         let start = clock.start();
-        let select = self.stage.select(geometry, window);
+        let select = occlusion.select(pool, geometry, window);
         record.select += clock.since(start);
 
         let start = clock.start();
-        let build = self.stage.build(window);
+        let build = occlusion.build(window);
         record.build += clock.since(start);
 
         let start = clock.start();
-        let drawn = &mut self.drawn[number];
-        let cull = self.stage.thin_out(index, geometry, &view.frustum(), &in_view[number], drawn);
-        if let Some(beside) = beside_index.get(number) {
-            drawn.add(beside);
-        }
+        let cull = occlusion.remove_hidden(&input, &mut self.drawn[number]);
         record.query += clock.since(start);
 
         record.occluders += u64::from(select.chosen);

@@ -3,7 +3,7 @@ use std::{any::Any, fmt::Debug, ops::Range};
 use crate::{
     frame::{OcclusionRecord, StageClock},
     index::SpatialIndex,
-    polygon::{Change, Geometry, VisibleBlocks},
+    polygon::{Change, Geometry, SpacesInView, VisibleBlocks},
     view::View,
 };
 
@@ -51,9 +51,8 @@ pub struct PassInput<'a> {
     pub views: &'a [View],
     /// What the frustum of each view may see.
     pub in_view: &'a [VisibleBlocks],
-    /// Those of them that are in no index, as they move with a space: for each view, or for none. They are drawn, unless the
-    /// method finds that they are hidden.
-    pub beside_index: &'a [VisibleBlocks],
+    /// Those of them that are in no index, as they move with a space: for each view, or for none.
+    pub spaces: &'a [SpacesInView],
     /// The clock for the stages.
     pub clock: &'a StageClock,
 }

@@ -3,6 +3,8 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
+use thiserror::Error;
+
 use crate::{
     frame::{
         FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock,
@@ -11,7 +13,7 @@ use crate::{
     index::{IndexConfig, IndexError, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum, Ray, Sphere},
     occlusion::Occlusion,
-    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
+    polygon::{Change, Geometry, PolygonId, SpacesInView, VisibleBlocks},
     view::View,
 };
 
@@ -33,7 +35,7 @@ pub struct Pipeline {
     /// The polygons that are not in the index, as they are in spaces that move as a whole.
     spaces: Spaces,
     /// What of these is in view.
-    in_spaces: Vec<VisibleBlocks>,
+    in_spaces: Vec<SpacesInView>,
     /// The frustum of each view, kept for its memory.
     frusta: Vec<Frustum>,
     /// What it may see.
@@ -50,6 +52,11 @@ pub struct Pipeline {
     refused: u64,
     frame: u64,
 }
+
+/// A method of occlusion culling that a [`Pipeline`] cannot cull by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("expected a method of occlusion culling that runs on the CPU, or `none`; found `{}`", .0.name())]
+pub struct NotOnCpu(pub Occlusion);
 
 /// What [`Pipeline::load_some`] inserts, and how far it has come.
 #[derive(Debug)]
@@ -99,16 +106,18 @@ impl Pipeline {
         self
     }
 
-    /// The pipeline with occlusion culling after the frustum; before the first frame. Nothing is added for the methods that
-    /// cull while drawing ([`Occlusion::Hzb`], [`Occlusion::Queries`]), nor for [`Occlusion::Pvs`], whose sets
-    /// [`Pipeline::with_pass`] takes.
-    #[must_use]
-    pub fn with_occlusion(self, config: PassConfig) -> Self {
+    /// The pipeline with occlusion culling after the frustum; before the first frame.
+    ///
+    /// # Errors
+    /// [`NotOnCpu`] for a method that the CPU does not cull by: see [`Occlusion::on_cpu`]. The sets of [`Occlusion::Pvs`] are a
+    /// pass of the caller's ([`Pipeline::with_pass`]).
+    pub fn with_occlusion(self, config: PassConfig) -> Result<Self, NotOnCpu> {
         let capacity = self.capacity;
         match config.choice {
-            Occlusion::DepthLast => self.with_pass(PreviousFramePass::new(capacity)),
-            choice if choice.has_culler() => self.with_pass(OcclusionPass::new(config, capacity)),
-            _ => self,
+            Occlusion::None => Ok(self),
+            Occlusion::DepthLast => Ok(self.with_pass(PreviousFramePass::new(capacity))),
+            choice if choice.has_culler() => Ok(self.with_pass(OcclusionPass::new(config, capacity))),
+            choice => Err(NotOnCpu(choice)),
         }
     }
 
@@ -152,9 +161,8 @@ impl Pipeline {
         record.views = views.len() as u64;
         record.visible = self.in_view.iter().map(|list| list.len() as u64).sum();
         if let Some(pass) = &mut self.pass {
-            let (index, in_view, beside_index) = (&*self.index, &*self.in_view, &*self.in_spaces);
-            let input =
-                PassInput { index, geometry, changes, views, in_view, beside_index, clock: &self.clock };
+            let (index, in_view, spaces) = (&*self.index, &*self.in_view, &*self.in_spaces);
+            let input = PassInput { index, geometry, changes, views, in_view, spaces, clock: &self.clock };
             record.occlusion = pass.frame(&input);
         }
         self.occluded = record.occlusion.used;
@@ -165,13 +173,13 @@ impl Pipeline {
     /// Adds what is in view of the polygons in spaces.
     fn cull_spaces(&mut self, geometry: &dyn Geometry) -> WorkCounts {
         let mut work = WorkCounts::default();
-        self.in_spaces.resize_with(self.frusta.len(), VisibleBlocks::new);
+        self.in_spaces.resize_with(self.frusta.len(), SpacesInView::default);
         for ((frustum, in_spaces), in_view) in
             self.frusta.iter().zip(&mut self.in_spaces).zip(&mut self.in_view)
         {
             in_spaces.clear();
             work += self.spaces.frustum_cull(geometry, frustum, in_spaces);
-            in_view.add(in_spaces);
+            in_spaces.add_to(in_view);
         }
         work
     }

@@ -16,8 +16,8 @@ use crate::{
     index::{IndexConfig, IndexError, Osp, SpatialIndex, WorkCounts, admission::admit, groups::Mesh},
     math::{Aabb, Containment, Frustum, Plane, Ray},
     polygon::{
-        BLOCK, ById, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, VisibleBlocks, abs_matrix,
-        ids_of,
+        BLOCK, ById, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, SpacesInView, VisibleBlocks,
+        abs_matrix, ids_of,
     },
 };
 
@@ -258,7 +258,7 @@ impl Spaces {
         &mut self,
         geometry: &dyn Geometry,
         frustum: &Frustum,
-        visible: &mut VisibleBlocks,
+        visible: &mut SpacesInView,
     ) -> WorkCounts {
         let Scratch { tops, outer, inner } = &mut self.scratch;
         tops.clear();
@@ -268,10 +268,9 @@ impl Spaces {
         work.reported = 0;
         for number in tops.ids() {
             let space = &self.spaces[number.index()];
-            let before = visible.len();
             work.boxes += 1;
             if frustum.classify(&space.world_bounds) == Containment::Inside {
-                space.all().for_each(|(block, mask)| visible.insert_block(block, mask));
+                space.all().for_each(|(block, mask)| visible.push_block(block, mask));
             } else {
                 let [wide, narrow] = space.outer_and_inner(frustum);
                 outer.clear();
@@ -287,10 +286,10 @@ impl Spaces {
                         let id = PolygonId((block * BLOCK + bit) as u32);
                         found |= u16::from(frustum.may_see(&geometry.bounds(id))) << bit;
                     }
-                    visible.insert_block(block, found);
+                    visible.push_block(block, found);
                 }
             }
-            work.reported += (visible.len() - before) as u64;
+            work.reported += visible.end_space(&space.world_bounds) as u64;
         }
         work
     }

@@ -2,7 +2,7 @@ use super::{Asked, Cell, OcclusionCuller, Tested, TestedBoxes, Verdict, wide::TO
 use crate::{
     index::{Node, Thinner, Visit, Visitor},
     math::{Aabb, Sphere},
-    polygon::{Geometry, PolygonId},
+    polygon::{BLOCK, Geometry, PolygonId, SpacesInView, VisibleBlocks, count_polygons, ids_of},
 };
 
 /// The bounding volume of a node that is tested.
@@ -148,6 +148,49 @@ impl<'a> Tests<'a> {
 
     pub(super) fn counts(&self) -> CullCounts {
         self.counts
+    }
+
+    /// Counts what a visitor did.
+    pub(super) fn set_counts(&mut self, counts: CullCounts) {
+        self.counts = counts;
+    }
+
+    /// Takes the hidden polygons of spaces out of `drawn`, and adds the others: a space whose box is hidden, and blocks of
+    /// one that is hidden in part.
+    pub(super) fn spaces(
+        &mut self,
+        geometry: &dyn Geometry,
+        spaces: &SpacesInView,
+        drawn: &mut VisibleBlocks,
+    ) {
+        for (bounds, blocks) in spaces.iter() {
+            let polygons = count_polygons(blocks);
+            let visit =
+                if polygons < self.least_polygons() { Visit::Take } else { self.node(bounds, polygons) };
+            for &(block, mask) in blocks {
+                let hidden = match visit {
+                    Visit::Skip => mask,
+                    Visit::Take => 0,
+                    Visit::Descend => self.hidden_in_block(geometry, block, mask),
+                };
+                drawn.remove_block(block, hidden);
+                drawn.insert_block(block, mask & !hidden);
+            }
+        }
+    }
+
+    /// Which polygons of a block are hidden, where they are tested one by one.
+    fn hidden_in_block(&mut self, geometry: &dyn Geometry, block: usize, mask: u16) -> u16 {
+        if !self.asks_polygons() {
+            return 0;
+        }
+        let (mut boxes, mut bits, mut len) = ([Aabb::EMPTY; BLOCK], [0; BLOCK], 0);
+        for id in ids_of(block, mask) {
+            (boxes[len], bits[len]) = (geometry.bounds(id), 1 << (id.index() % BLOCK));
+            len += 1;
+        }
+        let hidden = self.hidden_of(&boxes[..len]);
+        (0..len).filter(|i| hidden >> i & 1 == 1).fold(0, |found, i| found | bits[i])
     }
 }
 

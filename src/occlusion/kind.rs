@@ -97,6 +97,11 @@ impl Occlusion {
         if matches!(self, Self::Hzb | Self::Queries | Self::Auto) { self } else { Self::None }
     }
 
+    /// What a [`Pipeline`](crate::frame::Pipeline) does of it: this method if the CPU culls by it, else none.
+    pub fn on_cpu(self) -> Self {
+        if matches!(self, Self::Hzb | Self::Queries | Self::Pvs) { Self::None } else { self }
+    }
+
     /// Whether only the renderer finds what is hidden: the CPU culls by the frustum alone.
     pub fn is_while_drawing(self) -> bool {
         matches!(self, Self::Hzb | Self::Queries)

@@ -1,7 +1,8 @@
 //! Occlusion culling: what is hidden behind the polygons nearest to the eye.
 //!
 //! Most callers only choose a method, [`Occlusion`], and hand it to a [`Pipeline`](crate::frame::Pipeline). The other items are
-//! its parts, for callers with a frame of their own: [`OcclusionStage`] keeps the candidates and culls one view.
+//! its parts, for callers with a frame of their own. [`OcclusionStage`] keeps the candidates from frame to frame;
+//! [`ViewOcclusion`] culls one view.
 //!
 //! Large opaque polygons become [`ShadowVolume`]s seen from one eye; an [`OcclusionCuller`] is built from them every
 //! frame and returns for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
@@ -41,6 +42,7 @@ mod stage;
 mod svbsp;
 mod tolerance;
 mod tree;
+mod view_occlusion;
 mod walls;
 mod wide;
 
@@ -58,10 +60,10 @@ pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
 pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
-pub use stage::thin_out;
+pub use stage::OcclusionStage;
 pub(crate) use stage::work_ns;
-pub use stage::{OcclusionConfig, OcclusionStage};
 pub use svbsp::Svbsp;
 pub use tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK};
 pub use tree::Cell;
+pub use view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden};
 pub use wide::{Asked, TestedBoxes};

@@ -1,24 +1,11 @@
 use super::{
-    BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
-    PoolConfig, SelectConfig, SelectCounts, Selector, cull::Tests, pool::MOST_CAPACITY,
+    BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
+    SelectCounts, ViewCounts, ViewInput, ViewOcclusion,
 };
 use crate::{
-    index::{SpatialIndex, WorkCounts},
-    math::Frustum,
-    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
-    view::{View, ViewWindow},
+    polygon::{Change, Geometry, VisibleBlocks},
+    view::View,
 };
-
-/// Settings of [`OcclusionStage`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct OcclusionConfig {
-    /// Which polygons are kept as candidates.
-    pub pool: PoolConfig,
-    /// How the occluders of a frame are chosen.
-    pub select: SelectConfig,
-    /// How the index is culled.
-    pub cull: CullConfig,
-}
 
 /// What offering a polygon to the pool costs, nanoseconds, about.
 const OFFER_NS: f64 = 1500.0;
@@ -38,18 +25,13 @@ const MOST_AT_ONCE: f64 = 16.0;
 /// Fewer offers than this wait: most frames then have none.
 const LEAST_OFFERS: usize = 128;
 
-/// Everything that culling by occlusion needs from frame to frame: candidates, the choice among them, and a culler.
+/// Everything that culling by occlusion needs from frame to frame: the candidates, and what one view after the other is culled
+/// with.
+#[derive(Debug)]
 pub struct OcclusionStage {
     config: OcclusionConfig,
     pool: OccluderPool,
-    selector: Selector,
-    culler: Box<dyn OcclusionCuller>,
-}
-
-impl std::fmt::Debug for OcclusionStage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("OcclusionStage").field("culler", &self.culler.name()).finish_non_exhaustive()
-    }
+    view: ViewOcclusion,
 }
 
 impl OcclusionStage {
@@ -60,10 +42,8 @@ impl OcclusionStage {
 
     /// A stage around any culler.
     pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
-        let mut selector = Selector::new(config.select);
-        // The pool holds twice its capacity before it is trimmed, and may be one over.
-        selector.reserve(2 * config.pool.capacity.min(MOST_CAPACITY) + 1);
-        Self { config, pool: OccluderPool::new(config.pool), selector, culler }
+        let view = ViewOcclusion::with_culler(culler, &config);
+        Self { config, pool: OccluderPool::new(config.pool), view }
     }
 
     /// Makes room for scenes of this many polygons.
@@ -74,14 +54,13 @@ impl OcclusionStage {
     /// Changes the most occluders of a frame; the candidates stay.
     pub(crate) fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
         self.config.select.occluders = occluders;
-        self.selector = Selector::new(self.config.select);
-        self.selector.reserve(2 * self.config.pool.capacity.min(MOST_CAPACITY) + 1);
-        self.culler = kind.create(occluders);
+        self.view = ViewOcclusion::new(kind, &self.config);
     }
 
     /// Changes what is worth a test.
     pub(crate) fn set_cull(&mut self, cull: CullConfig) {
         self.config.cull = cull;
+        self.view.set_cull(cull);
     }
 
     /// Follows a frame's changes; once a frame that is culled.
@@ -161,42 +140,14 @@ impl OcclusionStage {
         spent_ns
     }
 
-    /// Chooses the occluders for a window.
-    pub fn select(&mut self, geometry: &dyn Geometry, window: &ViewWindow) -> SelectCounts {
-        self.selector.select(&self.pool, geometry, window)
+    /// Culls one view; see [`ViewOcclusion::cull`].
+    pub fn cull(&mut self, input: &ViewInput<'_>, drawn: &mut VisibleBlocks) -> ViewCounts {
+        self.view.cull(&self.pool, input, drawn)
     }
 
-    /// Builds the culler from the occluders chosen last, for the same window.
-    pub fn build(&mut self, window: &ViewWindow) -> BuildCounts {
-        self.culler.build(window, self.selector.chosen())
-    }
-
-    /// Appends what the frustum may see, and the occluders of the last [`OcclusionStage::build`] do not hide, to
-    /// `draw_list`: each polygon once. The frustum has to belong to the same view as the window.
-    pub fn cull(
-        &mut self,
-        index: &dyn SpatialIndex,
-        geometry: &dyn Geometry,
-        frustum: &Frustum,
-        draw_list: &mut impl Extend<PolygonId>,
-    ) -> (CullCounts, WorkCounts) {
-        let mut visitor = OcclusionVisitor::new(&*self.culler, geometry, self.config.cull, draw_list);
-        let work = index.traverse(frustum, &mut visitor);
-        (visitor.counts(), work)
-    }
-
-    /// What is left of `in_view`, which the index has found for the frustum, becomes `drawn`: the polygons that
-    /// [`OcclusionStage::cull`] finds. An index that can ([`SpatialIndex::thin_out`]) is not walked for what is not hidden.
-    pub fn thin_out(
-        &mut self,
-        index: &dyn SpatialIndex,
-        geometry: &dyn Geometry,
-        frustum: &Frustum,
-        in_view: &VisibleBlocks,
-        drawn: &mut VisibleBlocks,
-    ) -> CullCounts {
-        let culler = (!self.selector.chosen().is_empty()).then_some(&*self.culler);
-        thin_out(culler, self.config.cull, index, geometry, frustum, in_view, drawn)
+    /// The parts of [`OcclusionStage::cull`], for callers that time each.
+    pub(crate) fn parts(&mut self) -> (&OccluderPool, &mut ViewOcclusion) {
+        (&self.pool, &mut self.view)
     }
 
     /// The candidates.
@@ -204,38 +155,10 @@ impl OcclusionStage {
         &self.pool
     }
 
-    /// The choice.
-    pub fn selector(&self) -> &Selector {
-        &self.selector
+    /// The occluders and the culler of the view that was culled last.
+    pub fn view(&self) -> &ViewOcclusion {
+        &self.view
     }
-
-    /// The culler, as built last.
-    pub fn culler(&self) -> &dyn OcclusionCuller {
-        &*self.culler
-    }
-}
-
-/// What is left of `in_view` becomes `drawn`, by a culler that was built for the same view (`None`: without occluders):
-/// see [`OcclusionStage::thin_out`].
-pub fn thin_out(
-    culler: Option<&dyn OcclusionCuller>,
-    config: CullConfig,
-    index: &dyn SpatialIndex,
-    geometry: &dyn Geometry,
-    frustum: &Frustum,
-    in_view: &VisibleBlocks,
-    drawn: &mut VisibleBlocks,
-) -> CullCounts {
-    drawn.copy_from(in_view);
-    let Some(culler) = culler else { return CullCounts::default() };
-    let mut tests = Tests::new(culler, config);
-    if index.thin_out(frustum, drawn, &mut tests) {
-        return tests.counts();
-    }
-    drawn.clear();
-    let mut visitor = OcclusionVisitor::new(culler, geometry, config, drawn);
-    index.traverse(frustum, &mut visitor);
-    visitor.counts()
 }
 
 /// About what a frame's occlusion culling costs, nanoseconds, from its work counts alone: the same on every machine.

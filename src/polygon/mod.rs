@@ -11,6 +11,7 @@ mod id;
 mod near;
 mod paged;
 mod space;
+mod spaces_in_view;
 mod visible_blocks;
 
 pub use by_id::ById;
@@ -22,4 +23,6 @@ pub use paged::Paged;
 pub use space::ROUNDING as PLACE_ROUNDING;
 pub(crate) use space::abs as abs_matrix;
 pub use space::{SpaceId, SpacePlace};
+pub use spaces_in_view::SpacesInView;
+pub(crate) use spaces_in_view::count as count_polygons;
 pub use visible_blocks::{BLOCK, VisibleBlocks, ids_of};

@@ -9,7 +9,9 @@ use osp::{
     frame::StageClock,
     index::{DrawList, IndexConfig, IndexError, SpatialIndex, Thinner, Visitor, WorkCounts},
     math::{Aabb, Frustum},
-    occlusion::{CullConfig, Occlusion, OcclusionConfig, OcclusionStage, PoolConfig, SelectConfig},
+    occlusion::{
+        CullConfig, Occlusion, OcclusionConfig, OcclusionStage, PoolConfig, SelectConfig, ViewInput,
+    },
     polygon::{PolygonId, VisibleBlocks},
 };
 use osp_lab::{
@@ -124,12 +126,10 @@ fn verifying_culls_as_a_frame_does() {
     index.commit();
     let mut stage = OcclusionStage::new(Occlusion::Msvbsp, OcclusionConfig::default());
     stage.load(&model, &changes);
-    let window = view.window().expect("a pointed cone");
-    stage.select(&model, &window);
-    stage.build(&window);
     let (mut in_view, mut drawn) = (VisibleBlocks::new(), VisibleBlocks::new());
     index.frustum_cull_blocks(&view.frustum(), &mut in_view);
-    let counts = stage.thin_out(&*index, &model, &view.frustum(), &in_view, &mut drawn);
+    let input = ViewInput { index: &*index, geometry: &model, view: &view, in_view: &in_view, spaces: None };
+    let counts = stage.cull(&input, &mut drawn).cull;
     assert_eq!(
         counts.node_tests + counts.polygon_tests,
         totals[0].cull.node_tests + totals[0].cull.polygon_tests

@@ -11,7 +11,8 @@ use glam::Vec3;
 use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     occlusion::{
-        CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, PolygonTest, SelectConfig,
+        CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest,
+        SelectConfig, ViewInput,
     },
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
@@ -90,7 +91,6 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
     // Many combinations: fewer views where the tests themselves are slow.
     let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
     for view in views().into_iter().take(count) {
-        let window = view.window().expect("a window");
         let mut all = DrawList::new();
         filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
         let truth = truth(&told, &view, &all);
@@ -109,10 +109,17 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                         let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
                         let mut stage = OcclusionStage::new(kind, config);
                         stage.follow(&told.scene, &told.changes);
-                        stage.select(&told.scene, &window);
-                        stage.build(&window);
+                        let mut in_view = VisibleBlocks::new();
+                        index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                        let (input, mut left) =
+                            (input(&*index, &told, &view, &in_view), VisibleBlocks::new());
+                        let thinned = stage.cull(&input, &mut left).cull;
+                        // A walk of the whole index.
                         let mut drawn = DrawList::new();
-                        let (counts, _) = stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+                        let culler = stage.view().culler();
+                        let mut visitor = OcclusionVisitor::new(culler, &told.scene, cull, &mut drawn);
+                        index.traverse(&view.frustum(), &mut visitor);
+                        let counts = visitor.counts();
                         let drawn = ids(&drawn);
                         let name = format!("{} {} {cull:?}", index_kind.name(), kind.name());
                         assert!(drawn.windows(2).all(|w| w[0] < w[1]), "{name}: twice the same");
@@ -124,11 +131,6 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                         for id in &visible {
                             assert!(drawn.binary_search(id).is_ok(), "{name}: {id} is visible; {counts:?}");
                         }
-                        let mut in_view = VisibleBlocks::new();
-                        index.frustum_cull_blocks(&view.frustum(), &mut in_view);
-                        let mut left = VisibleBlocks::new();
-                        let thinned =
-                            stage.thin_out(&*index, &told.scene, &view.frustum(), &in_view, &mut left);
                         assert!(left.ids().map(|id| id.0).eq(drawn.iter().copied()), "{name}: thinned out");
                         assert!(thinned.node_tests <= counts.node_tests, "{name}: {thinned:?} {counts:?}");
                         culled += all.len() - drawn.len();
@@ -140,13 +142,21 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
     assert!(culled > 0);
 }
 
+fn input<'a>(
+    index: &'a dyn SpatialIndex,
+    told: &'a Told,
+    view: &'a View,
+    in_view: &'a VisibleBlocks,
+) -> ViewInput<'a> {
+    ViewInput { index, geometry: &told.scene, view, in_view, spaces: None }
+}
+
 #[test]
 fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
     let told = hall();
     let index = filed(IndexKind::Osp, &told);
     let mut drawn_by = [0, 0];
     for view in views() {
-        let window = view.window().expect("a window");
         for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
             let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, ..CullConfig::default() };
             let mut stage = OcclusionStage::new(
@@ -154,10 +164,9 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
                 OcclusionConfig { cull, ..OcclusionConfig::default() },
             );
             stage.follow(&told.scene, &told.changes);
-            stage.select(&told.scene, &window);
-            stage.build(&window);
-            let mut drawn = DrawList::new();
-            stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+            let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::new());
+            index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+            stage.cull(&input(&*index, &told, &view, &in_view), &mut drawn);
             drawn_by[i] += drawn.len();
         }
     }
@@ -175,8 +184,7 @@ fn steady_frames_allocate_nothing() {
         };
         let mut stage = OcclusionStage::new(*kind, config);
         stage.follow(&told.scene, &told.changes);
-        let mut drawn = DrawList::new();
-        drawn.reserve(10_000);
+        let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::with_capacity(10_000));
         let views = views();
         let mut before = 0;
         for round in 0..3 {
@@ -184,12 +192,10 @@ fn steady_frames_allocate_nothing() {
                 before = allocations();
             }
             for view in &views {
-                let window = view.window().expect("a window");
                 stage.follow(&told.scene, &[]);
-                stage.select(&told.scene, &window);
-                stage.build(&window);
-                drawn.clear();
-                stage.cull(&*index, &told.scene, &view.frustum(), &mut drawn);
+                in_view.clear();
+                index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                stage.cull(&input(&*index, &told, view, &in_view), &mut drawn);
             }
         }
         assert_eq!(allocations() - before, 0, "{}", kind.name());

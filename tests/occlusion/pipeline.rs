@@ -21,7 +21,7 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let pipeline = Pipeline::new(index, 10_000, StageClock::default());
     match pass {
-        Some(config) => pipeline.with_occlusion(config),
+        Some(config) => pipeline.with_occlusion(config).expect("a method of the CPU"),
         None => pipeline,
     }
 }
@@ -318,7 +318,8 @@ fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
         let index = IndexKind::Osp.create(&IndexConfig::default());
         let mut pipeline = Pipeline::new(index, 10_000, StageClock::counting(count_reading));
         if let Some(polygon_ns) = polygon_ns {
-            pipeline = pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work));
+            pipeline =
+                pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work)).expect("a method of the CPU");
         }
         pipeline.frame(&model, &changes, &view);
         let before = readings();
@@ -355,7 +356,8 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         let mut scene = Scene::keeping_groups_whole();
         let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
         let index = kind.create(&IndexConfig::default());
-        let mut lane = Pipeline::new(index, 1000, StageClock::default()).with_occlusion(config);
+        let lane = Pipeline::new(index, 1000, StageClock::default());
+        let mut lane = lane.with_occlusion(config).expect("a method of the CPU");
         let mut changes = Vec::new();
         scene.apply_all(&events, &mut changes);
         for frame in 0..6 {
@@ -373,4 +375,85 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         }
         assert!((401..431).all(|id| Geometry::space(&scene, PolygonId(id)).is_some()), "it moves as a whole");
     }
+}
+
+/// A group that is dragged through a room with a wall: before it, behind it, and half way beside it.
+#[test]
+fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
+    let square = |x: f32, y: f32, z: f32, half_m: f32| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(i, k)| Vec3::new(x + i * half_m, y + k * half_m, z))
+    };
+    let mut events = vec![polygon(&square(0.0, 0.0, -5.0, 1.0), 1.0)];
+    let at = |i: usize| ((i % 8) as f32 * 0.2 - 0.7, (i / 8) as f32 * 0.2 - 0.7);
+    events.extend((0..64).map(|i| polygon_of(1, &square(at(i).0, at(i).1, 0.0, 0.05))));
+    events.push(Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(0),
+        strokes: vec![StrokeId(1)],
+        parent: None,
+        name: None,
+    });
+    let views = [view(Vec3::ZERO, Vec3::NEG_Z), view(Vec3::new(0.5, 0.3, 0.0), Vec3::new(0.0, 0.0, -5.0))];
+    // One that is walked for what is not hidden, and one that is not.
+    for kind in [IndexKind::OctreeRebuild, IndexKind::Osp] {
+        for method in Occlusion::conservative_cullers() {
+            let name = format!("{}, {}", kind.name(), method.name());
+            let mut scene = Scene::keeping_groups_whole();
+            let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(method) };
+            let lane = Pipeline::new(kind.create(&IndexConfig::default()), 1000, StageClock::default());
+            let mut lane = lane.with_occlusion(config).expect("a method of the CPU");
+            let mut changes = Vec::new();
+            scene.apply_all(&events, &mut changes);
+            let drawn = [(0.0, -3.0), (0.0, -7.0), (1.4, -7.0), (0.0, -7.5), (0.4, -4.0), (3.0, -7.0)].map(
+                |(x, z)| {
+                    let to = Transform { p: Vec3::new(x, 0.0, z), q: Quat::from_rotation_y(0.1 * x), s: 1.0 };
+                    let place = Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(0), to };
+                    scene.apply(&place, &mut changes);
+                    // Where nothing was hidden, it is looked for in some frames only.
+                    let mut is_culled = lane.frame_of_views(&scene, &changes, &views).occlusion.used;
+                    changes.clear();
+                    for _ in 0..100 {
+                        is_culled = is_culled || lane.frame_of_views(&scene, &[], &views).occlusion.used;
+                    }
+                    assert!(is_culled, "{name} at {x}, {z}");
+                    for (view, (drawn, in_view)) in
+                        views.iter().zip(lane.draw_lists().iter().zip(lane.in_view_lists()))
+                    {
+                        let window = view.window().expect("a window");
+                        let seen = verify::visible_polygons(
+                            &scene,
+                            &window,
+                            &in_view.to_vec(),
+                            OracleConfig::default(),
+                        );
+                        assert_eq!(verify::missing(&seen, &drawn.to_vec()), 0, "{name} at {x}, {z}");
+                        assert!(drawn.ids().all(|id| in_view.contains(id)), "{name} at {x}, {z}");
+                    }
+                    lane.draw_list().ids().filter(|id| id.0 > 0).count()
+                },
+            );
+            assert!(
+                (1..=64).all(|id| Geometry::space(&scene, PolygonId(id)).is_some()),
+                "it moves as a whole"
+            );
+            assert_eq!((drawn[0], drawn[4]), (64, 64), "{name}: before the wall");
+            // Single shadows and depth buffers, too, hide what is well behind the wall.
+            assert_eq!((drawn[1], drawn[3]), (0, 0), "{name}: behind the wall");
+            assert!((1..64).contains(&drawn[2]), "{name}: {} of a half", drawn[2]);
+        }
+    }
+}
+
+#[test]
+fn a_method_that_the_cpu_does_not_cull_by_is_refused_by_name() {
+    for method in [Occlusion::Hzb, Occlusion::Queries, Occlusion::Pvs] {
+        let pipeline =
+            Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10, StageClock::default());
+        let why = pipeline.with_occlusion(PassConfig::new(method)).expect_err("a method of a renderer");
+        assert!(why.to_string().contains(method.name()), "{why}");
+        assert_eq!(method.on_cpu(), Occlusion::None);
+    }
+    assert!(Occlusion::CULLERS.iter().all(|method| method.on_cpu() == *method));
 }

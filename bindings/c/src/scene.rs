@@ -43,7 +43,9 @@ impl Scene {
         }
         let capacity = index.capacity;
         let pipeline = Pipeline::new(Box::new(Osp::new(&index)), capacity, StageClock::default());
-        let pipeline = pipeline.with_occlusion(pass);
+        let pipeline = pipeline
+            .with_occlusion(pass)
+            .map_err(|why| Failure::new(OspStatus::InvalidArgument, format!("occlusion: {why}")))?;
         let (things, changes) = (Things::with_capacity(capacity), Vec::with_capacity(capacity));
         Ok(Self { things, pipeline, changes, is_loaded: false, views: 0 })
     }

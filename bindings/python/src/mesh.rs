@@ -5,7 +5,9 @@ use osp::{
     glam::Vec3,
     index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
-    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionVisitor, PoolConfig, SelectConfig, Selector},
+    occlusion::{
+        OccluderPool, Occlusion, OcclusionConfig, PoolConfig, SelectConfig, ViewInput, ViewOcclusion,
+    },
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
@@ -167,21 +169,16 @@ impl Mesh {
     /// What is in view and, if a method is given, not found to be hidden. Nothing is remembered from view to view, so that the
     /// answer depends on the view alone.
     fn cull(&self, view: &View, method: Option<Occlusion>, occluders: usize) -> Vec<PolygonId> {
-        let frustum = view.frustum();
-        let mut drawn = Vec::new();
-        let (Some(method), Some(window)) = (method, view.view.window()) else {
-            let mut in_view = VisibleBlocks::new();
-            self.index.frustum_cull_blocks(&frustum, &mut in_view);
-            return in_view.to_vec();
-        };
-        let mut selector = Selector::new(SelectConfig { occluders, ..SelectConfig::default() });
-        selector.select(self.pool(), &self.triangles, &window);
-        let mut culler = method.create(occluders);
-        culler.build(&window, selector.chosen());
-        let tests = CullConfig::default();
-        let mut visitor = OcclusionVisitor::new(&*culler, &self.triangles, tests, &mut drawn);
-        self.index.traverse(&frustum, &mut visitor);
-        drawn
+        let mut in_view = VisibleBlocks::new();
+        self.index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+        let Some(method) = method else { return in_view.to_vec() };
+        let select = SelectConfig { occluders, ..SelectConfig::default() };
+        let config = OcclusionConfig { select, ..OcclusionConfig::default() };
+        let (view, geometry) = (&view.view, &self.triangles);
+        let input = ViewInput { index: &*self.index, geometry, view, in_view: &in_view, spaces: None };
+        let mut drawn = VisibleBlocks::new();
+        ViewOcclusion::new(method, &config).cull(self.pool(), &input, &mut drawn);
+        drawn.to_vec()
     }
 
     fn pool(&self) -> &OccluderPool {

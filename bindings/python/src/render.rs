@@ -133,8 +133,8 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(*occlusion) };
-    let mut pipeline = pipeline.with_occlusion(pass);
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(occlusion.on_cpu()) };
+    let mut pipeline = pipeline.with_occlusion(pass).map_err(failed)?;
     let learns = occlusion.has_culler() || *occlusion == Occlusion::DepthLast;
 
     let mut player = Player::new(open(path, options).map_err(failed)?, *pace);

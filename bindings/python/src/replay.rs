@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use numpy::IntoPyArray;
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, NotOnCpu, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
     occlusion::Occlusion,
@@ -203,13 +203,13 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         let pipeline = match run.occlusion {
             // What is drawn must not depend on the clock.
             Some(method) => {
-                pipeline.with_occlusion(PassConfig { basis: AutoBasis::Work, ..PassConfig::new(method) })
+                pipeline.with_occlusion(PassConfig { basis: AutoBasis::Work, ..PassConfig::new(method) })?
             }
             None => pipeline,
         };
-        Lane::new(pipeline, budget)
+        Ok(Lane::new(pipeline, budget))
     };
-    let lanes = runs.iter().map(lane).collect();
+    let lanes = runs.iter().map(lane).collect::<Result<_, NotOnCpu>>().map_err(failed)?;
     let camera = CameraPath::new(*camera, session.header.camera, &summary.bounds);
     let mut replay = Replay::new(Player::new(session, *pace), camera, lanes);
     let mut columns = Columns::default();

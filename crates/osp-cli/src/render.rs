@@ -152,8 +152,8 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
     let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion) };
-    let mut pipeline = pipeline.with_occlusion(pass);
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion.on_cpu()) };
+    let mut pipeline = pipeline.with_occlusion(pass)?;
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
     let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());

@@ -13,7 +13,7 @@ use super::{
     session::{OpenSession, Reader},
 };
 use osp::{
-    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, NotOnCpu, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     occlusion::Occlusion,
 };
@@ -104,11 +104,11 @@ pub(super) fn replay(
     let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
     let pvs = finished.as_ref().map(|(_, pvs)| pvs);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
+    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs)?;
     if rig.is_some() {
         // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs);
+        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs)?;
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
@@ -247,7 +247,7 @@ fn lanes(
     header: &Header,
     summary: &Summary,
     pvs: Option<&Arc<Pvs>>,
-) -> Vec<Lane> {
+) -> Result<Vec<Lane>, NotOnCpu> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
     let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
@@ -263,11 +263,11 @@ fn lanes(
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
                 let (node_test, score) = (play.tests.node_test(), play.tests.score());
                 let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
-                pipeline.with_occlusion(pass)
+                pipeline.with_occlusion(pass)?
             }
             None => pipeline,
         };
-        Lane::new(pipeline, budget)
+        Ok(Lane::new(pipeline, budget))
     };
     kinds.iter().map(lane).collect()
 }

@@ -9,10 +9,9 @@ use crate::{
 use osp::{
     frame::StageClock,
     index::{DrawList, SpatialIndex},
-    math::Frustum,
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, PoolConfig,
-        PreviousFrameOccluders, SelectConfig, SelectCounts, Selector, Soundness, thin_out,
+        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
+        PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Soundness, ViewInput, ViewOcclusion,
     },
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::{View, ViewWindow},
@@ -65,7 +64,7 @@ pub struct Trial {
 /// Which occluders a method takes.
 enum Means {
     /// The best of the large polygons.
-    Chosen(Selector, Box<dyn OcclusionCuller>),
+    Chosen(Box<ViewOcclusion>),
     /// The polygons that were visible in the last frame.
     Last(Box<PreviousFrameOccluders>),
 }
@@ -128,7 +127,7 @@ impl Trial {
     /// The method's name.
     pub fn name(&self) -> &'static str {
         match &self.means {
-            Means::Chosen(_, culler) => culler.name(),
+            Means::Chosen(occlusion) => occlusion.culler().name(),
             Means::Last(_) => Occlusion::DepthLast.name(),
         }
     }
@@ -136,7 +135,7 @@ impl Trial {
     /// Whether the method promises to cull nothing visible.
     pub fn soundness(&self) -> Soundness {
         match &self.means {
-            Means::Chosen(_, culler) => culler.soundness(),
+            Means::Chosen(occlusion) => occlusion.culler().soundness(),
             Means::Last(last) => last.soundness(),
         }
     }
@@ -232,8 +231,9 @@ impl Verifier {
 
     /// Adds the caller's own method, with this many occluders a view; before the first view.
     pub fn add(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
-        let selector = Selector::new(SelectConfig { occluders, ..self.config.select });
-        let means = Means::Chosen(selector, culler);
+        let VerifyConfig { pool, cull, select, .. } = self.config;
+        let config = OcclusionConfig { pool, select: SelectConfig { occluders, ..select }, cull };
+        let means = Means::Chosen(Box::new(ViewOcclusion::with_culler(culler, &config)));
         self.trials.push(Trial { occluders, means, totals: Totals::default() });
     }
 
@@ -336,7 +336,6 @@ impl Verifier {
         let look = Look {
             scene,
             window: &window,
-            frustum: &frustum,
             index: &*self.index,
             in_view: &self.in_view,
             clock: &self.clock,
@@ -347,20 +346,17 @@ impl Verifier {
         for Trial { means, totals, .. } in &mut self.trials {
             totals.views += 1;
             match means {
-                Means::Chosen(selector, culler) => {
+                Means::Chosen(occlusion) => {
                     // Each view is a jump, and each repeat the first look at it.
                     let select = &mut || {
-                        selector.forget();
-                        selector.select(&self.pool, scene, &window)
+                        occlusion.forget();
+                        occlusion.select(&self.pool, scene, &window)
                     };
                     let select = look.fastest(&mut totals.select_ns, select);
-                    let build = &mut || culler.build(&window, selector.chosen());
-                    let build = look.fastest(&mut totals.build_ns, build);
-                    let has_none = selector.chosen().is_empty();
-                    let culler = (!has_none).then_some(&**culler);
-                    let cull = &mut || {
-                        thin_out(culler, self.config.cull, look.index, scene, look.frustum, blocks, left)
-                    };
+                    let build = look.fastest(&mut totals.build_ns, &mut || occlusion.build(&window));
+                    let input =
+                        ViewInput { index: look.index, geometry: scene, view, in_view: blocks, spaces: None };
+                    let cull = &mut || occlusion.remove_hidden(&input, left);
                     let cull = look.fastest(&mut totals.query_ns, cull);
                     self.drawn.clear();
                     self.drawn.extend(left.ids());
@@ -413,7 +409,6 @@ impl Verifier {
 struct Look<'a> {
     scene: &'a Scene,
     window: &'a ViewWindow,
-    frustum: &'a Frustum,
     index: &'a dyn SpatialIndex,
     in_view: &'a DrawList,
     clock: &'a StageClock,

@@ -13,7 +13,7 @@ fn truth() -> (Vec<(Option<Sight>, u8)>, DrawList) {
 }
 
 fn trial(kind: Occlusion, totals: Totals) -> Trial {
-    let means = Means::Chosen(Selector::new(SelectConfig::default()), kind.create(1));
+    let means = Means::Chosen(Box::new(ViewOcclusion::new(kind, &OcclusionConfig::default())));
     Trial { occluders: 1, means, totals }
 }
 

@@ -5,10 +5,10 @@ use osp::{
     index::{DrawList, Osp, SpatialIndex},
     math::{Aabb, Frustum},
     occlusion::{
-        Coverage, CullConfig, DepthBuffer, DepthConfig, MAX_SIDES, OcclusionCuller, OcclusionVisitor,
-        ShadowVolume, Verdict,
+        Coverage, CullConfig, DepthBuffer, DepthConfig, MAX_SIDES, OcclusionCuller, ShadowVolume, Verdict,
+        remove_hidden,
     },
-    polygon::{ConvexPolygon, Geometry, PolygonId},
+    polygon::{ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 use wasm_bindgen::prelude::*;
 
@@ -168,9 +168,11 @@ impl Depth {
 
     /// Lists what the frustum may see and the buffer does not hide.
     pub(crate) fn cull(&self, osp: &Osp, frustum: &Frustum, list: &mut DrawList) {
-        let boxes = Boxes(osp);
-        let mut visitor = OcclusionVisitor::new(&self.buffer, &boxes, CullConfig::default(), list);
-        osp.traverse(frustum, &mut visitor);
+        let (mut in_view, mut drawn) = (VisibleBlocks::new(), VisibleBlocks::new());
+        osp.frustum_cull_blocks(frustum, &mut in_view);
+        let config = CullConfig::default();
+        remove_hidden(&self.buffer, config, osp, &Boxes(osp), frustum, &in_view, None, &mut drawn);
+        list.extend(drawn.ids());
     }
 }
 

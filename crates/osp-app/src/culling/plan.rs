@@ -93,9 +93,10 @@ impl CullingPlan {
             node_test: self.node_test,
             score: self.score,
             basis: self.auto_basis,
-            ..PassConfig::new(self.occlusion)
+            ..PassConfig::new(self.occlusion.on_cpu())
         };
-        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_occlusion(pass);
+        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
         if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Occlusion::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }

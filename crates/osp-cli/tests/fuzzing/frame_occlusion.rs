@@ -40,7 +40,8 @@ pub fn judge(data: &[u8], choices: Vec<Occlusion>) -> usize {
             let index = index.create(&IndexConfig { capacity: 16, ..IndexConfig::default() });
             // A polygon costs so much that every test is worth it.
             let pass = PassConfig { polygon_ns: 1.0e6, basis: AutoBasis::Work, ..PassConfig::new(choice) };
-            (choice, Pipeline::new(index, 16, StageClock::default()).with_occlusion(pass))
+            let pipeline = Pipeline::new(index, 16, StageClock::default());
+            (choice, pipeline.with_occlusion(pass).expect("a method of the CPU"))
         })
         .collect();
     let mut scene = Scene::new();

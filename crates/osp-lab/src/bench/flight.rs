@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::Estimate;
 use osp::{
-    index::{DrawList, IndexConfig},
-    occlusion::{Occlusion, OcclusionConfig, OcclusionStage},
-    polygon::Change,
+    index::IndexConfig,
+    occlusion::{Occlusion, OcclusionConfig, OcclusionStage, ViewInput},
+    polygon::{Change, VisibleBlocks},
 };
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -76,28 +76,36 @@ pub fn fly(
     }
     index.commit();
     stage.follow(scene, &changes);
-    let mut list = DrawList::new();
-    list.reserve(changes.len());
+    let [mut in_view, mut drawn] = [0, 1].map(|_| VisibleBlocks::with_capacity(changes.len()));
     let nanoseconds = |start: Instant| u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
     let mut flown = Vec::new();
     for frame in 0..frames {
         let view = camera.view(&Moment { frame: frame * 720 / frames.max(1), ..Moment::default() });
-        let (frustum, Some(window)) = (view.frustum(), view.window()) else { continue };
+        if view.window().is_none() {
+            continue;
+        }
+        let frustum = view.frustum();
         let mut record = FlightFrame { in_view: 0, drawn: 0, frustum_ns: 0, both_ns: 0 };
         // Neither always finds the caches filled by the other.
         for both in [frame % 2 == 0, frame % 2 == 1] {
-            list.clear();
+            in_view.clear();
             let start = Instant::now();
             if both {
-                stage.select(scene, &window);
-                stage.build(&window);
-                stage.cull(&*index, scene, &frustum, &mut list);
+                index.frustum_cull_blocks(&frustum, &mut in_view);
+                let input = ViewInput {
+                    index: &*index,
+                    geometry: scene,
+                    view: &view,
+                    in_view: &in_view,
+                    spaces: None,
+                };
+                stage.cull(&input, &mut drawn);
                 record.both_ns = nanoseconds(start);
-                record.drawn = list.len() as u64;
+                record.drawn = drawn.len() as u64;
             } else {
-                index.frustum_cull(&frustum, &mut list);
+                index.frustum_cull_blocks(&frustum, &mut in_view);
                 record.frustum_ns = nanoseconds(start);
-                record.in_view = list.len() as u64;
+                record.in_view = in_view.len() as u64;
             }
         }
         flown.push(record);

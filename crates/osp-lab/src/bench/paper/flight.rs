@@ -16,7 +16,7 @@ use osp::{
     index::{IndexConfig, SpatialIndex},
     occlusion::{
         CullConfig, Grouping, NodeTest, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
-        PolygonTest, PoolConfig, Score, SelectConfig, Soundness,
+        PolygonTest, PoolConfig, Score, SelectConfig, Soundness, ViewInput,
     },
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},
@@ -90,6 +90,7 @@ struct Way {
     means: Means,
     /// Which of the drawers draws it.
     while_drawing: Occlusion,
+    in_view: VisibleBlocks,
     list: VisibleBlocks,
     frames: Vec<FlownFrame>,
     wrong: Option<u64>,
@@ -103,6 +104,7 @@ impl Way {
             not_conservative: None,
             means,
             while_drawing: Occlusion::None,
+            in_view: VisibleBlocks::new(),
             list: VisibleBlocks::new(),
             frames: Vec::new(),
             wrong: Some(0),
@@ -110,7 +112,7 @@ impl Way {
     }
 
     /// Culls; nanoseconds.
-    fn cull(&mut self, scene: &Scene, view: &View, window: &ViewWindow) -> u64 {
+    fn cull(&mut self, scene: &Scene, view: &View) -> u64 {
         self.list.clear();
         let start = Instant::now();
         match &mut self.means {
@@ -119,9 +121,11 @@ impl Way {
                 index.frustum_cull_blocks(&view.frustum(), &mut self.list);
             }
             Means::Staged(index, stage) => {
-                stage.select(scene, window);
-                stage.build(window);
-                stage.cull(&**index, scene, &view.frustum(), &mut self.list);
+                self.in_view.clear();
+                index.frustum_cull_blocks(&view.frustum(), &mut self.in_view);
+                let in_view = &self.in_view;
+                let input = ViewInput { index: &**index, geometry: scene, view, in_view, spaces: None };
+                stage.cull(&input, &mut self.list);
             }
             Means::Piped(pipeline) => {
                 pipeline.frame(scene, &[], view);
@@ -196,7 +200,8 @@ impl Maker<'_> {
             ..PassConfig::new(choice)
         };
         let index = IndexKind::Osp.create(&self.index());
-        let mut pipeline = Pipeline::new(index, capacity, StageClock::default()).with_occlusion(pass);
+        let pipeline = Pipeline::new(index, capacity, StageClock::default());
+        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
         pipeline.load(self.input.scene);
         pipeline.commit();
         Way {
@@ -276,7 +281,7 @@ pub(super) fn fly(
         for i in 0..count {
             // None always comes first, so that each finds the caches as the others leave them.
             let way = &mut ways[(i + frame as usize) % count];
-            let cull_ns = way.cull(input.scene, view, &window);
+            let cull_ns = way.cull(input.scene, view);
             let drawer = drawers.iter_mut().find(|(occlusion, _)| *occlusion == way.while_drawing);
             let draw = match drawer {
                 Some((_, drawer)) => drawer.draw(input.scene, view, &way.list)?,
