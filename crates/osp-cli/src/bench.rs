@@ -3,22 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, ensure};
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
 use indicatif::ProgressBar;
 
 use super::{
     Outcome,
-    bench_paper::{self, PaperArgs},
-    built::{Feature, Lacking},
+    bench_args::BenchArgs,
+    bench_paper,
     output::{complain, one_line, say},
     outputs::Outputs,
-    parsers::{camera_parser, index_parser},
     progress,
-    reading::ReadArgs,
-    rig_args::RigPathArgs,
     session::OpenSession,
 };
 use osp::{
@@ -30,10 +23,9 @@ use osp_lab::bench::{
     self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, MovingConfig, MovingResult,
     PaperInput, PaperResult, RaysConfig, RaysModel, RaysResult, SessionInput, SessionResult,
 };
-use osp_rivals::IndexKind;
 use osp_session::{
     output_file::OutputKind,
-    recording::{Event, Header, Pace, RecordingError, SynthKind, synthesize},
+    recording::{Event, Header, RecordingError, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, RigPath, Summary, root_cube, summarize},
     scene::Scene,
 };
@@ -46,121 +38,6 @@ const FLIGHT_FRAMES: u64 = 360;
 const MOST_FOR_RAYS: u32 = 1_000_000;
 /// Polygons of the synthetic model of which some move, at most.
 const MOST_MOVING: u32 = 1_000_000;
-
-/// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
-///
-/// All indexes take turns in one process: each frame goes through every index before the next frame begins. The report
-/// gives each median with its 95 % confidence interval, and each time with counts of work.
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  osp bench recordings/*.ron --quick
-  osp bench sketch.tilt --html sketch.html --csv sketch.csv
-  osp bench --sizes 1000,100000,10000000 --index osp,octree-rebuild,lbvh
-  osp bench recordings/room.ron --no-growth --json
-  osp bench --sizes 10000,1000000 --no-rays --index osp,bvh-sah,bvh-two-level,dynamic-bvh
-  osp bench recordings/room.ron --rig dual-wall --no-growth --no-rays
-  osp bench recordings/room.ron --paper --draw --html paper.html
-  osp bench sketch.tilt --paper --depth 15 --cube 0.5,1,2 --score paper --node-test sphere
-
-Parts of the report:
-  sessions  each file through every index, with one sample of the hand per frame
-            (with --rig each frame is culled for all screens and eyes, beside one view times their
-            number)
-  growth    a synthetic session at each of the sizes: frames that insert a few polygons, and
-            frames that insert none
-  flight    the finished sessions: frustum culling alone, and with occlusion culling
-  rays      the finished sessions, and the synthetic one at each of the sizes up to a million:
-            nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
-            best first; while polygons arrive; refit against rebuild as polygons move
-  moving    the synthetic session at each of the sizes up to a million: 1, 10 and 100 % of the
-            polygons move in every frame, in pieces, as a group that is placed as a whole, and as
-            instances of one mesh; each structure files their boxes again, `group-index` has an
-            entry a group. Entries and boxes changed are counted. The command fails if a
-            structure does not see what it has to
-  paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
-            the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
-            all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
-            paper's own that cull visible polygons: the column `conservative` says NO. How deep
-            and how large its tree is best made. --node-test and --score are those of the
-            conservative cullers
-The page (--html) is one file that works offline: the verdict first, then links to all parts. A
-click on a head sorts its table (best first at the start). Charts show the values under the
-pointer; a click on a name shows or hides its line, and every structure has one. Beside each
-chart stands what the paper found and what was measured. Dark where the system is; on paper, and
-without scripts, the charts are pictures.
-`osp replay --help` describes the indexes.")]
-pub(super) struct BenchArgs {
-    /// The sessions, of any format that replay reads.
-    files: Vec<PathBuf>,
-    /// Measure for a shorter time: under a minute for the shipped recordings.
-    #[arg(long)]
-    quick: bool,
-    /// The indexes, separated by commas [default: all].
-    #[arg(long, value_delimiter = ',', value_parser = contender_parser())]
-    index: Vec<Contender>,
-    /// The index that the others are compared with.
-    #[arg(long, default_value = "osp", value_parser = index_parser())]
-    reference: IndexKind,
-    /// Numbers of polygons of the growing model [default: 1000,10000,100000,1000000; with --quick up to 100000].
-    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
-    sizes: Vec<u32>,
-    /// Leave out the growing model.
-    #[arg(long, conflicts_with = "sizes")]
-    no_growth: bool,
-    /// Leave out rays, ranges and neighbours.
-    #[arg(long)]
-    no_rays: bool,
-    /// Leave out moving things.
-    #[arg(long)]
-    no_moving: bool,
-    /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
-    #[arg(long, default_value = "samples:1")]
-    pace: Pace,
-    /// Where the eye is in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`;
-    /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
-    #[arg(long, default_value = "auto", value_parser = camera_parser())]
-    camera: CameraChoice,
-    /// Write every figure to a CSV file, one per line.
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Print one JSON object instead of the tables.
-    #[arg(long)]
-    json: bool,
-    /// Write one HTML page with tables and charts.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    /// Let an output replace a file of another kind, even a session, but never a file that is read.
-    #[arg(long)]
-    force: bool,
-    #[command(flatten)]
-    paper: PaperArgs,
-    #[command(flatten)]
-    rig: RigPathArgs,
-    #[command(flatten)]
-    reading: ReadArgs,
-}
-
-impl BenchArgs {
-    /// Seconds for each index on a session.
-    fn session_secs(&self) -> f64 {
-        if self.quick { 0.15 } else { 5.0 }
-    }
-
-    /// Numbers of polygons of the growing model.
-    fn sizes(&self) -> Vec<u32> {
-        match (&self.sizes[..], self.quick) {
-            ([], true) => vec![1000, 10_000, 100_000],
-            ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
-            (sizes, _) => sizes.to_vec(),
-        }
-    }
-
-    /// Seconds for each index at a size.
-    fn growth_secs(&self) -> f64 {
-        if self.quick { 0.15 } else { 3.0 }
-    }
-}
 
 pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     ensure!(
@@ -252,14 +129,6 @@ fn command() -> String {
     // A file's name need not be text.
     let words = super::command_line();
     words.join(" ")
-}
-
-fn contender_parser() -> impl TypedValueParser<Value = Contender> {
-    let own = IndexKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(own.chain(Contender::PEERS)).try_map(|name| {
-        let lacking = || Lacking(&[Feature::Peers]).to_string();
-        Contender::from_name(&name).ok_or_else(lacking)
-    })
 }
 
 /// A session that was read once.

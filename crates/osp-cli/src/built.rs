@@ -9,6 +9,7 @@ use clap::{ArgMatches, parser::ValueSource};
 /// A feature of the crate that commands or options need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Feature {
+    Bench,
     Live,
     Parquet,
     Peers,
@@ -19,12 +20,21 @@ pub(super) enum Feature {
 }
 
 impl Feature {
-    const ALL: [Self; 7] =
-        [Self::Live, Self::Parquet, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
+    const ALL: [Self; 8] = [
+        Self::Bench,
+        Self::Live,
+        Self::Parquet,
+        Self::Peers,
+        Self::Render,
+        Self::Serve,
+        Self::Window,
+        Self::Worlds,
+    ];
 
     /// Its name in Cargo.toml.
     const fn name(self) -> &'static str {
         match self {
+            Self::Bench => "bench",
             Self::Live => "live",
             Self::Parquet => "parquet",
             Self::Peers => "peers",
@@ -38,6 +48,7 @@ impl Feature {
     /// Whether this build has it.
     pub(super) const fn is_built(self) -> bool {
         match self {
+            Self::Bench => cfg!(feature = "bench"),
             Self::Live => cfg!(feature = "live"),
             Self::Parquet => cfg!(feature = "parquet"),
             Self::Peers => cfg!(feature = "peers"),
@@ -79,6 +90,10 @@ impl fmt::Display for Lacking<'_> {
 /// Commands and options that need a feature: names of the command, names of the options (none: the command and those below it).
 const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], &["window", "paused", "trace"], Feature::Window),
+    (&["bench"], &[], Feature::Bench),
+    (&["draw-index"], &[], Feature::Bench),
+    (&["study"], &[], Feature::Bench),
+    (&["replay"], &["chart"], Feature::Bench),
     (&["replay"], &["draw"], Feature::Render),
     (&["replay"], OF_WORLDS, Feature::Worlds),
     (&["pack"], &[], Feature::Worlds),

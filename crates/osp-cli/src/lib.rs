@@ -28,12 +28,23 @@ mod session;
 mod version;
 
 mod bake;
+#[cfg(feature = "bench")]
 mod bench;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod bench_args;
+#[cfg(feature = "bench")]
 mod bench_paper;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod bench_paper_args;
+#[cfg_attr(not(feature = "bench"), path = "charts_not_built.rs")]
+mod charts;
 mod completions;
 mod config;
 mod defaults;
+#[cfg(feature = "bench")]
 mod draw_index;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod draw_index_args;
 #[cfg(feature = "render")]
 mod drawing;
 mod export;
@@ -88,10 +99,15 @@ mod shared_args;
 mod sketch;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod sketch_args;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod study;
+#[cfg(feature = "bench")]
 mod study_files;
+#[cfg(feature = "bench")]
 mod study_measure;
+#[cfg(feature = "bench")]
 mod study_progress;
+#[cfg(feature = "bench")]
 mod study_results;
 mod synth;
 #[cfg(feature = "window")]
@@ -159,8 +175,8 @@ enum Command {
     Bake(bake::BakeArgs),
     Import(import::ImportArgs),
     Export(export::ExportArgs),
-    Bench(bench::BenchArgs),
-    DrawIndex(draw_index::DrawIndexArgs),
+    Bench(bench_args::BenchArgs),
+    DrawIndex(draw_index_args::DrawIndexArgs),
     Pack(pack_args::PackArgs),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
@@ -201,12 +217,12 @@ impl Command {
             Self::Bake(args) => bake::run(args),
             Self::Import(args) => import::run(args),
             Self::Export(args) => export::run(args),
-            Self::Bench(args) => bench::run(args),
-            Self::DrawIndex(args) => draw_index::run(args),
+            Self::Bench(args) => of_feature!("bench", bench::run, args),
+            Self::DrawIndex(args) => of_feature!("bench", draw_index::run, args),
             Self::Pack(args) => of_feature!("worlds", pack::run, args),
             Self::Pick(args) => pick::run(args),
             Self::Query(args) => query::run(args),
-            Self::Study(args) => study::run(args),
+            Self::Study(args) => of_feature!("bench", study::run, args),
             Self::Synth(args) => synth::run(args),
             Self::Render(args) => of_feature!("render", render::run, args),
             Self::Verify(args) => verify::run(args),

@@ -19,9 +19,7 @@ use super::{
 use osp::occlusion::{Occlusion, Soundness};
 #[cfg(feature = "window")]
 use osp_lab::pvs::Pvs;
-use osp_lab::report::{
-    ChartError, CsvWriter, OcclusionColumns, Pin, Pins, RigReport, draw_frame_times, pinned_name,
-};
+use osp_lab::report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name};
 #[cfg(feature = "window")]
 use osp_rivals::IndexKind;
 #[cfg(feature = "window")]
@@ -64,13 +62,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         } else {
             say(&text(args, &report))?;
         }
-        if let Some(chart) = outputs.charts.get(number) {
-            chart.check()?;
-            match draw_frame_times(&report, chart.path()) {
-                Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
-                outcome => outcome?,
-            }
-        }
+        outputs.charts.draw(number, &report)?;
         if let Some((first, second, frame)) = report.first_disagreement() {
             complain(&format!(
                 "{}: {first} and {second} saw different polygons in frame {frame}",

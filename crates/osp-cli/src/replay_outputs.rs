@@ -1,21 +1,18 @@
 //! The files that `osp replay` writes.
 
-use std::path::{Path, PathBuf};
-
 use anyhow::bail;
 
 use super::{
+    charts::Charts,
     outputs::{Output, Outputs},
     replay_args::ReplayArgs,
 };
-use osp_lab::report::ChartFormat;
 use osp_session::{atomic_file::Destination, output_file::OutputKind};
 
 /// The outputs of a replay.
 pub(super) struct ReplayOutputs {
     pub(super) csv: Option<Output>,
-    /// One for each session, or none.
-    pub(super) charts: Vec<Output>,
+    pub(super) charts: Charts,
     pub(super) pin: Option<Output>,
     #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window writes it"))]
     pub(super) trace: Option<Output>,
@@ -34,17 +31,7 @@ impl ReplayOutputs {
                 path.display()
             );
         }
-        let mut charts = Vec::new();
-        if let Some(path) = &args.chart {
-            let kind = match ChartFormat::of(path)? {
-                ChartFormat::Png => OutputKind::Png,
-                ChartFormat::Svg => OutputKind::Svg,
-            };
-            for number in 1..=args.files.len() {
-                let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number) };
-                charts.push(outputs.add("--chart", &path, kind)?);
-            }
-        }
+        let charts = Charts::checked(args, &mut outputs)?;
         Ok(Self {
             csv: outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?,
             charts,
@@ -52,14 +39,4 @@ impl ReplayOutputs {
             trace: outputs.add_any("--trace", args.trace.as_ref(), OutputKind::Trace)?,
         })
     }
-}
-
-/// `frames.png` as `frames-2.png`.
-fn numbered(path: &Path, number: usize) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let name = match path.extension() {
-        Some(ending) => format!("{stem}-{number}.{}", ending.to_string_lossy()),
-        None => format!("{stem}-{number}"),
-    };
-    path.with_file_name(name)
 }

@@ -1,11 +1,12 @@
 use std::path::PathBuf;
 
+#[cfg(feature = "bench")]
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use comfy_table::CellAlignment;
 use glam::Quat;
 
-#[cfg(not(feature = "window"))]
+#[cfg(not(all(feature = "bench", feature = "window")))]
 use super::built::{self, Feature};
 use super::{
     Outcome,
@@ -13,7 +14,9 @@ use super::{
     outputs::Outputs,
     rig_args::rig_file,
 };
-use osp_lab::report::{RigPlan, columns_table};
+#[cfg(feature = "bench")]
+use osp_lab::report::RigPlan;
+use osp_lab::report::columns_table;
 use osp_session::{
     output_file::OutputKind,
     rig::{Eye, Eyes, Output, Rig, Screen, Viewport},
@@ -155,6 +158,10 @@ const NEAR_M: f32 = 0.01;
 const FAR_M: f32 = 100.0;
 
 fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outcome> {
+    #[cfg(not(feature = "bench"))]
+    if plan.is_some() {
+        return built::refuse("osp rig show RIG PLAN", &[Feature::Bench]);
+    }
     let rig = Rig::open(name)?;
     let mut outputs = Outputs::new(force).reads(&rig_file(name));
     let kind = match plan {
@@ -184,6 +191,9 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
             say(&shown_on(screen, output))?;
         }
     }
+    #[cfg(not(feature = "bench"))]
+    let _ = output;
+    #[cfg(feature = "bench")]
     if let Some(output) = output {
         output.check()?;
         RigPlan(&rig)

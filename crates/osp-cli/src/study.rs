@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Outcome, replay_args::PlayArgs, study_measure::measure, study_results, verify_all::Part};
+#[cfg(feature = "bench")]
+use super::{Outcome, study_measure::measure, study_results};
+use super::{replay_args::PlayArgs, verify_all::Part};
 
 /// Measure many sessions, and keep the figures as a table (lines of JSON, or Parquet) with a row for each session and index.
 ///
@@ -119,6 +121,7 @@ pub(super) struct ReportArgs {
     pub(super) force: bool,
 }
 
+#[cfg(feature = "bench")]
 pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     match &args.command {
         None => measure(&args.measure),

@@ -12,12 +12,13 @@ use walkdir::WalkDir;
 
 use super::output::one_line;
 use osp::occlusion::Soundness;
+#[cfg(feature = "bench")]
+use osp_lab::study::WorkFolder;
 use osp_lab::{
     report::thousands,
-    study::{TableFormat, WorkFolder},
     verify::{Trial, Verifier},
 };
-use osp_session::recording::looks_like_session;
+use osp_session::{output_file::STUDY_START, recording::looks_like_session};
 
 /// Bytes of a file that say whether it is a session.
 const START_BYTES: u64 = 4096;
@@ -72,10 +73,13 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
             let path = entry.path();
             if entry.file_type().is_dir() {
                 // A .tilt may be a folder.
+                #[cfg(feature = "bench")]
                 if WorkFolder::is_one(path) {
                     // Results of a study: JSON, as some sessions are.
                     walk.skip_current_dir();
-                } else if looks_like_session(path, &[]) {
+                    continue;
+                }
+                if looks_like_session(path, &[]) {
                     found.push(path.to_owned());
                     walk.skip_current_dir();
                 }
@@ -103,7 +107,7 @@ fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
     // The table of a study is JSON, as some sessions are.
-    read.is_err() || (looks_like_session(path, &start) && TableFormat::of_start(&start).is_none())
+    read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 
 /// The results of all sessions, a line each.

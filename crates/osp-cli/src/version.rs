@@ -6,6 +6,7 @@ pub(super) const COMMIT: Option<&str> = option_env!("OSP_COMMIT");
 /// Version, commit and features, as `osp --version` prints them.
 pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
     let features: Vec<&str> = [
+        ("bench", cfg!(feature = "bench")),
         ("render", cfg!(feature = "render")),
         ("window", cfg!(feature = "window")),
         ("live", cfg!(feature = "live")),

@@ -7,15 +7,17 @@
 
 #[cfg(feature = "bench")]
 pub mod bench;
+mod contender;
 pub mod literal;
 pub mod oracle;
 pub mod pvs;
 mod reach;
-#[cfg(feature = "bench")]
+#[cfg(feature = "report")]
 pub mod report;
 pub mod scenes;
 #[cfg(feature = "study")]
 pub mod study;
 pub mod verify;
 
+pub use contender::Contender;
 pub use reach::{Reach, lost_polygons};

@@ -7,7 +7,6 @@
 
 mod charts;
 mod clock;
-mod contender;
 mod csv;
 mod estimate;
 mod flight;
@@ -22,7 +21,7 @@ mod session;
 mod table;
 mod verdict;
 
-pub use contender::Contender;
+pub use crate::contender::Contender;
 pub use estimate::Estimate;
 pub use flight::{Flight, FlightFrame, fly};
 pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};

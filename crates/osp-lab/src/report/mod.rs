@@ -1,41 +1,55 @@
-//! The report on a replay as tables, CSV, JSON and charts.
+//! The report on a replay as tables, CSV, JSON and (feature `bench`) charts.
 
+#[cfg(feature = "bench")]
 mod chart;
 mod columns;
 mod csv;
 mod drawing;
+#[cfg(feature = "bench")]
 mod palette;
+#[cfg(feature = "bench")]
 mod picture;
 mod pins;
 mod printable;
+#[cfg(feature = "bench")]
 mod rig_plan;
 mod run;
 #[cfg(feature = "study")]
 mod scatter;
+#[cfg(feature = "bench")]
 mod structure;
+#[cfg(feature = "bench")]
 mod structure_picture;
 mod table;
+#[cfg(feature = "bench")]
 mod themes;
 mod verdict;
 mod views;
 
+#[cfg(feature = "bench")]
 pub(crate) use chart::register_font;
+#[cfg(feature = "bench")]
 pub use chart::{ChartError, ChartFormat, draw_frame_times};
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+#[cfg(feature = "bench")]
 pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
+#[cfg(feature = "bench")]
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 #[cfg(feature = "study")]
 pub(crate) use scatter::Scatter;
+#[cfg(feature = "bench")]
 pub use structure::{Structure, StructureNode};
+#[cfg(feature = "bench")]
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
 };
 pub use table::{replay_table, short, thousands};
+#[cfg(feature = "bench")]
 pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
 pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

@@ -74,6 +74,7 @@ impl OcclusionReport {
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) frame: u64,
+    #[cfg_attr(not(feature = "bench"), expect(dead_code, reason = "only charts show it"))]
     pub(super) polygons: u64,
     culled: u64,
     pub(super) total_ns: u64,

@@ -1,0 +1,51 @@
+//! The charts of `osp replay --chart`.
+
+use std::path::{Path, PathBuf};
+
+use super::{
+    output::complain,
+    outputs::{Output, Outputs},
+    replay_args::ReplayArgs,
+};
+use osp_lab::report::{ChartError, ChartFormat, ReplayReport, draw_frame_times};
+use osp_session::output_file::OutputKind;
+
+/// The files of the charts: one for each session, or none.
+pub(super) struct Charts(Vec<Output>);
+
+impl Charts {
+    pub(super) fn checked(args: &ReplayArgs, outputs: &mut Outputs) -> anyhow::Result<Self> {
+        let Some(path) = &args.chart else { return Ok(Self(Vec::new())) };
+        let kind = match ChartFormat::of(path)? {
+            ChartFormat::Png => OutputKind::Png,
+            ChartFormat::Svg => OutputKind::Svg,
+        };
+        let mut charts = Vec::new();
+        for number in 1..=args.files.len() {
+            let path = if args.files.len() == 1 { path.clone() } else { numbered(path, number) };
+            charts.push(outputs.add("--chart", &path, kind)?);
+        }
+        Ok(Self(charts))
+    }
+
+    /// Draws the frame times of a session.
+    pub(super) fn draw(&self, session: usize, report: &ReplayReport) -> anyhow::Result<()> {
+        let Some(chart) = self.0.get(session) else { return Ok(()) };
+        chart.check()?;
+        match draw_frame_times(report, chart.path()) {
+            Err(nothing @ ChartError::Empty(_)) => complain(&format!("warning: {nothing}")),
+            outcome => outcome?,
+        }
+        Ok(())
+    }
+}
+
+/// `frames.png` as `frames-2.png`.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = match path.extension() {
+        Some(ending) => format!("{stem}-{number}.{}", ending.to_string_lossy()),
+        None => format!("{stem}-{number}"),
+    };
+    path.with_file_name(name)
+}

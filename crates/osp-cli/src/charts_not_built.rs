@@ -1,0 +1,16 @@
+//! Stands for `charts` in a build without them: [`super::built`] has refused `--chart` before.
+
+use super::{outputs::Outputs, replay_args::ReplayArgs};
+use osp_lab::report::ReplayReport;
+
+pub(super) struct Charts;
+
+impl Charts {
+    pub(super) fn checked(_: &ReplayArgs, _: &mut Outputs) -> anyhow::Result<Self> {
+        Ok(Self)
+    }
+
+    pub(super) fn draw(&self, _session: usize, _: &ReplayReport) -> anyhow::Result<()> {
+        Ok(())
+    }
+}

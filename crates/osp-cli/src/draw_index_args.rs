@@ -1,0 +1,76 @@
+//! The arguments of `osp draw-index`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{parsers::index_parser, played::IndexedFrameArgs, query::Numbers};
+use osp_rivals::IndexKind;
+
+/// Draw the cells of an index over the polygons, or its tree, as the index is after a frame.
+///
+/// Large trees are collapsed: the picture leaves out the deepest levels and says so. A legend names the levels.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp draw-index recordings/room.ron room.svg
+  osp draw-index recordings/room.ron --index octree-rebuild --from top room.png
+  osp draw-index recordings/room.ron --beside kd-tree --colors leaf both.svg
+  osp draw-index recordings/room.ron --ray 0,1.6,6 0,0,-1 --from top ray.png
+  osp draw-index recordings/room.ron --index bsp --planes --from top planes.png
+  osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
+  osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
+pub(super) struct DrawIndexArgs {
+    #[command(flatten)]
+    pub(super) frame: IndexedFrameArgs,
+    /// Where the picture goes: .svg or .png, or .dot for a tree.
+    #[arg(value_name = "OUT")]
+    pub(super) out: PathBuf,
+    /// What is drawn.
+    #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
+    pub(super) shown: Shown,
+    /// The side from which the cells are seen.
+    #[arg(long, value_enum, default_value_t = From::Front)]
+    pub(super) from: From,
+    /// A second index, drawn beside the first.
+    #[arg(long, value_name = "INDEX", value_parser = index_parser())]
+    pub(super) beside: Option<IndexKind>,
+    /// What the colours of the cells tell: their `level`, or for each polygon the lowest node that holds it (`leaf`).
+    #[arg(long, value_enum, default_value_t = Colors::Level)]
+    pub(super) colors: Colors,
+    /// A ray, where it starts and in which direction it goes: the nodes that it enters stand out, and the first polygon that
+    /// it meets is marked.
+    #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
+    pub(super) ray: Option<Vec<Numbers>>,
+    /// Draw the planes of a `bsp` in place of the boxes of its nodes: the upper 2,000, each cut off by those above it.
+    #[arg(long)]
+    pub(super) planes: bool,
+    /// Let the picture replace a file of another kind, but never the session.
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Shown {
+    /// The cells in parallel projection, coloured by level, over the polygons.
+    Space,
+    /// The tree, coloured by level, with the root at the top.
+    Tree,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum From {
+    /// x to the right, y up.
+    Front,
+    /// From above: x to the right, z down.
+    Top,
+    /// z to the left, y up.
+    Right,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Colors {
+    /// The level of a cell.
+    Level,
+    /// The lowest node that holds a polygon.
+    Leaf,
+}
