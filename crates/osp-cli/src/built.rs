@@ -10,7 +10,6 @@ use clap::{ArgMatches, parser::ValueSource};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Feature {
     Live,
-    Parquet,
     Peers,
     Render,
     Serve,
@@ -19,14 +18,12 @@ pub(super) enum Feature {
 }
 
 impl Feature {
-    const ALL: [Self; 7] =
-        [Self::Live, Self::Parquet, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
+    const ALL: [Self; 6] = [Self::Live, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
 
     /// Its name in Cargo.toml.
     const fn name(self) -> &'static str {
         match self {
             Self::Live => "live",
-            Self::Parquet => "parquet",
             Self::Peers => "peers",
             Self::Render => "render",
             Self::Serve => "serve",
@@ -39,7 +36,6 @@ impl Feature {
     pub(super) const fn is_built(self) -> bool {
         match self {
             Self::Live => cfg!(feature = "live"),
-            Self::Parquet => cfg!(feature = "parquet"),
             Self::Peers => cfg!(feature = "peers"),
             Self::Render => cfg!(feature = "render"),
             Self::Serve => cfg!(feature = "serve"),

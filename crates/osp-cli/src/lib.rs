@@ -89,10 +89,8 @@ mod sketch;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod sketch_args;
 mod study;
-mod study_files;
-mod study_measure;
-mod study_progress;
-mod study_results;
+mod study_contents;
+mod study_lines;
 mod synth;
 #[cfg(feature = "window")]
 mod tracker;

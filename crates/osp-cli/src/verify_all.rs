@@ -14,10 +14,9 @@ use super::output::one_line;
 use osp::occlusion::Soundness;
 use osp_lab::{
     report::thousands,
-    study::{TableFormat, WorkFolder},
     verify::{Trial, Verifier},
 };
-use osp_session::recording::looks_like_session;
+use osp_session::{output_file::STUDY_START, recording::looks_like_session};
 
 /// Bytes of a file that say whether it is a session.
 const START_BYTES: u64 = 4096;
@@ -36,11 +35,6 @@ impl Part {
 
     fn holds(self, place: usize) -> bool {
         place % self.parts == self.number
-    }
-
-    /// Whether the part holds what has this hash.
-    pub(super) fn holds_hash(self, hash: u128) -> bool {
-        hash % self.parts as u128 == self.number as u128
     }
 }
 
@@ -72,10 +66,7 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
             let path = entry.path();
             if entry.file_type().is_dir() {
                 // A .tilt may be a folder.
-                if WorkFolder::is_one(path) {
-                    // Results of a study: JSON, as some sessions are.
-                    walk.skip_current_dir();
-                } else if looks_like_session(path, &[]) {
+                if looks_like_session(path, &[]) {
                     found.push(path.to_owned());
                     walk.skip_current_dir();
                 }
@@ -102,8 +93,8 @@ fn join(paths: &[PathBuf]) -> String {
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
-    // The table of a study is JSON, as some sessions are.
-    read.is_err() || (looks_like_session(path, &start) && TableFormat::of_start(&start).is_none())
+    // The lines of a study are JSON, as some sessions are.
+    read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 
 /// The results of all sessions, a line each.

@@ -10,8 +10,6 @@ mod pins;
 mod printable;
 mod rig_plan;
 mod run;
-#[cfg(feature = "study")]
-mod scatter;
 mod structure;
 mod structure_picture;
 mod table;
@@ -29,8 +27,6 @@ pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
-#[cfg(feature = "study")]
-pub(crate) use scatter::Scatter;
 pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
