@@ -102,11 +102,6 @@ fn lacking<'a>(
     })
 }
 
-/// Whether this build lacks an option of a command that it has: a user's default for it waits for another build.
-pub(super) fn lacks_option(names: &[&str], option: &str) -> bool {
-    lacking(names).any(|(_, options, _)| options.contains(&option))
-}
-
 /// Refuses a command line that needs a feature which this build lacks.
 pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
     let (mut names, mut below) = (Vec::new(), matches);
