@@ -1,13 +1,18 @@
-"""Asks the questions of this folder of a study: `ask.py results.ndjson [question.sql...]` (needs `pip install duckdb`)."""
+"""Asks questions of a study: `ask.py results.ndjson [question.sql...]`, by default all of them (needs `pip install duckdb`)."""
 
 import sys
 from pathlib import Path
 
 import duckdb
 
-table, *questions = sys.argv[1:]
+QUESTIONS = ["errors", "growth", "machines", "quantiles", "wins"]
+
 here = Path(__file__).parent
-for question in map(Path, questions) if questions else sorted(here.glob("*.sql")):
-    text = question.read_text(encoding="utf-8").replace("'results.ndjson'", "'" + table.replace("'", "''") + "'")
+lines, *questions = sys.argv[1:]
+tables = (here / "tables.sql").read_text(encoding="utf-8")
+duckdb.sql(tables.replace("read_json('results.ndjson'", "read_json('" + lines.replace("'", "''") + "'"))
+for question in [Path(name) for name in questions] or [here / f"{name}.sql" for name in QUESTIONS]:
     print(f"== {question.stem}")
-    duckdb.sql(text).show(max_rows=10_000, max_width=200)
+    answer = duckdb.sql(question.read_text(encoding="utf-8"))
+    if answer is not None:
+        answer.show(max_rows=10_000, max_width=200)

@@ -1,5 +1,5 @@
 -- Sessions that could not be read, and those with remarks (a file that ends in the middle of a line, pieces passed over).
 SELECT DISTINCT file, host, error, remarks, skipped
-FROM 'results.ndjson'
-WHERE error IS NOT NULL OR remarks IS NOT NULL OR skipped > 0
+FROM sessions
+WHERE error IS NOT NULL OR len(remarks) > 0 OR skipped > 0
 ORDER BY error IS NULL, file, host;

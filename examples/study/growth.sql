@@ -1,9 +1,9 @@
 -- How the time of a frame grows with the size of the session: sessions in groups of like size (a third of a decade), and
 -- over all of them the exponent of a power law, frame time ~ polygons ^ exponent (0: no growth, 1: proportional).
 WITH measured AS (
-    SELECT index, polygons, frame_p50_us, index_bytes
-    FROM 'results.ndjson'
-    WHERE error IS NULL AND occlusion IS NULL AND polygons > 0 AND frame_p50_us > 0 AND frames_fingerprinted = frames
+    SELECT index, polygons, frame_us.p50 AS frame_p50_us, bytes
+    FROM runs
+    WHERE occlusion IS NULL AND polygons > 0 AND frame_us.p50 > 0 AND frames_fingerprinted = frames
 ), power_law AS (
     SELECT index, round(regr_slope(ln(frame_p50_us), ln(polygons)), 2) AS exponent
     FROM measured
@@ -11,7 +11,7 @@ WITH measured AS (
 )
 SELECT index, CAST(round(10 ** (floor(log10(polygons) * 3) / 3)) AS BIGINT) AS polygons_from, count(*) AS sessions,
        round(median(frame_p50_us), 2) AS frame_p50_us,
-       round(median(index_bytes / polygons), 1) AS bytes_a_polygon,
+       round(median(bytes / polygons), 1) AS bytes_a_polygon,
        any_value(exponent) AS exponent_over_all
 FROM measured JOIN power_law USING (index)
 GROUP BY index, polygons_from

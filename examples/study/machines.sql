@@ -1,10 +1,17 @@
--- Do machines disagree? Sessions with several fingerprints for the same contents, index, camera and pace. `osp study check`
--- asks the same (and more) without DuckDB. No row: all agree.
-SELECT any_value(file) AS file, file_hash, index, camera, pace,
-       count(DISTINCT fingerprint) AS fingerprints,
-       list(DISTINCT fingerprint || ' on ' || host || ' (' || simd || ', ' || osp_commit || ')') AS seen
-FROM 'results.ndjson'
-WHERE error IS NULL AND frames_fingerprinted = frames
-GROUP BY file_hash, index, camera, pace, lenient, max_polygons
-HAVING count(DISTINCT fingerprint) > 1
-ORDER BY file, index;
+-- Do machines, builds or indexes disagree? Sessions with several fingerprints for the same contents, camera, pace and limits;
+-- with occlusion culling also for what it left, which depends on the index, the method and the options. No row: all agree.
+WITH seen AS (
+    SELECT *, regexp_extract(options, '--max-polygons (\d+)', 1) AS max_polygons, contains(options, '--lenient') AS lenient
+    FROM runs
+    WHERE frames_fingerprinted = frames
+), answers AS (
+    SELECT *, '' AS culled_by, fingerprint AS answer FROM seen
+    UNION ALL
+    SELECT *, concat_ws(' ', index, occlusion, options), drawn_fingerprint FROM seen WHERE drawn_fingerprint IS NOT NULL
+)
+SELECT any_value(file) AS file, file_hash, camera, pace, culled_by, count(DISTINCT answer) AS fingerprints,
+       list(DISTINCT concat(answer, ' by ', index, ' on ', host, ' (', simd, ', ', osp_commit, ')')) AS seen
+FROM answers
+GROUP BY file_hash, camera, pace, lenient, max_polygons, culled_by
+HAVING count(DISTINCT answer) > 1
+ORDER BY file, culled_by;

@@ -1,12 +1,6 @@
 #!/bin/bash
-# A study in shards by GNU parallel: parallel.sh FOLDER_OF_SESSIONS RESULTS_FOLDER [SHARDS] [options of parallel]
-# On several machines that share both folders: parallel.sh sessions results 32 --sshloginfile machines --workdir .
+# A study by GNU parallel: find FOLDER -name '*.tilt' | parallel.sh RESULTS.ndjson [options of osp study]
+# The same command goes on where it was stopped. Several sessions a process: each reads RESULTS before it begins.
 set -euo pipefail
-sessions=${1:?usage: parallel.sh FOLDER_OF_SESSIONS RESULTS_FOLDER [SHARDS] [options of parallel]}
-results=${2:?usage: parallel.sh FOLDER_OF_SESSIONS RESULTS_FOLDER [SHARDS] [options of parallel]}
-shards=${3:-8}
-mkdir -p "$results"
-# One session at a time in each process: parallel starts as many as there are cores.
-seq "$shards" | parallel --quote "${@:4}" \
-  osp study "$sessions" --shard "{}/$shards" --jobs 1 --out "$results/shard-{}-of-$shards.ndjson"
-osp study merge "$results"/shard-*-of-"$shards".ndjson --out "$results/all.ndjson"
+results=${1:?usage: find FOLDER -name '*.tilt' | parallel.sh RESULTS.ndjson [options of osp study]}
+parallel --quote --max-args 10 osp study --out "$results" "${@:2}" {}

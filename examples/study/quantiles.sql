@@ -1,9 +1,9 @@
 -- The figures of each index over all sessions: quantiles of the sessions' medians and 99th percentiles, and how many times
 -- as long as `osp` it took in the same session on the same machine. Without those that were too slow for every frame.
 WITH measured AS (
-    SELECT *
-    FROM 'results.ndjson'
-    WHERE error IS NULL AND occlusion IS NULL AND frames > 0 AND frames_fingerprinted = frames
+    SELECT *, frame_us.p50 AS frame_p50_us, frame_us.p99 AS frame_p99_us, frame_us.max AS frame_max_us
+    FROM runs
+    WHERE occlusion IS NULL AND frames > 0 AND frames_fingerprinted = frames
 ), beside AS (
     SELECT m.*, m.frame_p50_us / nullif(o.frame_p50_us, 0) AS times_osp
     FROM measured AS m

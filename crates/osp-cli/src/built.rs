@@ -11,7 +11,6 @@ use clap::{ArgMatches, parser::ValueSource};
 pub(super) enum Feature {
     Bench,
     Live,
-    Parquet,
     Peers,
     Render,
     Serve,
@@ -20,23 +19,14 @@ pub(super) enum Feature {
 }
 
 impl Feature {
-    const ALL: [Self; 8] = [
-        Self::Bench,
-        Self::Live,
-        Self::Parquet,
-        Self::Peers,
-        Self::Render,
-        Self::Serve,
-        Self::Window,
-        Self::Worlds,
-    ];
+    const ALL: [Self; 7] =
+        [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
 
     /// Its name in Cargo.toml.
     const fn name(self) -> &'static str {
         match self {
             Self::Bench => "bench",
             Self::Live => "live",
-            Self::Parquet => "parquet",
             Self::Peers => "peers",
             Self::Render => "render",
             Self::Serve => "serve",
@@ -50,7 +40,6 @@ impl Feature {
         match self {
             Self::Bench => cfg!(feature = "bench"),
             Self::Live => cfg!(feature = "live"),
-            Self::Parquet => cfg!(feature = "parquet"),
             Self::Peers => cfg!(feature = "peers"),
             Self::Render => cfg!(feature = "render"),
             Self::Serve => cfg!(feature = "serve"),
@@ -92,7 +81,6 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], &["window", "paused", "trace"], Feature::Window),
     (&["bench"], &[], Feature::Bench),
     (&["draw-index"], &[], Feature::Bench),
-    (&["study"], &[], Feature::Bench),
     (&["replay"], &["chart"], Feature::Bench),
     (&["replay"], &["draw"], Feature::Render),
     (&["replay"], OF_WORLDS, Feature::Worlds),
@@ -119,11 +107,6 @@ fn lacking<'a>(
         let is_of = if options.is_empty() { names.starts_with(of) } else { *of == names };
         is_of && !feature.is_built()
     })
-}
-
-/// Whether this build lacks an option of a command that it has: a user's default for it waits for another build.
-pub(super) fn lacks_option(names: &[&str], option: &str) -> bool {
-    lacking(names).any(|(_, options, _)| options.contains(&option))
 }
 
 /// Refuses a command line that needs a feature which this build lacks.

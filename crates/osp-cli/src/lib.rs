@@ -39,8 +39,6 @@ mod bench_paper_args;
 #[cfg_attr(not(feature = "bench"), path = "charts_not_built.rs")]
 mod charts;
 mod completions;
-mod config;
-mod defaults;
 #[cfg(feature = "bench")]
 mod draw_index;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -99,16 +97,9 @@ mod shared_args;
 mod sketch;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod sketch_args;
-#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod study;
-#[cfg(feature = "bench")]
-mod study_files;
-#[cfg(feature = "bench")]
-mod study_measure;
-#[cfg(feature = "bench")]
-mod study_progress;
-#[cfg(feature = "bench")]
-mod study_results;
+mod study_contents;
+mod study_lines;
 mod synth;
 #[cfg(feature = "window")]
 mod tracker;
@@ -133,7 +124,7 @@ mod world_report;
 
 pub use allocations::CountingAllocator;
 
-use std::{ffi::OsString, process::ExitCode, sync::OnceLock};
+use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
 
@@ -185,7 +176,6 @@ enum Command {
     Render(Box<render_args::RenderArgs>),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
-    Config(config::ConfigArgs),
     Man(man::ManArgs),
     Rig(rig::RigCommand),
     Serve(serve_args::ServeArgs),
@@ -222,12 +212,11 @@ impl Command {
             Self::Pack(args) => of_feature!("worlds", pack::run, args),
             Self::Pick(args) => pick::run(args),
             Self::Query(args) => query::run(args),
-            Self::Study(args) => of_feature!("bench", study::run, args),
+            Self::Study(args) => study::run(args),
             Self::Synth(args) => synth::run(args),
             Self::Render(args) => of_feature!("render", render::run, args),
             Self::Verify(args) => verify::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
-            Self::Config(args) => config::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),
             Self::Serve(args) => of_feature!("serve", serve_http::run, args),
             Self::Join(args) => of_feature!("live", join::run, args),
@@ -246,40 +235,14 @@ enum Outcome {
     CheckFailed,
 }
 
-/// The words of the command line, the user's defaults among them.
-static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
-
-/// The command line that was obeyed.
-fn command_line() -> Vec<String> {
-    let words = WORDS.get().into_iter().flatten();
-    words.map(|word| word.to_string_lossy().into_owned()).collect()
-}
-
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let words: Vec<OsString> = std::env::args_os().collect();
-    let all = match defaults::added(&Cli::command(), &words) {
-        Ok(all) => all,
-        Err(error) => {
-            output::complain(&format!("error: {error:#}"));
-            return ExitCode::from(2);
-        }
-    };
-    let parsed = Cli::command().try_get_matches_from(&all);
+    let parsed = Cli::command().try_get_matches();
     let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (command, matches) = match parsed {
         Ok((Cli { command }, matches)) => (command, matches),
-        Err(error) => {
-            let code = usage(&error);
-            if error.use_stderr() && all.len() > words.len() {
-                output::complain(
-                    "osp config shows which options have defaults of yours; they count as given here",
-                );
-            }
-            return code;
-        }
+        Err(error) => return usage(&error),
     };
-    WORDS.get_or_init(|| all);
     #[cfg(unix)]
     if let Err(error) = osp_session::atomic_file::remove_unfinished_on_signals() {
         output::complain(&format!(

@@ -153,6 +153,7 @@ impl Output {
     }
 
     /// Writes the whole file.
+    #[cfg(feature = "bench")]
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
         self.check()?;
         write_atomically(&self.path, |out| out.write_all(bytes)).map_err(|error| self.failed(&error))

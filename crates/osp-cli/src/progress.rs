@@ -23,14 +23,10 @@ pub(super) fn aside<T>(write: impl FnOnce() -> T) -> T {
 
 /// A bar for so many frames, cells, views and so on, with the time that is left.
 pub(super) fn bar(many: u64, what: &str, name: &str) -> ProgressBar {
-    let bar = bar_like(many, &format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left"));
-    bar.with_message(one_line(name).into_owned())
-}
-
-/// A bar of this form (a template of indicatif).
-pub(super) fn bar_like(many: u64, template: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    BARS.add(ProgressBar::new(many).with_style(style).with_finish(ProgressFinish::AndClear))
+    let template = format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {what}, {{eta}} left");
+    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(many).with_style(style).with_finish(ProgressFinish::AndClear);
+    BARS.add(bar).with_message(one_line(name).into_owned())
 }
 
 /// A spinner, for work whose length is unknown.

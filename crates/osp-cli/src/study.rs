@@ -1,132 +1,169 @@
-//! `osp study`: many sessions, measured on one machine or on many.
+//! `osp study`: the figures of many sessions, a line of JSON each.
 
-use std::path::PathBuf;
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
-use clap::{Args, Subcommand};
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+use indicatif::ProgressBar;
 
-#[cfg(feature = "bench")]
-use super::{Outcome, study_measure::measure, study_results};
-use super::{replay_args::PlayArgs, verify_all::Part};
+use super::{
+    Outcome,
+    output::{complain, say},
+    progress,
+    replay_args::{PlayArgs, ReplayArgs},
+    replay_session::{Around, Replayed, replay},
+    session::Reader,
+    study_contents::Contents,
+    study_lines::{Found, Place, StudyFile, StudyLine},
+    verify_all::{Part, name_in, sessions},
+};
+use osp::frame::AutoBasis;
+use osp_session::recording::RecordingError;
 
-/// Measure many sessions, and keep the figures as a table (lines of JSON, or Parquet) with a row for each session and index.
+/// Measure sessions one after the other, and keep a line of JSON for each.
 ///
-/// All cores work, each on one session at a time. A session that cannot be read is a row with its error. What was measured is
-/// kept, a file a session, in the folder --work: the same command goes on where it was stopped, by whatever. A row holds the
-/// figures of `osp replay --json`, and names the file and its hash, the build of osp and the machine.
+/// A line holds what `osp replay --json` prints, the file and a hash of its contents, the options, the machine and the build of
+/// osp. A session that cannot be read is a line with its error.
 #[derive(Args, Debug)]
-#[command(
-    args_conflicts_with_subcommands = true,
-    subcommand_negates_reqs = true,
-    after_help = "Examples:
+#[command(after_help = "Examples:
   osp study sketches --out results.ndjson
-  osp study sketches --index osp,octree-rebuild,bvh-sah --camera inside --out inside.ndjson
-  osp study sketches --shard 2/8 --out part-2.ndjson
-  osp study merge part-*.ndjson --out all.ndjson
-  osp study check all.ndjson
-  osp study report all.ndjson --out report.html
+  osp study sketch.tilt --index osp,octree-rebuild,bvh-sah --camera inside
+  find sketches -name '*.tilt' | parallel osp study {} --out results.ndjson
 
-A session is measured again if its contents, an option that matters or the build of osp differs from
-what is kept. Names do not matter: a session that lies there twice is measured once, and has its rows
-under both names. On many machines each takes a shard and writes a table of its own (docs/study.md has
-recipes for GNU parallel, Slurm and HyperQueue, and questions to the tables in SQL).
-Parquet is in builds with the feature `parquet`; `osp study merge` makes one format of the other.
-`osp replay --help` describes the indexes and the methods of occlusion culling."
-)]
+Lines are added to FILE. Sessions whose contents it already has are left out if the options, the machine and the build
+of osp are the same: the same command goes on where it was stopped. Several processes may add to one FILE.
+Exit codes: 1 if two indexes see different polygons in a session, else 2 if a session cannot be read.
+docs/study.md describes the fields; it has recipes for GNU parallel, Slurm and Ray, and questions in SQL.
+`osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct StudyArgs {
-    #[command(subcommand)]
-    command: Option<StudyCommand>,
-    #[command(flatten)]
-    measure: MeasureArgs,
-}
-
-#[derive(Subcommand, Debug)]
-enum StudyCommand {
-    Merge(MergeArgs),
-    Check(CheckArgs),
-    Report(ReportArgs),
-}
-
-/// The sessions, and how they are measured.
-#[derive(Args, Debug)]
-pub(super) struct MeasureArgs {
     /// The sessions, of any format that replay reads, or folders of them.
     #[arg(required = true, value_name = "FILES_OR_FOLDERS")]
-    pub(super) files: Vec<PathBuf>,
-    /// The table to write: .ndjson, a line of JSON for each row, or .parquet. It may be left out with --work: `osp study merge` makes a table later.
-    #[arg(long, value_name = "FILE", required_unless_present = "work")]
-    pub(super) out: Option<PathBuf>,
-    /// The folder in which each session that was measured is kept [default: the name of --out with `.parts`].
-    #[arg(long, value_name = "DIR")]
-    pub(super) work: Option<PathBuf>,
-    /// Of the sessions only the I-th of N shards. A hash of its contents says which shard a session belongs to.
-    #[arg(long, value_name = "I/N")]
-    pub(super) shard: Option<Part>,
-    /// How many sessions are measured at the same time [default: the hardware threads that osp may use].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) jobs: Option<u16>,
-    /// Let the table replace a table of another study or a file of another kind, but never a file that is read.
-    #[arg(long)]
-    pub(super) force: bool,
-    #[command(flatten)]
-    pub(super) play: PlayArgs,
-}
-
-/// Where results are read from.
-#[derive(Args, Debug)]
-pub(super) struct ResultArgs {
-    /// Tables (.ndjson or .parquet) of `osp study`, and folders that --work named.
-    #[arg(required = true, value_name = "TABLE_OR_DIR")]
-    pub(super) from: Vec<PathBuf>,
-}
-
-/// Make one table of several, and of folders of measured sessions. A row that is there twice is taken once.
-#[derive(Args, Debug)]
-#[command(after_help = "Example:
-  osp study merge part-*.ndjson node7.ndjson.parts --out all.ndjson")]
-pub(super) struct MergeArgs {
-    #[command(flatten)]
-    pub(super) results: ResultArgs,
-    /// The table to write: .ndjson, a line of JSON for each row, or .parquet.
+    files: Vec<PathBuf>,
+    /// The file to add lines to, .ndjson [default: lines are printed].
     #[arg(long, value_name = "FILE")]
-    pub(super) out: PathBuf,
-    /// Let the table replace a table of another study or a file of another kind, but never a file that is read.
+    out: Option<PathBuf>,
+    /// Begin FILE anew, whatever it holds. It never replaces a file that is read.
     #[arg(long)]
-    pub(super) force: bool,
-}
-
-/// Say whether all machines, builds and indexes saw the same polygons: exit code 1 if a session has several fingerprints.
-///
-/// Compared are the rows of the same contents of a file with the same pace and camera. Rows of which frames were left out
-/// (`--budget`) are not.
-#[derive(Args, Debug)]
-#[command(after_help = "Example:
-  osp study check laptop.ndjson cluster.ndjson")]
-pub(super) struct CheckArgs {
+    force: bool,
     #[command(flatten)]
-    pub(super) results: ResultArgs,
+    play: PlayArgs,
 }
 
-/// Write a page with a verdict, charts and a row for each session.
-#[derive(Args, Debug)]
-#[command(after_help = "Example:
-  osp study report results.ndjson --out report.html")]
-pub(super) struct ReportArgs {
-    #[command(flatten)]
-    pub(super) results: ResultArgs,
-    /// The page to write, .html.
-    #[arg(long, value_name = "FILE")]
-    pub(super) out: PathBuf,
-    /// Let the page replace a file of another kind, but never a file that is read.
-    #[arg(long)]
-    pub(super) force: bool,
+/// The sessions that are measured, and how.
+struct Study<'a> {
+    play: &'a PlayArgs,
+    options: String,
+    place: Place,
+    /// Where lines are added; none: they are printed.
+    file: Option<StudyFile>,
+    /// What was found in sessions that need not be measured again, by the hash of their contents.
+    known: HashMap<String, Found>,
+    measured: usize,
 }
 
-#[cfg(feature = "bench")]
 pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
-    match &args.command {
-        None => measure(&args.measure),
-        Some(StudyCommand::Merge(args)) => study_results::merge(args),
-        Some(StudyCommand::Check(args)) => study_results::check(args),
-        Some(StudyCommand::Report(args)) => study_results::report(args),
+    args.play.check(false)?;
+    let sessions = sessions(&args.files, Part::WHOLE)?;
+    let (options, place) = (args.play.in_one_line(), Place::here()?);
+    let out = args.out.as_deref().filter(|out| *out != Path::new("-"));
+    let file = out.map(|out| StudyFile::open(out, &sessions, args.force)).transpose()?;
+    let known = file.as_ref().map_or_else(|| Ok(HashMap::new()), |file| file.known(&options, &place))?;
+    let mut study = Study { play: &args.play, options, place, file, known, measured: 0 };
+
+    let (mut unread, mut disagreeing) = (0, 0);
+    let bar = match &study.file {
+        Some(_) => progress::bar(sessions.len() as u64, "sessions", "study"),
+        // On a terminal the lines themselves show how far it is.
+        None => ProgressBar::hidden(),
+    };
+    for path in &sessions {
+        let name = name_in(&args.files, path);
+        let name = if cfg!(windows) { name.replace('\\', "/") } else { name };
+        match study.found(path, &name)? {
+            Found::Agreement => {}
+            Found::Disagreement => {
+                disagreeing += 1;
+                complain(&format!("{name}: two indexes saw different polygons"));
+            }
+            Found::Error(error) => {
+                unread += 1;
+                complain(&format!("warning: {error}"));
+            }
+        }
+        bar.inc(1);
     }
+    bar.finish_and_clear();
+    let many = sessions.len();
+    if let Some(file) = &study.file {
+        let (now, path) = (study.measured, file.path().display());
+        say(&format!("{many} sessions: {now} measured now, {} before; {path}", many - now))?;
+    }
+    match (disagreeing, unread) {
+        (0, 0) => Ok(Outcome::Done),
+        (0, _) => bail!("{unread} of {many} sessions could not be read"),
+        _ => Ok(Outcome::CheckFailed),
+    }
+}
+
+impl Study<'_> {
+    /// What is in a session: known, or measured and written now.
+    fn found(&mut self, path: &Path, name: &str) -> anyhow::Result<Found> {
+        let contents = Contents::of(path).with_context(|| path.display().to_string());
+        if let Some(found) = contents.as_ref().ok().and_then(|contents| self.known.get(&contents.hash)) {
+            return Ok(found.clone());
+        }
+        self.measured += 1;
+        let start = Instant::now();
+        let mut line = StudyLine::new(name, &self.options, &self.place);
+        if let Err(error) = self.measure(path, contents, &mut line) {
+            line.error = Some(format!("{error:#}"));
+        }
+        line.measuring_s = start.elapsed().as_secs_f64();
+        let (text, found) = (serde_json::to_string(&line)?, line.found());
+        if let Some(hash) = line.file_hash {
+            self.known.insert(hash, found.clone());
+        }
+        match &mut self.file {
+            Some(file) => file.add(&text)?,
+            None => say(&text)?,
+        }
+        Ok(found)
+    }
+
+    fn measure(
+        &self,
+        path: &Path,
+        contents: anyhow::Result<Contents>,
+        line: &mut StudyLine<'_>,
+    ) -> anyhow::Result<()> {
+        let contents = contents?;
+        line.file_bytes = Some(contents.bytes);
+        let around = Around {
+            // Other processes may have the other cores: a reader beside it would be in their way.
+            reader: Reader::Here,
+            basis: AutoBasis::Work,
+            progress: |_, _| ProgressBar::hidden(),
+            remark: &mut |remark| line.remarks.push(remark.to_owned()),
+        };
+        let replayed = replay(&ReplayArgs::plain(self.play.clone()), path, None, None, around);
+        // Somebody may draw on it meanwhile: the hash is then not of what was measured.
+        let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
+        ensure!(is_the_same, "{}: it was changed while it was measured", path.display());
+        // What the system refuses now may be readable later: without a hash it is tried again.
+        if !replayed.as_ref().is_err_and(is_of_the_system) {
+            line.file_hash = Some(contents.hash);
+        }
+        let Replayed { report, format, skipped } = replayed?;
+        (line.format, line.skipped, line.report) = (Some(format), Some(skipped), Some(report));
+        Ok(())
+    }
+}
+
+fn is_of_the_system(error: &anyhow::Error) -> bool {
+    let cause = error.chain().find_map(|cause| cause.downcast_ref::<RecordingError>());
+    matches!(cause, Some(RecordingError::Io { .. }))
 }

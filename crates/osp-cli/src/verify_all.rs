@@ -12,8 +12,6 @@ use walkdir::WalkDir;
 
 use super::output::one_line;
 use osp::occlusion::Soundness;
-#[cfg(feature = "bench")]
-use osp_lab::study::WorkFolder;
 use osp_lab::{
     report::thousands,
     verify::{Trial, Verifier},
@@ -37,11 +35,6 @@ impl Part {
 
     fn holds(self, place: usize) -> bool {
         place % self.parts == self.number
-    }
-
-    /// Whether the part holds what has this hash.
-    pub(super) fn holds_hash(self, hash: u128) -> bool {
-        hash % self.parts as u128 == self.number as u128
     }
 }
 
@@ -73,12 +66,6 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
             let path = entry.path();
             if entry.file_type().is_dir() {
                 // A .tilt may be a folder.
-                #[cfg(feature = "bench")]
-                if WorkFolder::is_one(path) {
-                    // Results of a study: JSON, as some sessions are.
-                    walk.skip_current_dir();
-                    continue;
-                }
                 if looks_like_session(path, &[]) {
                     found.push(path.to_owned());
                     walk.skip_current_dir();
@@ -106,7 +93,7 @@ fn join(paths: &[PathBuf]) -> String {
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
-    // The table of a study is JSON, as some sessions are.
+    // The lines of a study are JSON, as some sessions are.
     read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 

@@ -11,7 +11,6 @@ pub(super) static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("window", cfg!(feature = "window")),
         ("live", cfg!(feature = "live")),
         ("gamepad", cfg!(feature = "gamepad")),
-        ("parquet", cfg!(feature = "parquet")),
         ("peers", cfg!(feature = "peers")),
         ("serve", cfg!(feature = "serve")),
         ("worlds", cfg!(feature = "worlds")),

@@ -6,8 +6,6 @@
 mod arguments;
 #[path = "occlusion_commands/command.rs"]
 mod command;
-#[path = "cli_outputs/config.rs"]
-mod config;
 #[path = "cli_outputs/draw_index.rs"]
 mod draw_index;
 #[path = "cli_outputs/export_times.rs"]
@@ -53,7 +51,7 @@ use std::{
 fn command<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
     // Some graphics drivers complain if there is none.
-    command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", folder).env("OSP_CONFIG", "");
+    command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", folder);
     command
 }
 

@@ -24,12 +24,12 @@ fn the_culler_needs_three_crates() {
 }
 
 #[test]
-fn the_program_as_it_is_built_by_default_has_no_server_and_no_parquet() {
+fn the_program_as_it_is_built_by_default_has_no_server() {
     let (crates, tree) = crates(&["--package", "osp-cli"]);
     let has = |name: &str| crates.iter().any(|found| found == name);
     assert!(has("clap"), "{tree}");
-    // These two, and what came with them.
-    for name in ["parquet", "chrono", "num-bigint", "zerocopy", "hyper", "tokio", "tower-http"] {
+    // The server, and what comes with it.
+    for name in ["hyper", "tokio", "tower-http"] {
         assert!(!has(name), "{name}: {tree}");
     }
 }

@@ -1,31 +1,23 @@
-//! `osp study`: many sessions, measured once each, whatever stops the program; and what is said of the results.
+//! `osp study`: a line for each session, once, whatever stops the program; and what is asked of the lines.
 #![expect(clippy::print_stderr, reason = "a test that is left out says why")]
 
+#[path = "study/keeping.rs"]
+mod keeping;
 #[path = "study/measuring.rs"]
 mod measuring;
-#[cfg(feature = "parquet")]
-#[path = "study/parquet.rs"]
-mod parquet_tables;
 #[path = "study/recipes.rs"]
 mod recipes;
-#[path = "study/replacing.rs"]
-mod replacing;
 #[path = "../../../tests/support/repository.rs"]
 mod repository;
-#[path = "study/results.rs"]
-mod results;
-#[path = "study/resuming.rs"]
-mod resuming;
 
 use std::{
-    collections::BTreeMap,
     ffi::OsStr,
     fs,
     path::Path,
     process::{Command, Output},
 };
 
-use osp_lab::study::{StudyReader, StudyRow};
+use serde_json::Value;
 
 fn command<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
@@ -41,6 +33,10 @@ fn osp<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Out
 fn done<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> String {
     let output = osp(folder, args);
     assert!(output.status.success(), "{}", stderr(&output));
+    stdout(&output)
+}
+
+fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -62,39 +58,29 @@ fn sessions(folder: &Path, n: usize) {
     }
 }
 
-fn rows(table: &Path) -> Vec<StudyRow> {
-    let rows = StudyReader::open(table).expect("a table of a study");
-    rows.map(|row| row.expect("a row")).collect()
+/// The whole lines of a study.
+fn lines(path: &Path) -> Vec<Value> {
+    let text = fs::read_to_string(path).expect("lines of text");
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
 
-/// What does not depend on the clock: by file and index.
-fn facts(rows: &[StudyRow]) -> BTreeMap<(String, Option<String>), [String; 3]> {
-    let facts = |row: &StudyRow| {
-        let key = (row.file.clone(), row.index.clone());
-        let counts = format!("{:?} {:?} {:?}", row.polygons, row.frames, row.visible_mean);
-        (key, [format!("{:?}", row.fingerprint), counts, format!("{:?} {:?}", row.error, row.file_hash)])
-    };
-    let found: BTreeMap<_, _> = rows.iter().map(facts).collect();
-    assert_eq!(found.len(), rows.len(), "a row is there twice");
-    found
+fn field<'a>(line: &'a Value, name: &str) -> &'a str {
+    line[name].as_str().unwrap_or_else(|| panic!("{name}: {line}"))
 }
 
-/// The parts in a work folder, each with what shows that it was written anew.
-fn parts(folder: &Path) -> BTreeMap<String, (std::time::SystemTime, u64, Vec<u8>)> {
-    let Ok(entries) = fs::read_dir(folder) else { return BTreeMap::new() };
-    let mut parts = BTreeMap::new();
-    for entry in entries {
-        let entry = entry.expect("an entry");
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if name.ends_with(".json") {
-            let data = entry.metadata().expect("its data");
-            #[cfg(unix)]
-            let inode = std::os::unix::fs::MetadataExt::ino(&data);
-            #[cfg(not(unix))]
-            let inode = 0;
-            let bytes = fs::read(entry.path()).expect("a part");
-            parts.insert(name, (data.modified().expect("a time"), inode, bytes));
-        }
+/// The names of the sessions, sorted.
+fn names(lines: &[Value]) -> Vec<&str> {
+    let mut names: Vec<&str> = lines.iter().map(|line| field(line, "file")).collect();
+    names.sort_unstable();
+    names
+}
+
+/// What a replay found, without its times and what depends on them.
+fn facts(report: &Value) -> Value {
+    let mut report = report.clone();
+    for run in report["runs"].as_array_mut().expect("runs") {
+        let run = run.as_object_mut().expect("a run");
+        run.retain(|key, _| !key.ends_with("_us") && !key.contains("_ns_per_"));
     }
-    parts
+    report
 }

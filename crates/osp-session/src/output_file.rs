@@ -35,27 +35,23 @@ pub enum OutputKind {
     Pvs,
     /// A model, binary glTF.
     Glb,
-    /// The table of a study: lines of JSON.
+    /// The lines of a study: JSON, one for each session.
     Study,
-    /// The table of a study as Parquet.
-    Parquet,
     /// A session.
     Recording,
 }
 
-/// First bytes of the table of a study that is lines of JSON.
-pub const STUDY_START: &[u8] = b"{\"file\":\"";
-/// First bytes of a Parquet file.
-pub const PARQUET_START: &[u8] = b"PAR1";
+/// First bytes of the lines of a study.
+pub const STUDY_START: &[u8] = b"{\"osp_study\":";
 /// How the JSON of our own models begins, behind the heads of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 /// Bytes of both heads.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Glb, Html, Parquet, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+use OutputKind::{Csv, Dot, Glb, Html, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
 impl OutputKind {
-    const ALL: [Self; 12] = [Png, Glb, Parquet, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 11] = [Png, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
 
     /// What it is called in messages.
     fn name(self) -> &'static str {
@@ -69,8 +65,7 @@ impl OutputKind {
             Pins => "pinned fingerprints",
             Pvs => "sets of what can be seen (.pvs)",
             Glb => "a model (.glb)",
-            Study => "a table of `osp study`",
-            Parquet => "a table (Parquet)",
+            Study => "lines of `osp study`",
             Recording => "a session",
         }
     }
@@ -88,14 +83,13 @@ impl OutputKind {
             Pvs => &[".pvs"],
             Glb => &[".glb"],
             Study => &[".ndjson"],
-            Parquet => &[".parquet"],
             Recording => &[".ron", ".ron.zst"],
         }
     }
 
     /// Whether programs go by the ending; text may be called anything that does not name another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Svg | Dot | Pvs | Glb | Study | Parquet | Recording)
+        matches!(self, Png | Svg | Dot | Pvs | Glb | Study | Recording)
     }
 
     fn is_named(self, path: &Path) -> bool {
@@ -133,7 +127,6 @@ impl OutputKind {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
             Study => start.starts_with(STUDY_START),
-            Parquet => start.starts_with(PARQUET_START),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),
@@ -351,8 +344,7 @@ mod tests {
             ("// ours\n(pins: [])", "a.pins", Some(Pins)),
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
-            ("PAR1\u{15}", "a", Some(Parquet)),
-            ("{\"file\":\"a.ron\",\"file_hash\":null", "a.json", Some(Study)),
+            ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -372,7 +364,6 @@ mod tests {
             (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
             (Glb, &["a.glb"], &["p.obj", "a", "a.gltf"]),
-            (Parquet, &["a.parquet"], &["a", "a.csv", "a.parquet.json"]),
             (Study, &["a.ndjson", "a.NDJSON"], &["a", "a.csv", "a.json", "a.parquet"]),
             (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt"]),
         ] {

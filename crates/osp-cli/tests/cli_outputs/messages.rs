@@ -7,7 +7,6 @@ use osp_lab::{
     bench::PaperError,
     pvs::PvsError,
     report::{ChartError, PinError, Pins},
-    study::{PartError, StudyError},
 };
 use osp_session::{
     recording::RecordingError,
@@ -45,9 +44,7 @@ fn errors() -> Vec<NamedError> {
         ("PinError", Box::new(PinError::Io { path: path.clone(), cause: system() })),
         ("PinError", Box::new(Pins::read(&bad).expect_err("no pins"))),
         ("ChartError", Box::new(ChartError::Draw { path: path.clone(), message: "why".to_owned() })),
-        ("PvsError", Box::new(PvsError::Io { path: path.clone(), cause: system() })),
-        ("StudyError", Box::new(StudyError::Io { path: path.clone(), cause: system() })),
-        ("PartError", Box::new(PartError::Io { path, cause: system() })),
+        ("PvsError", Box::new(PvsError::Io { path, cause: system() })),
         ("RigError", Box::new(RigError::Io { path: "some/file".to_owned(), cause: system() })),
         ("RigError", Box::new(Rig::open("no such rig").expect_err("no rig"))),
         ("PaperError", Box::new(PaperError::Recording(RecordingError::io("some/file".as_ref(), system())))),

@@ -43,7 +43,6 @@ fn a_narrow_terminal_is_asked_for_its_width() {
         .args(["-q", "-e", "-c", &line, "/dev/null"])
         .current_dir(folder.path())
         .env_remove("COLUMNS")
-        .env("OSP_CONFIG", "")
         .output();
     let Ok(output) = output else {
         eprintln!("skipped: the program `script`, which opens a terminal, is not there");

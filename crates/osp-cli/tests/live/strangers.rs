@@ -247,7 +247,6 @@ fn a_password_in_an_address_is_never_said() {
     {
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
             .args(["join", address])
-            .env("OSP_CONFIG", "")
             .output()
             .expect("the program");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -262,7 +261,6 @@ fn a_recording_in_which_several_have_undone_something_is_not_played_as_ones_own(
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
         .args(["join", "nats://127.0.0.1:1/x", "--for", "1", "--play", &recording("class.ron")])
         .current_dir(folder.path())
-        .env("OSP_CONFIG", "")
         .output()
         .expect("the program");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

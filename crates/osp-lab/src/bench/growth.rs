@@ -3,11 +3,8 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::{
-    Contender, Estimate,
-    clock::{resolution_ns, runs_for},
-    estimate::quantile,
-};
+use super::{Contender, Estimate, estimate::quantile};
+use crate::clock::{resolution_ns, runs_for};
 use osp::{
     index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum},

@@ -6,12 +6,10 @@
 //! of work, which do not depend on the machine.
 
 mod charts;
-mod clock;
 mod csv;
 mod estimate;
 mod flight;
 mod growth;
-mod machine;
 mod moving;
 mod page;
 mod paper;
@@ -22,10 +20,10 @@ mod table;
 mod verdict;
 
 pub use crate::contender::Contender;
+pub use crate::machine::Machine;
 pub use estimate::Estimate;
 pub use flight::{Flight, FlightFrame, fly};
 pub use growth::{GrowthConfig, GrowthRow, Skipped, grow};
-pub use machine::Machine;
 pub use moving::{MotionResult, MovingConfig, MovingResult, MovingRow, UpkeepRow, move_things};
 pub use page::page;
 pub use paper::{

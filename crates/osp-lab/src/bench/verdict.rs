@@ -174,7 +174,7 @@ fn count<'a>(about: &str, what: &str, tasks: &[Vec<(&'a str, f64)>], reference: 
 /// A note on the times of single frames, which cannot be repeated: how many steps of the clock the shortest are.
 pub(super) fn clock_note(report: &BenchReport) -> String {
     let resolution_ns = report.machine.clock_resolution_ns as f64;
-    let least_us = super::clock::RESOLUTIONS * resolution_ns / 1000.0;
+    let least_us = crate::clock::RESOLUTIONS * resolution_ns / 1000.0;
     let mut short_ones: Vec<(&str, f64)> = Vec::new();
     for row in report.sessions.iter().flat_map(|session| &session.rows) {
         let us = row.frame_us.median;
@@ -188,7 +188,7 @@ pub(super) fn clock_note(report: &BenchReport) -> String {
     let mut note = format!(
         "The clock tells times {resolution_ns} ns apart. What can be repeated and is shorter than {} of that (frames that insert \
          nothing, rays, ranges, neighbours) is measured over so many runs at once that the clock is off by about 2 %.",
-        super::clock::RESOLUTIONS
+        crate::clock::RESOLUTIONS
     );
     if let Some((_, us)) = short_ones.iter().min_by(|a, b| a.1.total_cmp(&b.1)) {
         let names: Vec<&str> = short_ones.iter().map(|(index, _)| *index).collect();

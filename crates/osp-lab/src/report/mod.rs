@@ -14,8 +14,6 @@ mod printable;
 #[cfg(feature = "bench")]
 mod rig_plan;
 mod run;
-#[cfg(feature = "study")]
-mod scatter;
 #[cfg(feature = "bench")]
 mod structure;
 #[cfg(feature = "bench")]
@@ -40,8 +38,6 @@ pub use printable::{one_line, printable, push_html};
 #[cfg(feature = "bench")]
 pub use rig_plan::RigPlan;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
-#[cfg(feature = "study")]
-pub(crate) use scatter::Scatter;
 #[cfg(feature = "bench")]
 pub use structure::{Structure, StructureNode};
 #[cfg(feature = "bench")]

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use hdrhistogram::Histogram;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{
     DrawReport,
@@ -441,9 +441,8 @@ impl JsonQuantiles {
     }
 }
 
-impl ReplayReport {
-    /// The report as one JSON object on one line.
-    pub fn to_json(&self) -> String {
+impl Serialize for ReplayReport {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let runs = self
             .runs
             .iter()
@@ -477,7 +476,14 @@ impl ReplayReport {
             indexes_agree: self.first_disagreement().is_none(),
             runs,
         };
-        serde_json::to_string(&report).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+        report.serialize(serializer)
+    }
+}
+
+impl ReplayReport {
+    /// The report as one JSON object on one line.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
     }
 
     /// Two indexes that found different polygons in a frame that both replayed, and the frame.

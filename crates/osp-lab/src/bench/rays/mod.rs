@@ -19,10 +19,8 @@ use self::{
     model::Questions,
     outline::{Order, Outline, Steps},
 };
-use super::{
-    Contender, Estimate,
-    clock::{resolution_ns, runs_for},
-};
+use super::{Contender, Estimate};
+use crate::clock::{resolution_ns, runs_for};
 use osp::{
     index::{SpatialIndex, WorkCounts},
     math::{Aabb, Ray},

@@ -2,7 +2,7 @@ use std::{fs, thread};
 
 use serde::Serialize;
 
-use super::clock::resolution_ns;
+use crate::clock::resolution_ns;
 use osp::index::Backend;
 
 /// The machine and the program that the figures were measured with.
