@@ -29,7 +29,8 @@ pub(super) struct Plain {
 pub(super) struct BrushRow {
     brush: String,
     drawn_as: String,
-    strokes: u64,
+    /// None of finished polygons: nobody has drawn them as strokes.
+    pub(super) strokes: u64,
     /// Of these: strokes that are not drawn, as their layer is hidden.
     hidden_strokes: u64,
     points: u64,
@@ -68,13 +69,12 @@ impl Plain {
             }
             let unpainted =
                 || stroke.id().and_then(|id| self.row_of.get(&id)).map(|&row| self.rows[row].clone());
-            let key = match stroke.brush() {
-                Some(brush) => (brush.name.clone(), drawn_as(brush)),
-                None => unpainted().unwrap_or_else(|| ("(none)".to_owned(), "finished polygons".to_owned())),
-            };
-            let row = rows.entry(key).or_default();
-            row.strokes += 1;
-            row.hidden_strokes += u64::from(stroke.is_hidden());
+            let drawn = stroke.brush().map(|brush| (brush.name.clone(), drawn_as(brush))).or_else(unpainted);
+            let is_stroke = drawn.is_some();
+            let finished = || ("(none)".to_owned(), "finished polygons".to_owned());
+            let row = rows.entry(drawn.unwrap_or_else(finished)).or_default();
+            row.strokes += u64::from(is_stroke);
+            row.hidden_strokes += u64::from(is_stroke && stroke.is_hidden());
             row.points += u64::from(stroke.point_count());
             row.polygons += stroke.polygon_ids().filter(|&id| scene.has_area(id)).count() as u64;
         }

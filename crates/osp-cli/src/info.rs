@@ -51,7 +51,10 @@ struct JsonInfo<'a> {
     format: &'a str,
     name: &'a str,
     source: &'a str,
+    /// All that were drawn.
     strokes: u64,
+    /// Those that are neither erased nor undone: the sum over the brushes.
+    strokes_at_end: u64,
     points: u64,
     polygons: u64,
     polygons_visible_at_end: u64,
@@ -159,6 +162,7 @@ fn json(
         name: &session.header.name,
         source: &session.header.source,
         strokes: counts.strokes,
+        strokes_at_end: at_end(brushes),
         points: counts.points,
         polygons: counts.polygons,
         polygons_visible_at_end: tally.drawn,
@@ -210,10 +214,7 @@ fn text(
     if !session.header.source.is_empty() {
         line("source", one_line(&session.header.source).into_owned());
     }
-    line(
-        "strokes",
-        format!("{} ({} erased at the end)", thousands(counts.strokes), thousands(counts.erased_strokes)),
-    );
+    line("strokes", strokes(counts.strokes, counts.erased_strokes, at_end(brushes)));
     line("points", thousands(counts.points));
     line("polygons", polygons(counts.polygons, tally));
     line(
@@ -265,6 +266,17 @@ fn text(
         lines.push(brush_rows::table(brushes));
     }
     lines.join("\n")
+}
+
+/// The strokes that are neither erased nor undone.
+fn at_end(brushes: &[BrushRow]) -> u64 {
+    brushes.iter().map(|row| row.strokes).sum()
+}
+
+fn strokes(drawn: u64, erased: u64, at_end: u64) -> String {
+    let undone = drawn.saturating_sub(erased + at_end);
+    let (drawn, at_end, erased) = (thousands(drawn), thousands(at_end), thousands(erased));
+    format!("{drawn} ({at_end} in the model at the end, {erased} erased, {} undone)", thousands(undone))
 }
 
 fn polygons(made: u64, tally: PolygonTally) -> String {

@@ -124,9 +124,17 @@ mod world_report;
 
 pub use allocations::CountingAllocator;
 
-use std::process::ExitCode;
+use std::{
+    error::Error,
+    num::{IntErrorKind, ParseIntError},
+    path::Path,
+    process::ExitCode,
+};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, error::ErrorKind};
+use clap::{
+    CommandFactory, FromArgMatches, Parser, Subcommand,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
 
 /// Keep a 3D model drawable in real time while somebody draws it: replay recorded sketching sessions through the OSP
 /// tree and rival structures, and see what each frame costs.
@@ -265,10 +273,30 @@ pub fn run() -> ExitCode {
 fn usage(error: &clap::Error) -> ExitCode {
     if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         // Arguments are quoted in it.
-        output::complain_at_length(error.render().to_string().trim_end());
+        output::complain_at_length(usage_error(error).trim_end());
     } else {
         // A closed pipe is no error.
         let _ = error.print();
     }
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })
+}
+
+/// The rendered error. clap passes on the standard library's words about a number: what was expected replaces them. A file in
+/// the place of a command adds a hint.
+fn usage_error(error: &clap::Error) -> String {
+    let mut text = error.render().to_string();
+    if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {
+        let expected = match cause.kind() {
+            IntErrorKind::PosOverflow => "expected a smaller number",
+            IntErrorKind::NegOverflow => "expected a larger number",
+            _ => "expected a whole number without a sign",
+        };
+        text = text.replacen(&cause.to_string(), expected, 1);
+    }
+    if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
+        && Path::new(name).is_file()
+    {
+        text = format!("{}\n\nto replay it: osp replay {}", text.trim_end(), session::quoted(name));
+    }
+    text
 }

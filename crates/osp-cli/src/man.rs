@@ -1,11 +1,11 @@
-use std::{fs, io::Write, path::PathBuf};
+use std::{fs, path::PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::{Args, Command};
 use clap_mangen::Man;
 
-use super::{Outcome, output::say};
-use osp_session::atomic_file::AtomicFile;
+use super::{Outcome, output::say, outputs::Outputs};
+use osp_session::output_file::OutputKind;
 
 /// Write the manual: a page for each command, for `man`.
 #[derive(Args, Debug)]
@@ -15,7 +15,7 @@ pub(super) struct ManArgs {
     /// A folder for the pages; it is made if there is none.
     #[arg(long, value_name = "DIR")]
     to: PathBuf,
-    /// Replace pages that are there.
+    /// Replace files of another kind.
     #[arg(long)]
     force: bool,
 }
@@ -27,21 +27,14 @@ pub(super) fn run(args: &ManArgs, program: Command) -> anyhow::Result<Outcome> {
     program.build();
     let mut pages = Vec::new();
     add_pages(&program, "osp", &mut pages);
-    let there = pages.iter().map(|(file, _)| args.to.join(file)).find(|path| path.symlink_metadata().is_ok());
-    if let Some(path) = there.filter(|_| !args.force) {
-        bail!("{}: there is a file already; --force replaces it", path.display());
-    }
+    let mut outputs = Outputs::new(args.force);
+    let mut written = Vec::new();
     for (file, command) in &pages {
         let mut page = Vec::new();
         Man::new(command.clone()).render(&mut page)?;
-        let path = args.to.join(file);
-        let write = || {
-            let mut file = AtomicFile::create(&path)?;
-            file.write_all(&page)?;
-            if args.force { file.commit() } else { file.commit_new() }
-        };
-        write().with_context(|| path.display().to_string())?;
+        written.push((outputs.add("--to", &args.to.join(file), OutputKind::Manual)?, page));
     }
+    written.iter().try_for_each(|(output, page)| output.write(page))?;
     say(&format!("{} pages in {}", pages.len(), named()))?;
     Ok(Outcome::Done)
 }

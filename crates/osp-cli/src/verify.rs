@@ -5,6 +5,7 @@ use std::{
     str::FromStr,
 };
 
+use anyhow::ensure;
 use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 
@@ -387,6 +388,8 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         }
     }
     read?;
+    // Zeros in a table would look like a result. Among all sessions of a folder, one of them may be empty.
+    ensure!(args.all || summary.counts.polygons > 0, "{} has no polygons", file.display());
     let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));
     // Built-in scenes end with their views.

@@ -273,6 +273,74 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
 }
 
 #[test]
+fn a_file_in_the_place_of_a_command_gets_a_hint() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let odd = folder.path().join("it's mine.ron");
+    fs::copy(&session, &odd).expect("copied");
+    let odd = odd.to_str().expect("utf-8");
+    for (path, quoted) in [
+        (session.to_str().expect("utf-8"), session.display().to_string()),
+        (odd, format!("'{}'", odd.replace('\'', "'\\''"))),
+    ] {
+        let output = osp(&[path]);
+        assert_eq!(output.status.code(), Some(2));
+        let hint = format!("to replay it: osp replay {quoted}\n");
+        assert!(stderr(&output).ends_with(&hint), "{}", stderr(&output));
+    }
+    assert!(!stderr(&osp(&["no-such-file.ron"])).contains("to replay it"));
+}
+
+#[test]
+fn a_number_that_is_none_is_answered_by_what_was_expected() {
+    for (args, expected) in [
+        (&["bake", "a", "b.pvs", "--cells", "x"][..], "whole"),
+        (&["bake", "a", "b.pvs", "--threads", "1.5"], "whole"),
+        (&["bench", "a", "--sizes", "100,many"], "whole"),
+        (&["replay", "a", "--max-polygons", ""], "whole"),
+        (&["replay", "a", "--occlusion", "none", "--verify-frames", "NaN"], "whole"),
+        (&["serve", "--port", "http"], "whole"),
+        (&["synth", "room", "a.ron", "--polygons", "12k"], "whole"),
+        (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
+        (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
+        (&["verify", "a", "--least-polygons", "few"], "whole"),
+        (&["verify", "a", "--views", "-"], "whole"),
+        (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
+    ] {
+        let output = osp(args);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn a_session_without_polygons_cannot_be_verified() {
+    let folder = temp();
+    let path = folder.path().join("empty.ron");
+    fs::write(&path, "Header(format: 1)\n").expect("written");
+    let output = osp(&["verify", path.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(2), "{}", stdout(&output));
+    assert_eq!(stderr(&output), format!("error: {} has no polygons\n", path.display()));
+}
+
+#[test]
+fn info_counts_strokes_in_one_way() {
+    for name in ["room", "grow", "portrait", "class"] {
+        let path = format!("recordings/{name}.ron");
+        let info = json_of(&osp(&["info", &path, "--json"]));
+        let of_brushes = info["brushes"].as_array().expect("rows").iter().map(|row| &row["strokes"]);
+        let sum: u64 = of_brushes.map(|strokes| strokes.as_u64().expect("a number")).sum();
+        let count = |key: &str| info[key].as_u64().expect("a number");
+        assert_eq!(sum, count("strokes_at_end"), "{name}");
+        let undone = count("strokes") - count("erased") - sum;
+        let text = stdout(&osp(&["info", &path]));
+        let line = format!(" {sum} in the model at the end, {} erased, {undone} undone)", count("erased"));
+        assert!(text.contains(&line.replacen(' ', "(", 1)), "{line}: {text}");
+    }
+}
+
+#[test]
 fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
     let folder = temp();
     let session = small_session(folder.path());

@@ -35,6 +35,8 @@ pub enum OutputKind {
     Pvs,
     /// A model, binary glTF.
     Glb,
+    /// A page for `man`.
+    Manual,
     /// The lines of a study: JSON, one for each session.
     Study,
     /// A session.
@@ -48,10 +50,10 @@ const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 /// Bytes of both heads.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Glb, Html, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+use OutputKind::{Csv, Dot, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
 impl OutputKind {
-    const ALL: [Self; 11] = [Png, Glb, Pvs, Html, Svg, Dot, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 12] = [Png, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
     /// What it is called in messages.
     fn name(self) -> &'static str {
@@ -65,6 +67,7 @@ impl OutputKind {
             Pins => "pinned fingerprints",
             Pvs => "sets of what can be seen (.pvs)",
             Glb => "a model (.glb)",
+            Manual => "a page of the manual of osp",
             Study => "lines of `osp study`",
             Recording => "a session",
         }
@@ -82,6 +85,7 @@ impl OutputKind {
             Pins => &[".pins"],
             Pvs => &[".pvs"],
             Glb => &[".glb"],
+            Manual => &[".1"],
             Study => &[".ndjson"],
             Recording => &[".ron", ".ron.zst"],
         }
@@ -126,6 +130,11 @@ impl OutputKind {
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Glb => start.starts_with(b"glTF"),
+            // Other programs have pages of their own.
+            Manual => {
+                let mut lines = start.split(|&byte| byte == b'\n');
+                lines.any(|line| line.starts_with(b".TH osp ") || line.starts_with(b".TH osp-"))
+            }
             Study => start.starts_with(STUDY_START),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
@@ -232,7 +241,7 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
     if force {
         return Ok(());
     }
-    if matches!(kind, Recording | Pvs) {
+    if kind == Recording {
         return Err(OutputError::Exists { path: path.to_owned() });
     }
     let start = start_of(&target).map_err(io)?;
@@ -342,6 +351,8 @@ mod tests {
             ("{\"strokes\": []}", "a.json", Some(Recording)),
             ("(\n    pins: [\n", "a.ron", Some(Pins)),
             ("// ours\n(pins: [])", "a.pins", Some(Pins)),
+            (".el .ds Aq '\n.TH osp-replay 1  \"replay \"", "a", Some(Manual)),
+            (".TH ospd 8\n", "ospd.8", None),
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),

@@ -41,7 +41,7 @@ fn ways() -> Vec<Way> {
         way(
             &["bake", "in.ron", "@", "--cells", "1", "--samples", "1", "--pixels", "16"],
             "o.pvs",
-            false,
+            true,
             true,
         ),
         way(&["import", "in.ron", "@"], "o.ron", false, true),

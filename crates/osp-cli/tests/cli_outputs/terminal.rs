@@ -84,6 +84,8 @@ fn shells_get_completions_and_man_gets_pages() {
     assert!(page.starts_with(".ie") || page.contains(".TH"), "{}", &page[..200]);
     assert!(page.contains("\\-\\-occlusion") && page.contains("osp\\-replay"));
     assert!(["osp.1", "osp-rig-show.1"].iter().all(|page| folder.path().join("pages").join(page).exists()));
+    // Its own pages are replaced, others are not.
+    assert!(man(&[]).status.success());
     fs::write(folder.path().join("pages/osp.1"), "mine").expect("written");
     let refused = man(&[]);
     assert_eq!(refused.status.code(), Some(2));

@@ -68,9 +68,20 @@ fn sets_are_the_same_however_many_threads_find_them() {
     let session = name(&flat.session);
     assert!(osp(&[&["bake", session, name(&other)], &args[..]].concat()).status.success());
     assert_eq!(std::fs::read(&flat.sets).expect("sets"), std::fs::read(&other).expect("sets"));
-    let again = osp(&["bake", session, name(&other)]);
-    assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
+}
+
+#[test]
+fn sets_replace_sets_and_nothing_else() {
+    let flat = Flat::new();
+    let bake =
+        ["bake", name(&flat.session), name(&flat.sets), "--cells", "1", "--samples", "1", "--pixels", "16"];
+    let again = osp(&bake);
+    assert!(again.status.success(), "{}", text(&again.stderr));
+    std::fs::write(&flat.sets, "Header(format: 1)\n").expect("written");
+    let refused = osp(&bake);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("holds a session"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
 }
 
 #[test]
