@@ -9,7 +9,7 @@ use anyhow::{Context, anyhow, bail};
 
 use super::output;
 use osp_session::{
-    atomic_file::{AtomicFile, Destination},
+    atomic_file::{AtomicFile, Destination, write_atomically},
     output_file::{OutputError, OutputKind, check_output, is_same_file, is_there, lies_in},
     recording::import::files_beside,
 };
@@ -153,10 +153,9 @@ impl Output {
     }
 
     /// Writes the whole file.
-    #[cfg(feature = "bench")]
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
         self.check()?;
-        osp_session::atomic_file::write_atomically(&self.path, |out| out.write_all(bytes))
+        write_atomically(&self.path, |out| out.write_all(bytes))
             .map_err(|error| self.failed(&error))
     }
 

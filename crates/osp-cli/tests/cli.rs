@@ -101,13 +101,17 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
         (folder.path().join("f.csv"), folder.path().join("f.png"), folder.path().join("f.svg"));
     let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
     let args = ["replay", &path(&session), "--pace", "samples:10", "--index", "osp,brute-force"];
-    let output = osp(&[&args[..], &["--csv", &path(&csv), "--chart", &path(&png)]].concat());
+    let output = osp(&[&args[..], &["--csv", &path(&csv)]].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let text = fs::read_to_string(&csv).expect("the CSV");
     let columns = text.lines().next().expect("names").split(',').count();
     assert!(text.lines().all(|line| line.split(',').count() == columns));
     // 240 points in tens, and a last frame for the move.
     assert_eq!(text.lines().count(), 1 + 2 * 25);
+    if !cfg!(feature = "bench") {
+        return;
+    }
+    assert!(osp(&[&args[..], &["--chart", &path(&png)]].concat()).status.success());
     assert!(fs::read(&png).expect("the chart").starts_with(b"\x89PNG"));
     assert!(osp(&[&args[..], &["--chart", &path(&svg)]].concat()).status.success());
     assert!(fs::read_to_string(&svg).expect("the chart").contains("<svg"));
@@ -426,9 +430,12 @@ fn an_empty_session_among_others_stops_nothing() {
     let session = small_session(folder.path());
     let chart = folder.path().join("c.svg");
     let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
-    let output = osp(&["replay", &path(&empty), &path(&session), "--chart", &path(&chart)]);
+    let chart = path(&chart);
+    let charts = if cfg!(feature = "bench") { &["--chart", &chart][..] } else { &[] };
+    let output = osp(&[&["replay", &path(&empty), &path(&session)], charts].concat());
     assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).contains("240 points") && folder.path().join("c-2.svg").exists());
+    assert!(stdout(&output).contains("240 points"));
+    assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
 }
 
 #[test]
@@ -438,6 +445,7 @@ fn a_pipe_as_input_is_refused_in_words() {
     assert!(stderr(&output).contains("a pipe or a device"), "{}", stderr(&output));
 }
 
+#[cfg(feature = "bench")]
 #[test]
 fn indexes_are_drawn_as_cells_and_as_trees() {
     let folder = temp();
@@ -523,7 +531,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
     let folder = temp();
     let session = small_session(folder.path());
     let session = session.to_str().expect("utf-8");
-    let live = cfg!(feature = "live");
+    let (bench, live) = (cfg!(feature = "bench"), cfg!(feature = "live"));
     let (render, window, worlds) =
         (cfg!(feature = "render"), cfg!(feature = "window"), cfg!(feature = "worlds"));
     for (args, what, feature, is_built) in [
@@ -533,6 +541,9 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
         (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
+        (&["bench", session], "osp bench", "bench", bench),
+        (&["draw-index", session, "x.svg"], "osp draw-index", "bench", bench),
+        (&["replay", session, "--chart", "x.svg"], "osp replay --chart", "bench", bench),
         (&["rig", "monitors"], "osp rig monitors", "window", window),
         (&["sketch", "a.ron"], "osp sketch", "window", window),
         (&["send", session, "--to", "127.0.0.1:1"], "osp send", "window", window),

@@ -4,8 +4,10 @@
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
+mod built;
 #[path = "occlusion_commands/command.rs"]
 mod command;
+#[cfg(feature = "bench")]
 #[path = "cli_outputs/draw_index.rs"]
 mod draw_index;
 #[path = "cli_outputs/export_times.rs"]

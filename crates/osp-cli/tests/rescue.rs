@@ -1,5 +1,6 @@
 //! What a person reads who has a damaged session, and what they can do then.
 
+mod built;
 #[path = "../../../tests/support/repository.rs"]
 mod repository;
 
@@ -28,7 +29,10 @@ fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
         &["query", "--nearest", "0,0,0", "1"],
         &["draw-index"],
         &["verify"],
-    ] {
+    ]
+    .into_iter()
+    .filter(|command| built::has(command))
+    {
         let mut arguments = command.to_vec();
         arguments.insert(1, "my house.ron");
         if command == ["draw-index"] {

@@ -80,8 +80,12 @@ fn the_recordings_are_what_their_commands_make() {
 fn the_commands_of_the_readme_work() {
     let readme = fs::read_to_string(at("README.md")).expect("README.md");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let commands: Vec<&str> =
-        readme.lines().filter_map(|l| l.strip_prefix("cargo run --release -- ")).collect();
+    let prefix = |line: &'_ str| {
+        let of_bench = || line.strip_prefix("cargo run --release --features bench -- ");
+        line.strip_prefix("cargo run --release -- ")
+            .or_else(|| of_bench().filter(|_| cfg!(feature = "bench")))
+    };
+    let commands: Vec<&str> = readme.lines().filter_map(prefix).collect();
     assert!(commands.len() >= 2, "{commands:?}");
     for command in commands {
         let mut args = Vec::new();

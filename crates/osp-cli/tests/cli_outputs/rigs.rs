@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde_json::Value;
 
-use crate::{assert_refused, command, names, osp, stderr, stdout, temp, write_session};
+use crate::{assert_refused, built::has, command, names, osp, stderr, stdout, temp, write_session};
 
 fn room() -> String {
     format!("{}/recordings/room.ron", crate::repository::ROOT)
@@ -209,6 +209,7 @@ fn a_pin_on_a_rig_is_another_one() {
     }
 }
 
+#[cfg(feature = "bench")]
 #[test]
 fn a_bench_on_a_rig_sets_all_views_beside_one() {
     let folder = temp();
@@ -247,7 +248,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
         commands.push(vec!["replay", "a.ron", "--window"]);
         commands.push(vec!["sketch"]);
     }
-    for args in commands {
+    for args in commands.into_iter().filter(|args| has(args)) {
         let said = |more: &[&str]| {
             let mut command = command(folder.path(), args.iter().chain(more));
             command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the program starts")
@@ -258,11 +259,16 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
             assert_refused(&said(&["--stereo", "mono"]), &["--stereo needs a --rig"]);
         }
     }
-    for outputs in [&["replay", "a.ron", "--csv", "mine.rig"], &["bench", "a.ron", "--csv", "mine.rig"]] {
+    for outputs in [&["replay", "a.ron", "--csv", "mine.rig"], &["bench", "a.ron", "--csv", "mine.rig"]]
+        .into_iter()
+        .filter(|args| has(&args[..]))
+    {
         let output = osp(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
         assert_refused(&output, &["mine.rig", "the input"]);
     }
-    assert_refused(&osp(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
+    if cfg!(feature = "bench") {
+        assert_refused(&osp(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
+    }
     assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
 }
 
@@ -286,7 +292,8 @@ fn a_rig_is_checked_shown_and_drawn() {
     assert_eq!(broken.status.code(), Some(2));
     assert!(stderr(&broken).contains("broken.rig, line 2"), "{}", stderr(&broken));
 
-    let shown = osp(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
+    let plan = cfg!(feature = "bench").then_some("plan.svg");
+    let shown = osp(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
     assert!(shown.status.success(), "{}", stderr(&shown));
     // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
     let rows: Vec<String> =
@@ -296,10 +303,15 @@ fn a_rig_is_checked_shown_and_drawn() {
         rows.iter().all(|row| row.contains("1.800") && row.contains("1.200") && row.contains("90.0")),
         "{rows:?}"
     );
-    let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
-    assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
     let behind = stdout(&osp(folder.path(), ["rig", "show", "turned.rig"]));
     assert!(behind.lines().any(|line| line.matches("behind").count() == 3), "{behind}");
+    if plan.is_none() {
+        let refused = osp(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
+        assert_refused(&refused, &["osp rig show RIG PLAN", "feature `bench`"]);
+        return;
+    }
+    let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
+    assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
     fs::write(folder.path().join("mine.svg"), "my text").expect("written");
     let refused = osp(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
     assert_eq!(refused.status.code(), Some(2));

@@ -7,7 +7,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use crate::{command, names, osp, session_text, stderr, temp, write_session};
+use crate::{built::has, command, names, osp, session_text, stderr, temp, write_session};
 
 /// A way to write a file.
 struct Way {
@@ -48,7 +48,7 @@ fn ways() -> Vec<Way> {
         way(&["import", "in.ron", "@"], "o.ron.zst", false, true),
         way(&["synth", "grow", "--polygons", "50", "@"], "o.ron", false, true),
     ];
-    ways.into_iter().chain(way_of_render()).collect()
+    ways.into_iter().chain(way_of_render()).filter(|way| has(way.args)).collect()
 }
 
 #[cfg(not(feature = "render"))]
