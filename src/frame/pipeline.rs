@@ -55,7 +55,7 @@ pub struct Pipeline {
 
 /// A method of occlusion culling that a [`Pipeline`] cannot cull by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("expected a method of occlusion culling that runs on the CPU, or `none`; found `{}`", .0.name())]
+#[error("expected a method of occlusion culling that runs on the CPU, or `none`, found `{}`", .0.name())]
 pub struct NotOnCpu(pub Occlusion);
 
 /// What [`Pipeline::load_some`] inserts, and how far it has come.

@@ -155,8 +155,7 @@ impl Output {
     /// Writes the whole file.
     pub(super) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
         self.check()?;
-        write_atomically(&self.path, |out| out.write_all(bytes))
-            .map_err(|error| self.failed(&error))
+        write_atomically(&self.path, |out| out.write_all(bytes)).map_err(|error| self.failed(&error))
     }
 
     fn failed(&self, error: &io::Error) -> anyhow::Error {

@@ -80,12 +80,10 @@ fn the_recordings_are_what_their_commands_make() {
 fn the_commands_of_the_readme_work() {
     let readme = fs::read_to_string(at("README.md")).expect("README.md");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let prefix = |line: &'_ str| {
-        let of_bench = || line.strip_prefix("cargo run --release --features bench -- ");
-        line.strip_prefix("cargo run --release -- ")
-            .or_else(|| of_bench().filter(|_| cfg!(feature = "bench")))
-    };
-    let commands: Vec<&str> = readme.lines().filter_map(prefix).collect();
+    let starts = ["cargo run --release -- ", "cargo run --release --features bench -- "];
+    let starts = if cfg!(feature = "bench") { &starts[..] } else { &starts[..1] };
+    let commands: Vec<&str> =
+        readme.lines().filter_map(|line| starts.iter().find_map(|start| line.strip_prefix(start))).collect();
     assert!(commands.len() >= 2, "{commands:?}");
     for command in commands {
         let mut args = Vec::new();

@@ -2,7 +2,6 @@
 
 use std::{
     fs,
-    path::Path,
     process::{Command, Stdio},
     thread,
     time::{Duration, Instant},
@@ -291,5 +290,5 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
         let output = osp(folder.path(), [OsStr::new(command), name]);
         assert!(output.status.success(), "{command}: {}", stderr(&output));
     }
-    assert!(Path::new(folder.path()).join("b.html").exists());
+    assert!(folder.path().join("b.html").exists());
 }

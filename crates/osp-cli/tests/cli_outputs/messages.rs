@@ -4,9 +4,8 @@ use std::{error::Error, fs, io, path::PathBuf};
 
 use crate::{built::has, osp, session_text, stderr, stdout, temp, write_session};
 use osp_lab::{
-    bench::PaperError,
     pvs::PvsError,
-    report::{ChartError, PinError, Pins},
+    report::{PinError, Pins},
 };
 use osp_session::{
     recording::RecordingError,
@@ -43,19 +42,31 @@ fn errors() -> Vec<NamedError> {
         ("RecordingError", Box::new(RecordingError::io(&path, system()))),
         ("PinError", Box::new(PinError::Io { path: path.clone(), cause: system() })),
         ("PinError", Box::new(Pins::read(&bad).expect_err("no pins"))),
-        ("ChartError", Box::new(ChartError::Draw { path: path.clone(), message: "why".to_owned() })),
         ("PvsError", Box::new(PvsError::Io { path, cause: system() })),
         ("RigError", Box::new(RigError::Io { path: "some/file".to_owned(), cause: system() })),
         ("RigError", Box::new(Rig::open("no such rig").expect_err("no rig"))),
-        ("PaperError", Box::new(PaperError::Recording(RecordingError::io("some/file".as_ref(), system())))),
-        ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
         (
             "OutputError",
             Box::new(osp_session::output_file::OutputError::Io { path: "some/file".into(), cause: system() }),
         ),
         ("ExportError", Box::new(osp_session::export::ExportError::Io(system()))),
     ];
-    errors.into_iter().chain(live_errors()).chain(window_errors()).collect()
+    errors.into_iter().chain(bench_errors()).chain(live_errors()).chain(window_errors()).collect()
+}
+
+#[cfg(not(feature = "bench"))]
+fn bench_errors() -> Vec<NamedError> {
+    Vec::new()
+}
+
+#[cfg(feature = "bench")]
+fn bench_errors() -> Vec<NamedError> {
+    use osp_lab::{bench::PaperError, report::ChartError};
+    vec![
+        ("ChartError", Box::new(ChartError::Draw { path: "some/file".into(), message: "why".to_owned() })),
+        ("PaperError", Box::new(PaperError::Recording(RecordingError::io("some/file".as_ref(), system())))),
+        ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
+    ]
 }
 
 #[cfg(not(feature = "live"))]
@@ -156,6 +167,7 @@ fn every_type_of_error_with_a_cause_is_looked_at() {
                 let is_in = |folder: &str| path.components().any(|part| part.as_os_str() == folder);
                 let is_of_live = is_in("live") || is_in("wall") || is_in("wall_node.rs");
                 let is_built = (cfg!(feature = "window") || !is_in("osp-app"))
+                    && (cfg!(feature = "bench") || !(is_in("bench") || is_in("chart.rs")))
                     && (cfg!(feature = "live") || !is_of_live);
                 // Private ones are told to nobody but the program.
                 let is_public = piece.contains("\npub enum") || piece.contains("\npub struct");
