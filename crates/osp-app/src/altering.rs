@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 
-use super::{groups::whole_groups, studio::Studio, subject::Subject};
+use super::{groups::whole_groups, studio::Studio};
 use osp::math::{Aabb, rotate};
 use osp_session::{
     recording::{Alteration, Author, Event, GroupId, Motion, StrokeId},
@@ -136,7 +136,7 @@ impl Studio {
         let Some(events) = self.events_of(&strokes) else { return };
         let t = self.now_secs();
         let mut ids = self.new_strokes(strokes.len());
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let (mut out, mut old, mut copies) = (Vec::new(), Vec::new(), Vec::new());
         let mut members = BTreeMap::<GroupId, Vec<StrokeId>>::new();
         let mut layers = BTreeMap::<u32, Vec<StrokeId>>::new();
@@ -181,8 +181,7 @@ impl Studio {
         if !self.can_draw() || strokes.is_empty() {
             return None;
         }
-        let Subject::Sketch(document) = &self.subject else { return None };
-        match document.events_of(&strokes.iter().copied().collect()) {
+        match self.session.events_of(&strokes.iter().copied().collect()) {
             Ok(events) => {
                 let mut by_stroke = BTreeMap::<StrokeId, Vec<Event>>::new();
                 for event in events {
@@ -205,8 +204,7 @@ impl Studio {
 
     /// Numbers for new strokes, the last one to be used first.
     fn new_strokes(&mut self, count: usize) -> Vec<StrokeId> {
-        let Subject::Sketch(document) = &mut self.subject else { return Vec::new() };
-        let mut ids: Vec<StrokeId> = (0..count).map(|_| document.new_stroke()).collect();
+        let mut ids: Vec<StrokeId> = (0..count).map(|_| self.session.new_stroke()).collect();
         ids.reverse();
         ids
     }
@@ -220,9 +218,8 @@ impl Studio {
             self.say(format!("nothing was changed: a session can hold only {expected}"));
             return false;
         }
-        if let Subject::Sketch(document) = &self.subject
-            && document.excess(&self.limits).is_none()
-            && let Some((most, what)) = document.excess_with(&events, &self.limits)
+        if self.session.excess(&self.limits).is_none()
+            && let Some((most, what)) = self.session.excess_with(&events, &self.limits)
         {
             self.say(format!("nothing was changed: a session may have {most} {what} in all"));
             return false;
@@ -238,7 +235,7 @@ impl Studio {
         self.events.extend(events);
         self.apply_events();
         // An edit that changed nothing did not count.
-        if self.scene().is_step_open() || (edits > 1 && self.may_have_open_step()) {
+        if self.scene().is_step_open() || (edits > 1 && self.session.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
         }
@@ -274,7 +271,7 @@ impl Studio {
         let extent_m = self.selection_bounds().extent().max_element();
         let events = self.events_of(&strokes)?;
         let t = self.now_secs();
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let (whole, _) = whole_groups(scene, &strokes);
         let mut clip = Clip { extent_m, ..Clip::default() };
         let mut places = BTreeMap::<GroupId, usize>::new();
@@ -353,10 +350,7 @@ impl Studio {
             copies.push(copy);
         }
         let mut edits = copies.len() + assign(t, layers, &mut out);
-        let groups = match &mut self.subject {
-            Subject::Sketch(document) => document.new_groups(clip.groups.len()),
-            Subject::Replay(_) => Vec::new(),
-        };
+        let groups = self.session.new_groups(clip.groups.len());
         for ((of, &group), strokes) in clip.groups.iter().zip(&groups).zip(members) {
             let parent = of.parent.and_then(|parent| groups.get(parent)).copied();
             let first = out.len();
@@ -371,7 +365,7 @@ impl Studio {
     /// After an undo or redo: strokes that have gone are not selected any more; if others were taken for them, or they for
     /// others, those are.
     pub(super) fn follow_selection(&mut self, is_undo: bool) {
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
         let mut selected: BTreeSet<StrokeId> = self.selection.strokes().iter().copied().collect();
         let pairs = self.replaced.0.iter().map(|(&old, &new)| if is_undo { (new, old) } else { (old, new) });

@@ -2,11 +2,9 @@ use std::path::Path;
 
 use super::{
     command::Command,
-    document::Opening,
-    player::Jump,
     question::Then,
+    session::{Jump, Opening, Replay},
     studio::Studio,
-    subject::Subject,
     tool::{Span, ToolChoice},
 };
 use osp::occlusion::Occlusion;
@@ -19,18 +17,16 @@ use osp_session::{
 impl Studio {
     /// Who draws in this window: in a session of one author, the only one.
     pub(super) fn author(&self) -> Author {
-        match &self.subject {
-            #[cfg(feature = "live")]
-            Subject::Sketch(document) => {
-                document.shared().and_then(|shared| shared.status().author).unwrap_or(Author::SOLE)
-            }
-            _ => Author::SOLE,
+        #[cfg(feature = "live")]
+        if let Some(live) = self.session.live() {
+            return live.status().author.unwrap_or(Author::SOLE);
         }
+        Author::SOLE
     }
 
     /// Whether a command would do anything now. What gives a command that would not is to be shown as disabled.
     pub fn can(&self, command: &Command) -> bool {
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         match command {
             Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
             Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
@@ -58,19 +54,14 @@ impl Studio {
             Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
             Command::CancelWork => self.is_working(),
             Command::SelectNone => !self.selection.is_empty(),
-            Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => {
-                matches!(self.subject, Subject::Sketch(_))
-            }
+            Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => !self.session.is_replay(),
             Command::SwapEyes(_)
             | Command::EyeSeparation(_)
             | Command::TestPattern(_)
             | Command::Calibrate(_) => self.room.rig().is_some(),
-            Command::Discard => match &self.subject {
-                Subject::Sketch(document) => document.journal().is_changed() && !document.is_shared(),
-                Subject::Replay(_) => false,
-            },
+            Command::Discard => self.session.journal().is_changed() && !self.session.is_shared(),
             Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
-                matches!(self.subject, Subject::Replay(_))
+                self.session.is_replay()
             }
             _ => true,
         }
@@ -135,7 +126,7 @@ impl Studio {
             Command::Paste => self.paste(),
             Command::Duplicate => self.duplicate(),
             Command::SelectAll => {
-                let all = self.subject.scene().strokes().iter();
+                let all = self.session.scene().strokes().iter();
                 self.selection.set(all.filter_map(Stroke::id));
                 self.deselect_locked();
             }
@@ -158,14 +149,14 @@ impl Studio {
                 self.say(format!("view {} is kept", slot + 1));
             }
             Command::GoToView(slot) => {
-                if let Some(view) = self.subject.scene().views().get(&slot).copied() {
+                if let Some(view) = self.session.scene().views().get(&slot).copied() {
                     self.follows_replay_camera = false;
                     self.navigator.go_to_from(view.eye, view.world_from_view, view.distance_m);
                 }
             }
             Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
-                let bounds = self.subject.bounds();
+                let bounds = self.session.bounds();
                 self.navigator.show_all(&bounds);
             }
             Command::LookAtPointer => self.look_at_pointer(self.last_aspect),
@@ -192,11 +183,7 @@ impl Studio {
             Command::Save => self.save(),
             Command::SaveAs(path) => self.ask_to_save_as(path),
             Command::SaveOver(path) => self.save_as(&path),
-            Command::RetrySaving => {
-                if let Subject::Sketch(document) = &mut self.subject {
-                    document.retry();
-                }
-            }
+            Command::RetrySaving => self.session.retry(),
             Command::Discard => self.ask_to_discard(),
             Command::ExportGltf(path) => self.ask_to_export(path),
             Command::ExportOver(path) => self.export_gltf(&path),
@@ -216,11 +203,9 @@ impl Studio {
 
     fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
         // The whole scene is inserted below; it includes the changes that were waiting for the old index.
-        if let Subject::Sketch(document) = &mut self.subject {
-            document.take_changes(&mut self.pending.changes);
-        }
-        let bounds = self.subject.bounds();
-        self.culling.reindex(kind, occlusion, self.subject.scene(), &bounds);
+        self.session.take_changes(&mut self.pending.changes);
+        let bounds = self.session.bounds();
+        self.culling.reindex(kind, occlusion, self.session.scene(), &bounds);
     }
 
     fn tell_of_reindexing(&mut self) {
@@ -238,14 +223,16 @@ impl Studio {
     fn save(&mut self) {
         self.finish_gestures();
         self.apply_events();
-        let Subject::Sketch(document) = &mut self.subject else { return };
-        if document.event_count() == 0 {
+        if self.session.is_replay() {
+            return;
+        }
+        if self.session.event_count() == 0 {
             self.say("nothing is drawn yet: the file is made with the first stroke".to_owned());
             return;
         }
-        let outcome = document.settle();
-        let missing = document.on_their_way();
-        let path = document.journal().path().display().to_string();
+        let outcome = self.session.settle();
+        let missing = self.session.on_their_way();
+        let path = self.session.path().display().to_string();
         match outcome {
             Ok(()) if missing > 0 => {
                 self.say(format!(
@@ -259,11 +246,9 @@ impl Studio {
 
     pub(super) fn save_as(&mut self, path: &Path) {
         self.finish_gestures();
-        let outcome = match &mut self.subject {
-            Subject::Sketch(document) => document.save_as(path).map_err(|error| error.to_string()),
-            Subject::Replay(_) => {
-                Err("a replay is saved already: open it with `osp sketch` to change it".to_owned())
-            }
+        let outcome = match self.session.is_replay() {
+            true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
+            false => self.session.save_as(path).map_err(|error| error.to_string()),
         };
         let done = format!("saved as {}; it goes on there", path.display());
         self.tell_of_file(outcome.map(|()| done));
@@ -289,22 +274,23 @@ impl Studio {
     }
 
     fn control(&mut self, command: &Command) {
-        let Subject::Replay(player) = &mut self.subject else { return };
+        let Some(position) = self.session.replay().map(Replay::position) else { return };
         let jump = match *command {
-            Command::Play(run) => player.play(run),
-            Command::Seek(frame) => Some(player.seek(frame)),
+            Command::Play(run) => self.session.play(run),
+            Command::Seek(frame) => self.session.seek(frame),
             Command::Step(by) => {
-                player.play(false);
-                Some(player.seek(player.position().saturating_add_signed(by)))
+                self.session.play(false);
+                self.session.seek(position.saturating_add_signed(by))
             }
             Command::Speed(speed) => {
-                player.set_speed(speed);
+                self.session.set_speed(speed);
                 None
             }
             _ => None,
         };
-        if self.follows_replay_camera {
-            let view = player.view();
+        if self.follows_replay_camera
+            && let Some(view) = self.session.replay().map(Replay::view)
+        {
             self.navigator.go_to(view.eye_in_world, view.world_from_view);
         }
         if let Some(jump) = jump {
@@ -314,7 +300,7 @@ impl Studio {
 
     fn take_jump(&mut self, jump: Jump) {
         // At once: after another jump the scene may not have these polygons any more.
-        self.culling.follow(self.subject.scene(), &jump.changes);
+        self.culling.follow(self.session.scene(), &jump.changes);
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
         self.pending.keep = Some(keep);
         self.pending.changes.extend(jump.moved.into_iter().map(osp::polygon::Change::Update));

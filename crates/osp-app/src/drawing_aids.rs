@@ -38,7 +38,7 @@ impl Studio {
 
     /// Metres of a pixel in the middle of the view.
     pub(super) fn middle_pixel_m(&self) -> f32 {
-        let view = self.navigator.view(self.last_aspect, &self.subject.bounds());
+        let view = self.navigator.view(self.last_aspect, &self.session.bounds());
         pixel_m(&view, self.navigator.distance_m(), self.last_height_px)
     }
 

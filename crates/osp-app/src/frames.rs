@@ -7,7 +7,7 @@ use std::{
     thread::JoinHandle,
 };
 
-use super::{studio::Studio, subject::Subject};
+use super::studio::Studio;
 use osp_render::{Image, RenderError, ffmpeg_command};
 
 /// Frames a second that the video shows.
@@ -103,11 +103,7 @@ impl Studio {
             self.say("a page cannot write frames".to_owned());
             return;
         }
-        let path = match &self.subject {
-            Subject::Sketch(document) => document.journal().path(),
-            Subject::Replay(player) => player.path(),
-        };
-        match FrameWriter::beside(path) {
+        match FrameWriter::beside(self.session.path()) {
             Ok(frames) => {
                 let folder = frames.folder().display().to_string();
                 self.frames = Some(frames);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 
-use super::{studio::Studio, subject::Subject};
+use super::studio::Studio;
 use osp::math::rotate;
 use osp_session::{
     recording::{Author, Event, GroupId, StrokeId, Transform},
@@ -38,10 +38,7 @@ impl Placing {
 impl Studio {
     /// The groups of the model as a tree.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
-        match &mut self.subject {
-            Subject::Sketch(document) => document.group_tree(),
-            Subject::Replay(player) => player.group_tree(),
-        }
+        self.session.group_tree()
     }
 
     /// The group that is selected as a whole, and nothing else; of several around the same strokes the outermost.
@@ -53,13 +50,13 @@ impl Studio {
     }
 
     pub(super) fn select_group(&mut self, group: GroupId) {
-        self.selection.set(self.subject.scene().strokes_below(group));
+        self.selection.set(self.session.scene().strokes_below(group));
         self.deselect_locked();
     }
 
     /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
     pub(super) fn group_selection(&mut self) {
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let (groups, loose) = whole_groups(scene, self.selection.strokes());
         let parent_of_loose =
             |id: &StrokeId| scene.stroke(*id).and_then(|stroke| scene.groups_of(stroke).first().copied());
@@ -76,11 +73,7 @@ impl Studio {
             );
             return;
         }
-        let group = match &mut self.subject {
-            Subject::Sketch(document) => document.new_groups(1).pop(),
-            Subject::Replay(_) => None,
-        };
-        let Some(group) = group else { return };
+        let Some(group) = self.session.new_groups(1).pop() else { return };
         let t = self.now_secs();
         let name = Some(format!("group {}", group.0 & ((1 << Author::NUMBER_BITS) - 1)));
         let mut events: Vec<Event> = Event::grouping(t, group, &loose, parent, name).collect();
@@ -98,7 +91,7 @@ impl Studio {
     pub(super) fn name_group(&mut self, group: GroupId, name: &str) {
         let end =
             (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end));
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         if scene.group_transform(group).is_none() {
             return;
         }
@@ -108,7 +101,7 @@ impl Studio {
     }
 
     pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let is_held = |id: &StrokeId| {
             scene
                 .stroke(*id)
@@ -121,7 +114,7 @@ impl Studio {
             return;
         }
         let bounds = self.group_tree().into_iter().find(|node| node.id == group).map(|node| node.bounds);
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let middle = bounds
             .filter(|bounds| !bounds.is_empty())
             .and_then(|bounds| scene.in_parent_of(group, bounds.center()));

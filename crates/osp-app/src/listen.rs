@@ -3,10 +3,9 @@ use std::net::SocketAddr;
 use glam::Vec3;
 
 use super::{
-    document::Document,
     paint_layers::on_layer,
+    session::Session,
     studio::Studio,
-    subject::Subject,
     tracker::{Came, Message, Tracker},
 };
 use osp_session::{
@@ -51,7 +50,9 @@ impl Studio {
     /// Takes messages up to the limit of a frame; returns whether none was left.
     fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
         let (mut messages, mut edits) = (0, 0);
-        while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
+        while messages < MESSAGES_A_FRAME
+            && edits < EDITS_A_FRAME
+            && self.session.changes().len() < CHANGES_A_FRAME
         {
             let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
             let mut in_room = self.room.message_to_room(sent);
@@ -65,8 +66,10 @@ impl Studio {
                 self.part_eraser_step();
             }
             let message = self.room.message_to_world(&self.navigator, in_room);
-            let Subject::Sketch(document) = &self.subject else { continue };
-            if document.is_read_only() {
+            if self.session.is_replay() {
+                continue;
+            }
+            if self.session.is_read_only() {
                 self.hands.look(&message);
                 continue;
             }
@@ -122,17 +125,17 @@ impl Studio {
         from: Option<SocketAddr>,
         message: &Message,
     ) -> Option<(Author, Option<Vec3>)> {
-        let Subject::Sketch(document) = &mut self.subject else { return None };
-        let is_of_several = document.knows_authors() && !document.is_shared();
+        let session = &mut self.session;
+        let is_of_several = session.knows_authors() && !session.is_shared();
         let Some((senders, from)) = self.senders.as_mut().zip(from).filter(|_| is_of_several) else {
-            let next = || document.new_stroke();
+            let next = || session.new_stroke();
             let erased = self.hands.take(t, message, next, &mut self.events);
             if self.senders.is_some() && !is_of_several {
                 self.say_once("tracker: this session is of one author: all senders draw as one");
             }
             return Some((Author::SOLE, erased));
         };
-        let taken = senders.take((from, Instant::now()), t, message, document.scene(), &mut self.events);
+        let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
             // The screens show what one of them sees.
             self.hands.look(message);
@@ -156,17 +159,10 @@ impl Studio {
     }
 
     /// A session that is new, to draw on.
-    pub(super) fn new_document(&self) -> Document {
+    pub(super) fn new_session(&self) -> Session {
         match &self.senders {
-            Some(_) => Document::of_several(&self.autosaves),
-            None => Document::new(&self.autosaves),
-        }
-    }
-
-    fn changes_waiting(&self) -> usize {
-        match &self.subject {
-            Subject::Sketch(document) => document.changes().len(),
-            Subject::Replay(_) => 0,
+            Some(_) => Session::of_several(&self.autosaves),
+            None => Session::new(&self.autosaves),
         }
     }
 
@@ -174,9 +170,8 @@ impl Studio {
     fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
         /// How far from the point a stroke may be, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
-        let Subject::Sketch(document) = &self.subject else { return };
-        let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
-        let scene = document.scene();
+        let scene = self.session.scene();
+        let nearest = self.culling.nearest_box(scene, self.session.changes(), p, REACH_M);
         let stroke =
             nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !self.is_layer_held(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {

@@ -1,6 +1,6 @@
 //! The layers of a session in the window: named, hidden, locked; the one that is drawn on.
 
-use super::{studio::Studio, subject::Subject};
+use super::studio::Studio;
 use osp_session::recording::{Author, Event, Paint};
 
 /// A layer as the window shows it.
@@ -46,7 +46,7 @@ pub enum LayerEdit {
 impl Studio {
     /// The layers, in their order; a session without any has one.
     pub fn session_layers(&self) -> Vec<LayerRow> {
-        let header = &self.subject.header().layers;
+        let header = &self.session.header().layers;
         let states = self.scene().layer_states();
         let known = states.keys().next_back().map_or(0, |&last| last + 1);
         let count = known.max(header.len().min(Event::MAX_LAYERS as usize) as u32).max(1);
@@ -54,7 +54,7 @@ impl Studio {
     }
 
     pub(super) fn session_layer(&self, layer: u32) -> LayerRow {
-        let header = self.subject.header().layers.get(layer as usize);
+        let header = self.session.header().layers.get(layer as usize);
         let state = self.scene().layer_states().get(&layer);
         let of_header = header.map(|header| header.name.clone()).filter(|name| !name.is_empty());
         let name = state.and_then(|state| state.name.clone()).or(of_header);
@@ -177,7 +177,7 @@ impl Studio {
 
     /// What is hidden or locked is not selected.
     pub(super) fn deselect_locked(&mut self) {
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         let is_loose = |id: &osp_session::recording::StrokeId| {
             let stroke = scene.stroke(*id);
             stroke.is_some_and(|stroke| stroke.is_visible() && !self.is_layer_held(stroke.layer()))
@@ -210,7 +210,7 @@ impl Studio {
     /// Whether the layer that is drawn on takes strokes; says why not.
     pub(super) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
-        if matches!(self.subject, Subject::Sketch(_)) {
+        if !self.session.is_replay() {
             self.say_once(&format!("{why}: choose another layer to draw on, or open this one"));
         }
         false

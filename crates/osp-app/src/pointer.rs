@@ -8,7 +8,6 @@ use super::{
     handles::dragged,
     pen::{Pen, PenPoint, Snap},
     studio::Studio,
-    subject::Subject,
     tool::ToolChoice,
 };
 use osp::view::View;
@@ -203,17 +202,8 @@ impl Studio {
         self.apply_events();
     }
 
-    /// See [`Document::may_have_open_step`](super::document::Document::may_have_open_step).
-    pub(super) fn may_have_open_step(&self) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if document.may_have_open_step())
-    }
-
-    fn is_erasing(&self, stroke: StrokeId) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if document.is_erasing(stroke))
-    }
-
     fn end_step(&mut self) {
-        if self.may_have_open_step() {
+        if self.session.may_have_open_step() {
             let t = self.now_secs();
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
@@ -314,7 +304,7 @@ impl Studio {
         for step in 1..=steps as u32 {
             let at = from.lerp(to, step as f32 / steps);
             if let Some((stroke, _)) = self.stroke_under(at, size_px)
-                && !self.is_erasing(stroke)
+                && !self.session.is_erasing(stroke)
             {
                 let t = self.now_secs();
                 // What one way of the pointer erases is one step, which ends with the gesture.

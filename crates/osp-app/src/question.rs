@@ -1,10 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    document::{Access, OpenError, Opening},
     journal::{Autosave, OpenElsewhere, Unwritten},
+    session::{Access, OpenError, Opening},
     studio::Studio,
-    subject::Subject,
     working::check_model,
 };
 use osp_session::{
@@ -187,8 +186,7 @@ impl Studio {
     /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
     pub(super) fn offer_edits(&mut self) {
         if self.question.is_none()
-            && let Subject::Sketch(document) = &mut self.subject
-            && let Some(edits) = document.take_earlier()
+            && let Some(edits) = self.session.take_earlier()
         {
             self.ask(Question::Edits(edits));
         }
@@ -211,9 +209,7 @@ impl Studio {
             return;
         }
         self.question = None;
-        if let Subject::Sketch(document) = &mut self.subject
-            && let Err(unwritten) = document.settle()
-        {
+        if let Err(unwritten) = self.session.settle() {
             self.tend();
             let Unwritten { kept_in, .. } = &unwritten;
             let is_kept = kept_in.is_some();
@@ -232,15 +228,13 @@ impl Studio {
     }
 
     fn begin(&mut self) {
-        self.replace(Subject::Sketch(Box::new(self.new_document())), None);
+        self.replace(self.new_session(), None);
     }
 
     fn open_or_ask(&mut self, path: &Path, how: Opening) {
-        if let Subject::Sketch(document) = &self.subject
-            && document.journal().is_at(path)
-            && how.access == Access::Write
-        {
-            if document.journal().trouble().is_none() {
+        let journal = self.session.journal();
+        if !self.session.is_replay() && journal.is_at(path) && how.access == Access::Write {
+            if journal.trouble().is_none() {
                 self.tell_of_file(Ok(format!("{}: is open already", path.display())));
                 return;
             }
@@ -255,8 +249,9 @@ impl Studio {
         match error {
             OpenError::Held(held) => {
                 // Another window still has it: this one keeps showing it, read-only.
-                let is_shown = matches!(&self.subject, Subject::Sketch(document)
-                    if document.is_read_only() && document.journal().path() == held.session());
+                let is_shown = !self.session.is_replay()
+                    && self.session.is_read_only()
+                    && self.session.path() == held.session();
                 self.ask(Question::Held { held, is_shown });
             }
             error if error.is_damage() && !how.lenient => {
@@ -267,12 +262,8 @@ impl Studio {
     }
 
     pub(super) fn ask_to_save_as(&mut self, path: PathBuf) {
-        let is_own = match &self.subject {
-            Subject::Sketch(document) => {
-                document.journal().is_at(&path) && document.journal().trouble().is_none()
-            }
-            Subject::Replay(_) => false,
-        };
+        let journal = self.session.journal();
+        let is_own = !self.session.is_replay() && journal.is_at(&path) && journal.trouble().is_none();
         if !is_own && fs::is_file(&path) {
             self.ask(Question::SaveOver(path));
         } else {
@@ -308,10 +299,9 @@ impl Studio {
 
     pub(super) fn ask_to_discard(&mut self) {
         self.finish_gestures();
-        let Subject::Sketch(document) = &self.subject else { return };
-        let events = document.journal().new_events();
-        if events > 0 && !document.is_shared() {
-            let is_all = document.event_count() == events;
+        let events = self.session.journal().new_events();
+        if events > 0 && !self.session.is_shared() {
+            let is_all = self.session.event_count() == events;
             self.ask(Question::Discard { events, is_all });
         }
     }
@@ -356,13 +346,12 @@ impl Studio {
     fn discard(&mut self) {
         // What the hands draw next begins anew, and their senders join anew.
         self.end_hands_strokes();
-        let Subject::Sketch(document) = &mut self.subject else { return };
-        let events = document.journal().new_events();
-        match document.discard() {
+        let events = self.session.journal().new_events();
+        match self.session.discard() {
             Ok(()) => self.say(format!("{events} events discarded")),
             Err(error) => self.say(error.to_string()),
         }
         self.take_up_time();
-        self.meet_subject(None);
+        self.meet_session(None);
     }
 }

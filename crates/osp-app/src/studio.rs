@@ -7,11 +7,10 @@ use std::{
 use glam::{Quat, Vec2, Vec3};
 
 #[cfg(feature = "live")]
-use super::shared::Shared;
+use super::session::Live;
 use super::{
     altering::{Clip, Replaced},
     culling::{Culling, Indexed},
-    document::{OpenError, Opened},
     drawing_aids::{Aids, Twins},
     frames::FrameWriter,
     gestures::Gestures,
@@ -22,8 +21,8 @@ use super::{
     question::Question,
     room::{Room, RoomView},
     selection::Selection,
+    session::{OpenError, Opened, Replay, Session},
     spans::Part,
-    subject::Subject,
     tool::ToolChoice,
     tracker::{Hands, HandsState, Senders, Tracker, Watch},
     working::{Way, Working},
@@ -82,7 +81,7 @@ pub(super) struct Pending {
 /// Input becomes [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), the index follows: the same path as in a replay.
 #[derive(Debug)]
 pub struct Studio {
-    pub(super) subject: Subject,
+    pub(super) session: Session,
     pub(super) autosaves: Autosaves,
     pub(super) limits: Limits,
     pub(super) culling: Culling,
@@ -161,13 +160,10 @@ pub struct Studio {
 
 impl Studio {
     /// A studio around a session.
-    pub fn new(subject: Subject, autosaves: Autosaves, index: IndexKind) -> Self {
-        let resumed_secs = match &subject {
-            Subject::Sketch(document) => document.last_secs(),
-            Subject::Replay(_) => 0.0,
-        };
+    pub fn new(session: Session, autosaves: Autosaves, index: IndexKind) -> Self {
+        let resumed_secs = session.last_secs();
         let mut studio = Self {
-            subject,
+            session,
             autosaves,
             limits: Limits::DEFAULT,
             culling: Culling::new(index),
@@ -226,17 +222,15 @@ impl Studio {
             unread: None,
             unwritten: None,
         };
-        studio.meet_subject(None);
+        studio.meet_session(None);
         studio.offer_edits();
         studio
     }
 
-    /// Inserts a new subject's model into the index, unless that was done, and shows all of it.
-    pub(super) fn meet_subject(&mut self, indexed: Option<Indexed>) {
+    /// Inserts a new session's model into the index, unless that was done, and shows all of it.
+    pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once: the changes that led to it are not needed.
-        if let Subject::Sketch(document) = &mut self.subject {
-            document.take_changes(&mut Vec::new());
-        }
+        self.session.take_changes(&mut Vec::new());
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.selection = Selection::default();
         (self.brush.layer, self.twins) = (0, Twins::default());
@@ -245,53 +239,49 @@ impl Studio {
         self.pen = Pen::default();
         self.gestures = Gestures::default();
         self.frozen = None;
-        let bounds = self.subject.bounds();
-        self.culling.meet(indexed, self.subject.scene(), &bounds);
+        let bounds = self.session.bounds();
+        self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
         self.navigator.show_all(&bounds);
-        if let Subject::Sketch(document) = &self.subject
-            && let Some(camera) = document.header().camera
+        if !self.session.is_replay()
+            && let Some(camera) = self.session.header().camera
         {
             self.navigator.go_to(camera.p, camera.q);
         }
     }
 
-    pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
+    pub(super) fn replace(&mut self, session: Session, indexed: Option<Indexed>) {
         self.finish_gestures();
         self.end_hands_strokes();
-        if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
-            match old.leave_session() {
-                Ok(said) => said.into_iter().for_each(|line| self.say(line)),
-                Err(unwritten) => {
-                    self.say(unwritten.to_string());
-                    self.unwritten.get_or_insert(unwritten);
-                }
-            }
-            if let Some(place) = old.journal().place_of_edits() {
-                self.say(place);
-            }
-            if let Err(unwritten) = old.close() {
+        let mut old = std::mem::replace(&mut self.session, session);
+        match old.leave() {
+            Ok(said) => said.into_iter().for_each(|line| self.say(line)),
+            Err(unwritten) => {
                 self.say(unwritten.to_string());
                 self.unwritten.get_or_insert(unwritten);
             }
         }
+        if let Some(place) = old.journal().place_of_edits() {
+            self.say(place);
+        }
+        if let Err(unwritten) = old.close() {
+            self.say(unwritten.to_string());
+            self.unwritten.get_or_insert(unwritten);
+        }
         self.take_up_time();
-        self.meet_subject(indexed);
+        self.meet_session(indexed);
         self.offer_edits();
     }
 
     /// The session's time goes on from its last event.
     pub(super) fn take_up_time(&mut self) {
         self.started = Instant::now();
-        self.resumed_secs = match &self.subject {
-            Subject::Sketch(document) => document.last_secs(),
-            Subject::Replay(_) => 0.0,
-        };
+        self.resumed_secs = self.session.last_secs();
     }
 
     /// Whether what the hand does becomes part of the session.
     pub fn can_draw(&self) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
+        !self.session.is_read_only()
     }
 
     /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window.
@@ -303,14 +293,13 @@ impl Studio {
 
     /// The session's part of [`Studio::tend`].
     fn look_after_session(&mut self) -> bool {
-        let Subject::Sketch(document) = &mut self.subject else { return false };
         #[cfg(feature = "live")]
-        document.follow_session_for(self.works.turn());
-        document.tend(Instant::now());
-        let news = document.take_news();
+        self.session.follow_for(self.works.turn());
+        self.session.tend(Instant::now());
+        let news = self.session.take_news();
         let is_news = !news.is_empty();
         #[cfg(feature = "live")]
-        let is_news = is_news || document.shared_mut().is_some_and(Shared::take_note);
+        let is_news = is_news || self.session.live_mut().is_some_and(Live::take_note);
         news.into_iter().for_each(|line| self.say(line));
         is_news
     }
@@ -326,7 +315,7 @@ impl Studio {
 
     /// Whether the picture changes by itself, so that frames have to follow each other.
     pub fn is_moving(&self) -> bool {
-        let is_playing = matches!(&self.subject, Subject::Replay(player) if player.is_playing());
+        let is_playing = self.session.replay().is_some_and(Replay::is_playing);
         is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
     }
 
@@ -346,12 +335,10 @@ impl Studio {
 
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
-        let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
-        let is_behind = matches!(&self.subject, Subject::Sketch(document) if document.is_behind());
-        if self.works_in_turns() || is_behind {
+        if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;
         }
-        Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
+        Duration::from_millis(if self.session.is_shared() || self.is_working() { 20 } else { 500 })
     }
 
     /// Whether the pointer is dragging something.
@@ -363,50 +350,47 @@ impl Studio {
     pub(super) fn apply_events(&mut self) {
         let start = self.clock.start();
         let mut events = std::mem::take(&mut self.events);
-        match &mut self.subject {
-            Subject::Sketch(document) if !document.is_read_only() => {
-                let was_within = document.excess(&self.limits).is_none();
-                document.apply_all(&mut events);
-                let excess = document.excess(&self.limits).filter(|_| was_within);
-                self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
-                events.clear();
-                if let Some((most, what)) = excess {
-                    let more = self.limits.polygons.saturating_mul(2);
-                    self.say(format!(
-                        "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
-                    ));
-                }
+        if self.can_draw() {
+            let was_within = self.session.excess(&self.limits).is_none();
+            self.session.apply_all(&mut events);
+            let excess = self.session.excess(&self.limits).filter(|_| was_within);
+            self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
+            if let Some((most, what)) = excess {
+                let more = self.limits.polygons.saturating_mul(2);
+                self.say(format!(
+                    "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
+                ));
             }
-            Subject::Sketch(_) if events.is_empty() => {}
-            Subject::Sketch(_) => {
-                events.clear();
-                self.say_once(LOOKED_AT);
-            }
-            // Nothing is drawn into a recording that is being replayed.
-            Subject::Replay(_) => events.clear(),
+        } else if !events.is_empty() {
+            self.tell_of_reading();
         }
+        events.clear();
         self.events = events;
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
-        match &mut self.subject {
-            Subject::Sketch(document) if !document.is_read_only() => Some(document.new_stroke()),
-            Subject::Sketch(_) => {
-                self.say_once(LOOKED_AT);
-                None
-            }
-            Subject::Replay(_) => None,
+    /// Says why nothing can be drawn. Whoever plays a recording does not expect to draw.
+    fn tell_of_reading(&mut self) {
+        if !self.session.is_replay() {
+            self.say_once(LOOKED_AT);
         }
+    }
+
+    pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
+        if self.can_draw() {
+            return Some(self.session.new_stroke());
+        }
+        self.tell_of_reading();
+        None
     }
 
     /// The poses that decide what the screens show. In a replay on a rig the recorded head is the tracked one, as long as the
     /// camera goes with it: the room goes along with its place and direction, its eyes are tilted as it was.
     fn hands_before_screens(&self) -> HandsState {
         let hands = self.hands.state();
-        match &self.subject {
-            Subject::Replay(player) if self.follows_replay_camera && hands.head.is_none() => {
-                HandsState { head: self.room.head_tilted_like(player.view().world_from_view) }
+        match self.session.replay() {
+            Some(replay) if self.follows_replay_camera && hands.head.is_none() => {
+                HandsState { head: self.room.head_tilted_like(replay.view().world_from_view) }
             }
             _ => hands,
         }
@@ -415,26 +399,18 @@ impl Studio {
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
     pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
         let hands = self.hands_before_screens();
-        let views = self.room.views(&self.navigator, &hands, aspect, &self.subject.bounds());
+        let views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
         self.room.under(&views, at)
     }
 
     /// The polygon under a ray, of the strokes that count.
     pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
-        let waiting = match &self.subject {
-            Subject::Sketch(document) => document.changes(),
-            Subject::Replay(_) => &[],
-        };
-        self.culling.pick(self.subject.scene(), waiting, ray, counts)
+        self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)
     }
 
     /// The strokes with a polygon in a part of space.
     pub(super) fn strokes_in(&mut self, part: &Part) -> Vec<StrokeId> {
-        let waiting = match &self.subject {
-            Subject::Sketch(document) => document.changes(),
-            Subject::Replay(_) => &[],
-        };
-        self.culling.strokes_in(self.subject.scene(), waiting, part)
+        self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
 
     /// Says when the head goes behind a screen.
@@ -468,24 +444,19 @@ impl Studio {
         self.follow_width();
         self.changes.clear();
         let start = self.clock.start();
-        match &mut self.subject {
-            Subject::Sketch(document) => {
-                document.take_changes(&mut self.changes);
-            }
-            Subject::Replay(player) => {
-                let first = self.changes.len();
-                player.advance(&mut self.changes);
-                self.samples += (self.changes.len() - first) as u64;
-                if self.follows_replay_camera && player.is_playing() {
-                    let view = player.view();
-                    self.navigator.go_to(view.eye_in_world, view.world_from_view);
-                }
-            }
+        self.samples += self.session.advance() as u64;
+        self.session.take_changes(&mut self.changes);
+        if let Some(replay) = self.session.replay()
+            && self.follows_replay_camera
+            && replay.is_playing()
+        {
+            let view = replay.view();
+            self.navigator.go_to(view.eye_in_world, view.world_from_view);
         }
         self.strokes_ns += self.clock.since(start).ns;
         self.pending.changes.extend_from_slice(&self.changes);
 
-        let bounds = self.subject.bounds();
+        let bounds = self.session.bounds();
         let hands = self.hands_before_screens();
         self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.views);
         self.tell_of_screens_behind();
@@ -494,7 +465,7 @@ impl Studio {
             Some(frozen) if frozen.len() == eyes.len() => frozen,
             _ => &eyes,
         };
-        let record = self.culling.frame(self.subject.scene(), &self.changes, cull_views);
+        let record = self.culling.frame(self.session.scene(), &self.changes, cull_views);
         self.find_culled();
         self.draw_lines(size_px);
         self.draw_patterns();
@@ -536,22 +507,21 @@ impl Studio {
             // There is no window any more to say it.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
-        if let Subject::Sketch(mut document) = self.subject {
-            match document.leave_session() {
-                Ok(said) => {
-                    for line in said {
-                        let _ = writeln!(io::stderr().lock(), "warning: {line}");
-                    }
+        let mut session = self.session;
+        match session.leave() {
+            Ok(said) => {
+                for line in said {
+                    let _ = writeln!(io::stderr().lock(), "warning: {line}");
                 }
-                Err(unwritten) => _ = self.unwritten.get_or_insert(unwritten),
             }
-            let (place, path) = (document.journal().place_of_edits(), document.journal().path().to_owned());
-            document.close()?;
-            if let Some(place) = place {
-                let path = quoted(&path.to_string_lossy());
-                // As above.
-                let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
-            }
+            Err(unwritten) => _ = self.unwritten.get_or_insert(unwritten),
+        }
+        let (place, path) = (session.journal().place_of_edits(), session.path().to_owned());
+        session.close()?;
+        if let Some(place) = place {
+            let path = quoted(&path.to_string_lossy());
+            // As above.
+            let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
         }
         self.unwritten.map_or(Ok(()), Err)
     }

@@ -16,16 +16,15 @@ use std::{
 
 use super::{
     culling::CullingPlan,
-    document::{OpenError, Opened, Opening},
     journal::Autosaves,
-    player::PlayerReader,
+    session::{OpenError, Opened, Opening, ReplayReader, Session},
     studio::Studio,
-    subject::Subject,
     threads,
+    turns::Turns,
 };
 use osp_session::{
     atomic_file::AtomicFile,
-    export::{ExportError, ExportOptions, GltfCounts, PolygonTimes, write_glb_watched},
+    export::{ExportError, ExportOptions, GltfCounts, write_glb_watched},
     output_file::{OutputError, OutputKind, check_output},
     platform::time::Instant,
     recording::{OpenOptions, Pace},
@@ -37,11 +36,6 @@ use task::{Done, ReadSession, Task, ToDraw, ToPlay, Whole};
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 /// How long a page reads at a time: it shows frames and takes input between.
 const TURN: Duration = Duration::from_millis(12);
-/// A turn between slow frames is at most so many times as long.
-const MOST_TURNS: u32 = 8;
-
-/// Finds when polygons were drawn, as long as it is told to go on.
-type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 
 /// How far some work has come, and whether it is to end.
 #[derive(Debug, Default)]
@@ -102,33 +96,6 @@ enum By {
     Turns(Turns, Box<dyn Task>),
 }
 
-/// How long something is worked on at a time.
-#[derive(Debug, Default)]
-pub(super) struct Turns {
-    least: Duration,
-    /// When the last turn ended.
-    ended: Option<Instant>,
-}
-
-impl Turns {
-    /// Takes so long at least from now on.
-    #[cfg(feature = "live")]
-    pub(super) fn set_least(&mut self, least: Duration) {
-        self.least = least;
-    }
-
-    /// A turn has ended.
-    pub(super) fn end(&mut self) {
-        self.ended = Some(Instant::now());
-    }
-
-    /// As long as the frame before took: where frames are slow, the session is not to wait for all of them.
-    pub(super) fn next(&self, now: Instant) -> Duration {
-        let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
-        frame.clamp(self.least, self.least * MOST_TURNS)
-    }
-}
-
 impl std::fmt::Debug for By {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -167,7 +134,7 @@ impl Working {
             what,
             kind,
             progress: Arc::default(),
-            by: By::Turns(Turns { least: turn, ended: None }, task),
+            by: By::Turns(Turns::of(turn), task),
             since: Instant::now(),
         }
     }
@@ -239,14 +206,12 @@ impl Reading {
             None => done.recv().map_err(|_| RecvTimeoutError::Disconnected),
         };
         match done {
-            Ok(Done::Opened { outcome, .. }) => {
-                Waited::Read(outcome.map(|read| (Subject::Sketch(Box::new(read.document)), read.opened)))
-            }
+            Ok(Done::Opened { outcome, .. }) => Waited::Read(outcome.map(|read| (read.session, read.opened))),
             Ok(Done::Played { outcome, .. }) => {
-                Waited::Read(outcome.map_err(OpenError::Recording).map(|player| {
+                Waited::Read(outcome.map_err(OpenError::Recording).map(|session| {
                     let remarks =
-                        player.remarks().iter().map(|remark| format!("warning: {remark}")).collect();
-                    (Subject::Replay(player), Opened { remarks, is_recovered: false })
+                        session.remarks().iter().map(|remark| format!("warning: {remark}")).collect();
+                    (*session, Opened { remarks, is_recovered: false })
                 }))
             }
             // One that fails without a word is seen to have failed later, too.
@@ -259,7 +224,7 @@ impl Reading {
 #[derive(Debug)]
 pub enum Waited {
     /// The session, or why it cannot be read.
-    Read(Result<(Subject, Opened), OpenError>),
+    Read(Result<(Session, Opened), OpenError>),
     /// It is still being read.
     GoesOn(Reading),
 }
@@ -276,7 +241,7 @@ fn to_play(
     plays: bool,
     is_sole: bool,
 ) -> ToPlay {
-    let reader = PlayerReader::new(path, pace, camera, options);
+    let reader = ReplayReader::new(path, pace, camera, options);
     ToPlay { path: path.to_owned(), reader, plays, is_sole }
 }
 
@@ -366,7 +331,7 @@ impl Studio {
                 match done {
                     // It was read to its end before it heard of that.
                     Done::Opened { path, outcome: Ok(read), .. } if is_cancelled => {
-                        let closed = read.document.close();
+                        let closed = read.session.close();
                         debug_assert!(closed.is_ok(), "nothing was drawn in it");
                         self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
                     }
@@ -406,7 +371,7 @@ impl Studio {
                 for remark in read.opened.remarks {
                     let _ = writeln!(io::stderr().lock(), "{remark}");
                 }
-                read.document.close().map_err(|error| error.to_string())
+                read.session.close().map_err(|error| error.to_string())
             }
             Ok(Done::Opened { .. } | Done::Played { .. }) => Ok(()),
             Ok(Done::Exported { path, outcome }) => {
@@ -436,9 +401,9 @@ impl Studio {
     fn take_done(&mut self, done: Done) {
         match done {
             Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
-            Done::Played { outcome: Ok(player), .. } => {
-                player.remarks().iter().for_each(|remark| self.say(remark.clone()));
-                self.replace(Subject::Replay(player), None);
+            Done::Played { outcome: Ok(session), .. } => {
+                session.remarks().iter().for_each(|remark| self.say(remark.clone()));
+                self.replace(*session, None);
                 self.tell_of_file(Ok(String::new()));
             }
             Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
@@ -502,9 +467,9 @@ impl Studio {
     ) {
         match outcome {
             Ok(read) => {
-                let ReadSession { document, opened, indexed } = *read;
+                let ReadSession { session, opened, indexed } = *read;
                 self.tell(opened);
-                self.replace(Subject::Sketch(Box::new(document)), indexed);
+                self.replace(session, indexed);
                 let text = if is_new {
                     format!("{}: there was no such file: an empty session begins there", path.display())
                 } else {
@@ -525,13 +490,7 @@ impl Studio {
             return;
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let times: FindTimes = match &self.subject {
-            Subject::Sketch(document) => {
-                let times = document.polygon_times().clone();
-                Box::new(|_| times)
-            }
-            Subject::Replay(player) => Box::new(player.polygon_times()),
-        };
+        let times = self.session.find_times();
         let eye_in_world = Some(self.navigator.eye());
         let (scene, path) = (self.scene().clone(), path.to_owned());
         let what = format!("writing {}", path.display());

@@ -14,7 +14,7 @@ impl Studio {
         self.culled.clear();
         self.hidden.clear();
         if self.layers.culled && self.frozen.is_some() {
-            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
+            self.culling.left_out(self.session.scene(), &mut self.culled, &mut self.hidden);
         }
     }
 
@@ -23,7 +23,7 @@ impl Studio {
         self.lines.clear();
         let Some(first) = self.views.first() else { return };
         let view = first.view;
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         if self.layers.grid {
             layers::draw_grid(
                 view.eye_in_world,
@@ -43,7 +43,7 @@ impl Studio {
         }
         if self.layers.shadows {
             let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
-            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
+            let length_m = self.session.bounds().extent().length().max(0.1) * 2.0;
             let shadows = self.culling.shadows();
             layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
         }
@@ -98,7 +98,7 @@ impl Studio {
         let mut lines = std::mem::take(&mut self.lines);
         let (others, radius_m) = self.others();
         for (author, at) in others {
-            let (r, g, b) = self.subject.scene().author_color(author);
+            let (r, g, b) = self.session.scene().author_color(author);
             let [r, g, b] = [r, g, b].map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
             layers::draw_cursor(view, at, radius_m, [r, g, b, 255], &mut lines);
         }

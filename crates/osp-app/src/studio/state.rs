@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::{FrameReport, Studio};
 #[cfg(feature = "live")]
-use crate::shared::{Overlay, Shared};
+use crate::session::{Live, Overlay};
 use crate::{
     culling::Culling,
     layers::LayerChoice,
@@ -10,7 +10,7 @@ use crate::{
     pen::{Brush, Snap},
     room::{Room, RoomView},
     selection::Selection,
-    subject::Subject,
+    session::Session,
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };
@@ -34,19 +34,13 @@ impl Studio {
     /// Own strokes that are not in a shared session yet.
     #[cfg(feature = "live")]
     pub fn overlay(&self) -> Option<&Overlay> {
-        match &self.subject {
-            Subject::Sketch(document) => document.shared().map(Shared::overlay),
-            Subject::Replay(_) => None,
-        }
+        self.session.live().map(Live::overlay)
     }
 
     /// Own strokes that are not in a shared session yet.
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
-        match &mut self.subject {
-            Subject::Sketch(document) => document.shared_mut().map(Shared::overlay_mut),
-            Subject::Replay(_) => None,
-        }
+        self.session.live_mut().map(Live::overlay_mut)
     }
 
     /// Takes potentially visible sets of the finished model.
@@ -101,13 +95,13 @@ impl Studio {
     }
 
     /// The session or replay that the window shows.
-    pub fn subject(&self) -> &Subject {
-        &self.subject
+    pub fn session(&self) -> &Session {
+        &self.session
     }
 
     /// The model.
     pub fn scene(&self) -> &Scene {
-        self.subject.scene()
+        self.session.scene()
     }
 
     /// The culling.

@@ -9,7 +9,7 @@ use egui::{
 };
 
 use super::questions::ALARM;
-use crate::{command::Command, studio::Studio, subject::Subject};
+use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
 /// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
@@ -88,13 +88,10 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
         Ask::Export => "glb",
         Ask::Picture => "png",
     };
-    let named = match studio.subject() {
-        Subject::Sketch(document) => Some(document.journal()).filter(|journal| journal.is_named()),
-        Subject::Replay(player) => return player.path().with_extension(ending),
-    };
-    match named {
-        Some(journal) => journal.path().with_extension(ending),
-        None => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
+    let session = studio.session();
+    match session.journal().is_named() {
+        true => session.path().with_extension(ending),
+        false => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
     }
 }
 

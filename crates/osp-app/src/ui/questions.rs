@@ -5,7 +5,6 @@ use crate::{
     command::Command,
     question::{Answer, Question},
     studio::Studio,
-    subject::Subject,
 };
 
 /// The colour of warnings.
@@ -55,8 +54,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
 
 /// The warning that the session's file cannot be written, above the model, for as long as that is so.
 pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
-    let Subject::Sketch(document) = studio.subject() else { return };
-    let journal = document.journal();
+    let journal = studio.session().journal();
     let Some(trouble) = journal.trouble() else { return };
     Window::new("trouble")
         .title_bar(false)
