@@ -27,18 +27,17 @@ mod gamepad;
 mod gestures;
 mod groups;
 mod handles;
+mod input;
 mod journal;
 #[cfg(test)]
 mod jump_tests;
 mod layers;
-mod listen;
 mod navigator;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod paint_layers;
 mod painter;
 mod pen;
-mod pointer;
 mod previews;
 mod question;
 mod room;

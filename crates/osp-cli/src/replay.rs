@@ -150,7 +150,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
                 error => anyhow::Error::from(error),
             })?;
             opened.remarks.iter().for_each(|remark| complain(remark));
-            (session, None)
+            (*session, None)
         }
         Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),
     };

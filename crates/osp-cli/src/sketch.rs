@@ -41,7 +41,7 @@ impl SketchArgs {
         let reading =
             Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
-            Waited::Read(Ok((session, opened))) => Ok(Start::with(session, opened)),
+            Waited::Read(Ok((session, opened))) => Ok(Start::with(*session, opened)),
             Waited::Read(Err(OpenError::Held(held))) => {
                 let (session, opened) = Session::look_at(path, autosaves, how)?;
                 Ok(Start { held: Some(held), ..Start::with(session, opened) })

@@ -1,4 +1,7 @@
-use super::{dialog::Ask, numbers, wishes::Wishes};
+use super::{
+    numbers,
+    wishes::{Ask, Wishes},
+};
 use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio};
 use osp_rivals::IndexKind;
 

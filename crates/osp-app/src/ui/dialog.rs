@@ -8,22 +8,13 @@ use egui::{
     text::{CCursor, CCursorRange},
 };
 
-use super::questions::ALARM;
+use super::wishes::{ALARM, Ask};
 use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
 /// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
 /// portal brings up is not known, and one question too many is better than a file too few.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
-
-/// The purpose of a path that the window asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ask {
-    Open,
-    SaveAs,
-    Export,
-    Picture,
-}
 
 impl Ask {
     fn title(self) -> &'static str {

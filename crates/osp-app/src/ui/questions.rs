@@ -1,14 +1,11 @@
-use egui::{Align2, Color32, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
+use egui::{Align2, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
 
-use super::{dialog::Ask, wishes::Wishes};
+use super::wishes::{ALARM, Ask, Wishes};
 use crate::{
     command::Command,
     question::{Answer, Question},
     studio::Studio,
 };
-
-/// The colour of warnings.
-pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
 /// Widest text, points; a narrow window has narrower ones.
 const WIDEST: f32 = 420.0;

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use egui::{RichText, Ui};
 
-use super::{actions::Action, menu::entry, wishes::Wishes};
+use super::{actions::Action, entry::entry, wishes::Wishes};
 use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio};
 use osp_session::platform::fs;
 

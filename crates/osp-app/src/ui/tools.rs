@@ -1,6 +1,10 @@
 use egui::{Button, Color32, ComboBox, DragValue, RichText, Slider, Ui, Vec2};
 
-use super::{actions::Action, brushes::BrushList, questions::ALARM, wishes::Wishes};
+use super::{
+    actions::Action,
+    brushes::BrushList,
+    wishes::{ALARM, Wishes},
+};
 use crate::{
     command::Command,
     drawing_aids::Aids,

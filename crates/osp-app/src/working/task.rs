@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use super::Progress;
+use super::progress::Progress;
 use crate::{
     culling::{CullingPlan, Indexed, Indexing},
     journal::Autosaves,
@@ -16,15 +16,15 @@ use osp_session::{
 
 /// A session to draw on.
 #[derive(Debug)]
-pub(super) struct ReadSession {
-    pub(super) session: Session,
-    pub(super) opened: Opened,
-    pub(super) indexed: Option<Indexed>,
+pub(crate) struct ReadSession {
+    pub(crate) session: Session,
+    pub(crate) opened: Opened,
+    pub(crate) indexed: Option<Indexed>,
 }
 
 /// What came of some work.
 #[derive(Debug)]
-pub(super) enum Done {
+pub(crate) enum Done {
     /// `is_sole`: without it the window has nothing to show.
     Played {
         path: PathBuf,
@@ -44,7 +44,7 @@ pub(super) enum Done {
 }
 
 /// Work that can be done in steps.
-pub(super) trait Task: Send {
+pub(crate) trait Task: Send {
     /// Takes a step; returns what came of the work after the last one, which the first step after it was cancelled is.
     fn step(&mut self, progress: &Progress) -> Option<Done>;
 
@@ -59,11 +59,11 @@ pub(super) trait Task: Send {
 }
 
 /// A session that is read to play it.
-pub(super) struct ToPlay {
-    pub(super) path: PathBuf,
-    pub(super) reader: ReplayReader,
-    pub(super) plays: bool,
-    pub(super) is_sole: bool,
+pub(crate) struct ToPlay {
+    pub(crate) path: PathBuf,
+    pub(crate) reader: ReplayReader,
+    pub(crate) plays: bool,
+    pub(crate) is_sole: bool,
 }
 
 impl Task for ToPlay {
@@ -81,7 +81,7 @@ impl Task for ToPlay {
 }
 
 /// A session that is read to draw on it, and inserted into an index.
-pub(super) struct ToDraw {
+pub(crate) struct ToDraw {
     path: PathBuf,
     how: Opening,
     is_new: bool,
@@ -98,7 +98,7 @@ enum Stage {
 }
 
 impl ToDraw {
-    pub(super) fn new(path: PathBuf, autosaves: Autosaves, how: Opening, plan: CullingPlan) -> Self {
+    pub(crate) fn new(path: PathBuf, autosaves: Autosaves, how: Opening, plan: CullingPlan) -> Self {
         Self { path, how, is_new: false, plan, autosaves, stage: Stage::Closed }
     }
 
@@ -181,10 +181,10 @@ impl Task for ToDraw {
 }
 
 /// Work that is not cut into steps.
-pub(super) struct Whole<F>(Option<F>);
+pub(crate) struct Whole<F>(Option<F>);
 
 impl<F> Whole<F> {
-    pub(super) fn new(work: F) -> Self {
+    pub(crate) fn new(work: F) -> Self {
         Self(Some(work))
     }
 }

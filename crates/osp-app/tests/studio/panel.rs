@@ -43,7 +43,7 @@ pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Session) -> Harness<'st
 }
 
 pub(crate) fn sketch() -> Harness<'static, Window> {
-    window(|autosaves| Session::new(autosaves))
+    window(Session::new)
 }
 
 /// The same with the culling panel.

@@ -2,7 +2,7 @@ use std::net::SocketAddr;
 
 use glam::Vec3;
 
-use super::{
+use crate::{
     paint_layers::on_layer,
     session::Session,
     studio::Studio,
@@ -23,7 +23,7 @@ const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
     /// The tracker's messages since the last frame.
-    pub(super) fn listen(&mut self) {
+    pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;
         }
@@ -149,7 +149,7 @@ impl Studio {
     }
 
     /// Strokes of a tracker end in the session that they began in, and its senders leave it.
-    pub(super) fn end_hands_strokes(&mut self) {
+    pub(crate) fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
         self.hands.stop(t, &mut self.events);
         if let Some(senders) = &mut self.senders {
@@ -159,7 +159,7 @@ impl Studio {
     }
 
     /// A session that is new, to draw on.
-    pub(super) fn new_session(&self) -> Session {
+    pub(crate) fn new_session(&self) -> Session {
         match &self.senders {
             Some(_) => Session::of_several(&self.autosaves),
             None => Session::new(&self.autosaves),

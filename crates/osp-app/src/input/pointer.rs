@@ -2,10 +2,11 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{
+use crate::{
     altering::Altering,
     gestures::{Button, Gesture, Held, Input},
     handles::dragged,
+    navigator::on_plane_through,
     pen::{Pen, PenPoint, Snap},
     studio::Studio,
     tool::ToolChoice,
@@ -211,7 +212,7 @@ impl Studio {
     }
 
     /// An edit of somebody else comes between: what the eraser takes from now on is another step.
-    pub(super) fn part_eraser_step(&mut self) {
+    pub(crate) fn part_eraser_step(&mut self) {
         if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.gestures.gesture {
             *is_open = false;
             self.end_step();
@@ -228,7 +229,7 @@ impl Studio {
         self.navigator.look(turn);
     }
 
-    pub(super) fn fly(&mut self, frame_secs: f32) {
+    pub(crate) fn fly(&mut self, frame_secs: f32) {
         /// Speed of flying: distances to the centre of the view, a second.
         const SPEED: f32 = 0.9;
         // A frame that hung must not throw the eye out of the model.
@@ -236,7 +237,7 @@ impl Studio {
     }
 
     /// The view under the pointer and the place where a stroke would begin there.
-    pub(super) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
+    pub(crate) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
         let (view, on_screen) = self.view_at(at, aspect)?;
         let surface = self.surface_under(&view, on_screen);
         let point = self.pen_point(&view, on_screen, height_px, surface);
@@ -270,7 +271,7 @@ impl Studio {
     }
 
     /// The stroke under a point of the window or close beside it, and where on it. Those on locked layers do not count.
-    pub(super) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
+    pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// The point itself, then around it.
         const BESIDE: [(f32, f32); 9] = [
             (0.0, 0.0),
@@ -319,7 +320,7 @@ impl Studio {
     }
 
     /// Looks at what is under the pointer from where the eye is.
-    pub(super) fn look_at_pointer(&mut self, aspect: f32) {
+    pub(crate) fn look_at_pointer(&mut self, aspect: f32) {
         let Some((view, on_screen)) = self.gestures.pointer.and_then(|at| self.view_at(at, aspect)) else {
             return;
         };
@@ -328,10 +329,4 @@ impl Studio {
             self.navigator.look_at(ray.origin + ray.direction * t);
         }
     }
-}
-
-pub(super) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
-    let ray = view.ray_through(at);
-    let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
-    ray.origin + ray.direction * distance_m
 }
