@@ -254,7 +254,9 @@ impl Reading {
             None => done.recv().map_err(|_| RecvTimeoutError::Disconnected),
         };
         match done {
-            Ok(Done::Opened { outcome, .. }) => Waited::Read(outcome.map(|read| (Box::new(read.session), read.opened))),
+            Ok(Done::Opened { outcome, .. }) => {
+                Waited::Read(outcome.map(|read| (Box::new(read.session), read.opened)))
+            }
             Ok(Done::Played { outcome, .. }) => {
                 Waited::Read(outcome.map_err(OpenError::Recording).map(|session| {
                     let remarks =
