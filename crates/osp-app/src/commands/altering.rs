@@ -24,13 +24,13 @@ impl Studio {
                 stroke.is_visible() && !stroke.is_open() && !self.is_layer_held(stroke.layer())
             })
         };
-        self.selection.strokes().iter().copied().filter(can).collect()
+        self.input.selection.strokes().iter().copied().filter(can).collect()
     }
 
     /// The box of what is selected, world space; empty if nothing is.
     pub fn selection_bounds(&self) -> Aabb {
         let scene = self.scene();
-        let strokes = self.selection.strokes().iter().filter_map(|id| scene.stroke(*id));
+        let strokes = self.input.selection.strokes().iter().filter_map(|id| scene.stroke(*id));
         let ids = strokes.filter(|stroke| stroke.is_visible()).flat_map(|stroke| stroke.polygon_ids());
         ids.fold(Aabb::EMPTY, |bounds, id| bounds.union(&scene.bounds(id)))
     }
@@ -42,7 +42,7 @@ impl Studio {
             return;
         }
         let middle = bounds.center();
-        let [r, g, b, a] = self.brush.color;
+        let [r, g, b, a] = self.input.brush.color;
         let motion = match altering {
             Altering::Color | Altering::Width => Motion::STAY,
             Altering::Turn(degrees) => {
@@ -51,13 +51,13 @@ impl Studio {
                 Motion::about(middle, turn, 1.0)
             }
             Altering::Scale(scale) => Motion::about(middle, Quat::IDENTITY, scale),
-            Altering::Mirror => Motion::mirror_x(self.aids.mirror_x.unwrap_or(middle.x)),
+            Altering::Mirror => Motion::mirror_x(self.input.aids.mirror_x.unwrap_or(middle.x)),
             Altering::Motion(motion) => motion,
         };
         let alteration = Alteration {
             motion,
             color: (altering == Altering::Color).then_some((r, g, b, a)),
-            width_m: (altering == Altering::Width).then_some(self.brush.width_m),
+            width_m: (altering == Altering::Width).then_some(self.input.brush.width_m),
         };
         if alteration == Alteration::NONE {
             return;
@@ -124,8 +124,8 @@ impl Studio {
         // The copies come first: a crash on the way loses nothing.
         out.extend(old.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }));
         if self.take_step(edits, out) {
-            self.replaced.0.extend(old.into_iter().zip(copies.iter().copied()));
-            self.selection.set(copies);
+            self.input.replaced.0.extend(old.into_iter().zip(copies.iter().copied()));
+            self.input.selection.set(copies);
         }
     }
 
@@ -199,14 +199,14 @@ impl Studio {
         self.finish_gestures();
         let t = self.now_secs();
         let erased = self.alterable();
-        self.selection.clear();
+        self.input.selection.clear();
         let events = erased.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }).collect();
         self.take_step(erased.len(), events);
     }
 
     /// Whether something was copied.
     pub fn has_clip(&self) -> bool {
-        !self.clip.strokes.is_empty()
+        !self.input.clip.strokes.is_empty()
     }
 
     /// Whether anything was copied.
@@ -214,7 +214,7 @@ impl Studio {
         self.finish_gestures();
         let Some(clip) = self.clip_selection() else { return false };
         self.say(format!("{} strokes copied", clip.strokes.len()));
-        self.clip = clip;
+        self.input.clip = clip;
         true
     }
 
@@ -251,10 +251,10 @@ impl Studio {
 
     pub(crate) fn paste(&mut self) {
         self.finish_gestures();
-        let mut clip = std::mem::take(&mut self.clip);
+        let mut clip = std::mem::take(&mut self.input.clip);
         clip.pasted += 1;
         self.place_clip(&clip);
-        self.clip = clip;
+        self.input.clip = clip;
     }
 
     pub(crate) fn duplicate(&mut self) {
@@ -277,7 +277,7 @@ impl Studio {
                 if !self.may_draw_on_layer() {
                     return;
                 }
-                moved_to.insert(layer, self.brush.layer);
+                moved_to.insert(layer, self.input.brush.layer);
             }
         }
         let t = self.now_secs();
@@ -311,7 +311,7 @@ impl Studio {
             edits += out.len() - first;
         }
         if self.take_step(edits, out) {
-            self.selection.set(copies);
+            self.input.selection.set(copies);
         }
     }
 
@@ -320,14 +320,15 @@ impl Studio {
     pub(crate) fn follow_selection(&mut self, is_undo: bool) {
         let scene = self.session.scene();
         let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
-        let mut selected: BTreeSet<StrokeId> = self.selection.strokes().iter().copied().collect();
-        let pairs = self.replaced.0.iter().map(|(&old, &new)| if is_undo { (new, old) } else { (old, new) });
+        let mut selected: BTreeSet<StrokeId> = self.input.selection.strokes().iter().copied().collect();
+        let pairs =
+            self.input.replaced.0.iter().map(|(&old, &new)| if is_undo { (new, old) } else { (old, new) });
         for (gone, instead) in pairs {
             if selected.contains(&gone) && !is_there(&gone) && is_there(&instead) {
                 selected.insert(instead);
             }
         }
-        self.selection.set(selected);
+        self.input.selection.set(selected);
         self.deselect_locked();
     }
 }

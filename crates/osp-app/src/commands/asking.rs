@@ -17,17 +17,17 @@ use osp_session::{
 impl Studio {
     /// The question that the window shows.
     pub fn question(&self) -> Option<&Question> {
-        self.question.as_ref()
+        self.work.question.as_ref()
     }
 
     /// Makes the window show a question.
     pub fn ask(&mut self, question: Question) {
-        self.question = Some(question);
+        self.work.question = Some(question);
     }
 
     /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
     pub(crate) fn offer_edits(&mut self) {
-        if self.question.is_none()
+        if self.work.question.is_none()
             && let Some(edits) = self.session.take_earlier()
         {
             self.ask(Question::Edits(edits));
@@ -36,7 +36,7 @@ impl Studio {
 
     /// Whether a person has asked for the end, and nothing keeps it.
     pub fn is_closing(&self) -> bool {
-        self.is_closing
+        self.work.is_closing
     }
 
     /// Ends the session if all of it is written, else asks.
@@ -50,7 +50,7 @@ impl Studio {
         if matches!(then, Then::Open(..)) && self.is_busy() {
             return;
         }
-        self.question = None;
+        self.work.question = None;
         if let Err(unwritten) = self.session.settle() {
             self.tend();
             let Unwritten { kept_in, .. } = &unwritten;
@@ -63,7 +63,7 @@ impl Studio {
 
     fn go(&mut self, then: Then) {
         match then {
-            Then::Close => self.is_closing = true,
+            Then::Close => self.work.is_closing = true,
             Then::New => self.begin(),
             Then::Open(path, how) => self.open_or_ask(&path, how),
         }
@@ -127,14 +127,14 @@ impl Studio {
         match check_output(&path, OutputKind::Png, false) {
             Err(error) => self.tell_of_file(Err(error.to_string())),
             Ok(()) if fs::is_file(&path) => self.ask(Question::PictureOver(path)),
-            Ok(()) => self.picture = Some(path),
+            Ok(()) => self.work.picture = Some(path),
         }
     }
 
     /// A picture may replace a picture and no other file.
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
-            Ok(()) => self.picture = Some(path),
+            Ok(()) => self.work.picture = Some(path),
             Err(error) => self.tell_of_file(Err(error.to_string())),
         }
     }
@@ -153,10 +153,10 @@ impl Studio {
         let may_open = |question: &Question| {
             matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
         };
-        if self.question.as_ref().is_some_and(may_open) && self.is_busy() {
+        if self.work.question.as_ref().is_some_and(may_open) && self.is_busy() {
             return;
         }
-        let Some(question) = self.question.take() else { return };
+        let Some(question) = self.work.question.take() else { return };
         match (question, answer) {
             (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
             (Question::Edits(edits), Answer::GoOn) => {

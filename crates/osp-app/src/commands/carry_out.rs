@@ -46,14 +46,14 @@ impl Studio {
             | Command::Alter(_)
             | Command::Copy
             | Command::Cut
-            | Command::Duplicate => self.can_draw() && !self.selection.is_empty(),
+            | Command::Duplicate => self.can_draw() && !self.input.selection.is_empty(),
             Command::Paste => self.can_draw() && self.has_clip(),
             Command::Layer(edit) => self.can_edit_layers(edit),
             Command::KeepView(_) => self.can_draw(),
             Command::GoToView(slot) => scene.views().contains_key(slot),
             Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
             Command::CancelWork => self.is_working(),
-            Command::SelectNone => !self.selection.is_empty(),
+            Command::SelectNone => !self.input.selection.is_empty(),
             Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => !self.session.is_replay(),
             Command::SwapEyes(_)
             | Command::EyeSeparation(_)
@@ -89,29 +89,29 @@ impl Studio {
             }
             Command::Tool(tool) => {
                 self.finish_gestures();
-                self.tool = tool;
+                self.input.tool = tool;
                 if let ToolChoice::Draw(tool) = tool {
-                    self.brush.tool = tool;
+                    self.input.brush.tool = tool;
                 }
             }
             Command::Widen(steps) => {
-                self.brush.widen(steps);
+                self.input.brush.widen(steps);
                 self.take_width();
             }
             Command::Aids(aids) => self.set_aids(aids),
             Command::Width(width_m) if width_m.is_finite() => {
                 let (narrowest, widest) = crate::pen::Brush::WIDTHS_M;
-                self.brush.width_m = width_m.clamp(narrowest, widest);
+                self.input.brush.width_m = width_m.clamp(narrowest, widest);
                 self.take_width();
             }
             Command::Width(_) => {}
             Command::Paint(paint) => {
                 self.finish_gestures();
-                self.tool = ToolChoice::Draw(Tool::Ribbon);
-                (self.brush.tool, self.brush.paint) = (Tool::Ribbon, paint);
+                self.input.tool = ToolChoice::Draw(Tool::Ribbon);
+                (self.input.brush.tool, self.input.brush.paint) = (Tool::Ribbon, paint);
             }
-            Command::Color(color) => self.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
-            Command::Snap(snap) => self.snap = snap,
+            Command::Color(color) => self.input.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
+            Command::Snap(snap) => self.input.snap = snap,
             Command::EraseSelected => self.erase_selected(),
             Command::Alter(altering) => self.alter_selection(altering),
             Command::Layer(edit) => self.edit_layers(edit),
@@ -127,11 +127,11 @@ impl Studio {
             Command::Duplicate => self.duplicate(),
             Command::SelectAll => {
                 let all = self.session.scene().strokes().iter();
-                self.selection.set(all.filter_map(Stroke::id));
+                self.input.selection.set(all.filter_map(Stroke::id));
                 self.deselect_locked();
             }
             Command::CancelWork => self.cancel_work(),
-            Command::SelectNone => self.selection.clear(),
+            Command::SelectNone => self.input.selection.clear(),
             Command::GroupSelected => {
                 self.finish_gestures();
                 self.group_selection();
@@ -256,7 +256,7 @@ impl Studio {
 
     /// Says how a file was read or written, and lets the dialog know that asked for it.
     pub(crate) fn tell_of_file(&mut self, outcome: Result<String, String>) {
-        self.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
+        self.work.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
         match outcome {
             Ok(said) | Err(said) if !said.is_empty() => self.say(said),
             _ => {}
@@ -265,12 +265,12 @@ impl Studio {
 
     /// How the file was read or written that a command named, once; of the last such command.
     pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
-        self.file_outcome.take()
+        self.work.file_outcome.take()
     }
 
     /// The file for a picture of the window's model that a command asked for, once.
     pub(crate) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
-        self.picture.take()
+        self.work.picture.take()
     }
 
     fn control(&mut self, command: &Command) {

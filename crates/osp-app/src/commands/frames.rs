@@ -9,12 +9,12 @@ use osp_render::{Image, RenderError, ffmpeg_command};
 impl Studio {
     /// Whether frames are being written.
     pub fn writes_frames(&self) -> bool {
-        self.frames.is_some()
+        self.work.frames.is_some()
     }
 
     /// Begins to write each frame to a new folder beside the session, or ends it.
     pub(crate) fn toggle_frames(&mut self) {
-        if self.frames.is_some() {
+        if self.work.frames.is_some() {
             self.end_frames(None);
             return;
         }
@@ -25,7 +25,7 @@ impl Studio {
         match FrameWriter::beside(self.session.path()) {
             Ok(frames) => {
                 let folder = frames.folder().display().to_string();
-                self.frames = Some(frames);
+                self.work.frames = Some(frames);
                 self.say(format!("each frame is written to {folder}; F9 ends it"));
             }
             Err(error) => self.say(error.to_string()),
@@ -34,7 +34,7 @@ impl Studio {
 
     /// Takes a frame, if frames are being written.
     pub fn take_frame(&mut self, image: Image) {
-        if let Some(frames) = &mut self.frames
+        if let Some(frames) = &mut self.work.frames
             && let Err(error) = frames.take(image)
         {
             self.end_frames(Some(error));
@@ -42,7 +42,7 @@ impl Studio {
     }
 
     fn end_frames(&mut self, why: Option<RenderError>) {
-        let Some(mut frames) = self.frames.take() else { return };
+        let Some(mut frames) = self.work.frames.take() else { return };
         let (count, failed) = frames.finish();
         if let Some(error) = why.or(failed) {
             self.say(format!("not all frames are written: {error}"));

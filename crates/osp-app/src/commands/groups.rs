@@ -21,21 +21,21 @@ impl Studio {
 
     /// The group that is selected as a whole, and nothing else; of several around the same strokes the outermost.
     pub fn selected_group(&self) -> Option<GroupId> {
-        match whole_groups(self.scene(), self.selection.strokes()) {
+        match whole_groups(self.scene(), self.input.selection.strokes()) {
             (groups, loose) if loose.is_empty() && groups.len() == 1 => groups.first().copied(),
             _ => None,
         }
     }
 
     pub(crate) fn select_group(&mut self, group: GroupId) {
-        self.selection.set(self.session.scene().strokes_below(group));
+        self.input.selection.set(self.session.scene().strokes_below(group));
         self.deselect_locked();
     }
 
     /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
     pub(crate) fn group_selection(&mut self) {
         let scene = self.session.scene();
-        let (groups, loose) = whole_groups(scene, self.selection.strokes());
+        let (groups, loose) = whole_groups(scene, self.input.selection.strokes());
         let parent_of_loose =
             |id: &StrokeId| scene.stroke(*id).and_then(|stroke| scene.groups_of(stroke).first().copied());
         let parents: BTreeSet<Option<GroupId>> = groups

@@ -37,7 +37,7 @@ impl Studio {
 
     /// The layer that is drawn on.
     pub fn chosen_layer(&self) -> u32 {
-        self.brush.layer
+        self.input.brush.layer
     }
 
     /// Whether the author of this window can close a layer to all others, or has closed it.
@@ -56,7 +56,7 @@ impl Studio {
 
     /// Whether an edit would do anything now.
     pub(crate) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
-        let chosen = self.brush.layer;
+        let chosen = self.input.brush.layer;
         self.can_draw()
             && match edit {
                 LayerEdit::Close(layer, _) => self.can_close_layer(*layer),
@@ -66,7 +66,7 @@ impl Studio {
                 }
                 LayerEdit::TakeSelection if self.is_layer_of_others(chosen) => false,
                 LayerEdit::New => self.session_layers().len() < Event::MAX_LAYERS as usize,
-                LayerEdit::TakeSelection => !self.selection.is_empty(),
+                LayerEdit::TakeSelection => !self.input.selection.is_empty(),
                 _ => true,
             }
     }
@@ -77,7 +77,7 @@ impl Studio {
             return;
         }
         let t = self.now_secs();
-        let chosen = self.session_layer(self.brush.layer);
+        let chosen = self.session_layer(self.input.brush.layer);
         let change = |layer, name, hidden, locked| Event::Layer {
             author: Author::SOLE,
             t,
@@ -92,9 +92,9 @@ impl Studio {
                 let layer = self.session_layers().len() as u32;
                 let name = Some(format!("layer {}", layer + 1));
                 self.events.push(change(layer, name, Some(false), None));
-                self.brush.layer = layer;
+                self.input.brush.layer = layer;
             }
-            LayerEdit::Choose(layer) => self.brush.layer = layer,
+            LayerEdit::Choose(layer) => self.input.brush.layer = layer,
             LayerEdit::Name(layer, mut name) => {
                 let end = (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev();
                 let end = end.into_iter().find(|&end| name.is_char_boundary(end));
@@ -123,7 +123,7 @@ impl Studio {
                 if state.is_none_or(|state| state.hidden.is_none()) {
                     self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
                 }
-                let strokes = self.selection.strokes().to_vec();
+                let strokes = self.input.selection.strokes().to_vec();
                 let parts = strokes.chunks(Event::MAX_STROKES_NAMED);
                 let layer = chosen.layer;
                 self.events.extend(parts.map(|part| Event::Assign {
@@ -145,8 +145,8 @@ impl Studio {
             let stroke = scene.stroke(*id);
             stroke.is_some_and(|stroke| stroke.is_visible() && !self.is_layer_held(stroke.layer()))
         };
-        let strokes: Vec<_> = self.selection.strokes().iter().copied().filter(is_loose).collect();
-        self.selection.set(strokes);
+        let strokes: Vec<_> = self.input.selection.strokes().iter().copied().filter(is_loose).collect();
+        self.input.selection.set(strokes);
     }
 
     /// Whether the strokes of a layer are to be left alone: it is locked, or another author's alone.
@@ -161,8 +161,8 @@ impl Studio {
 
     /// Why nothing is to be drawn on the chosen layer, if so.
     pub(crate) fn why_layer_is_closed(&self) -> Option<String> {
-        let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.brush.layer);
-        if self.is_layer_of_others(self.brush.layer) {
+        let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.input.brush.layer);
+        if self.is_layer_of_others(self.input.brush.layer) {
             let owner = owner.map_or_else(String::new, |(author, name)| name_or_number(author, &name));
             return Some(format!("{name} is {owner}'s alone"));
         }

@@ -24,7 +24,7 @@ use osp_session::{
 impl Studio {
     /// Reads and writes beside the window from now on; until then a command has done what it says when it returns.
     pub fn work_beside(&mut self) {
-        self.works = match cfg!(target_arch = "wasm32") {
+        self.work.way = match cfg!(target_arch = "wasm32") {
             true => Way::Turns(TURN),
             false => Way::Thread,
         };
@@ -32,32 +32,32 @@ impl Studio {
 
     /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] goes on with it for so long.
     pub fn work_in_turns(&mut self, turn: Duration) {
-        self.works = Way::Turns(turn);
+        self.work.way = Way::Turns(turn);
     }
 
     /// The work that has been going on for a while.
     pub fn work_shown(&self) -> Option<WorkShown> {
-        self.working.as_ref()?.shown()
+        self.work.working.as_ref()?.shown()
     }
 
     /// Whether something is done beside the window.
     pub fn is_working(&self) -> bool {
-        self.working.is_some()
+        self.work.working.is_some()
     }
 
     /// Whether it is done in turns, so that whoever has time for it should come soon.
     pub(crate) fn works_in_turns(&self) -> bool {
-        self.working.as_ref().is_some_and(Working::is_in_turns)
+        self.work.working.as_ref().is_some_and(Working::is_in_turns)
     }
 
     /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
     pub fn is_reading(&self) -> bool {
-        self.working.as_ref().is_some_and(Working::is_reading)
+        self.work.working.as_ref().is_some_and(Working::is_reading)
     }
 
     /// Refuses what cannot be done beside other work, and says so.
     pub(crate) fn is_busy(&mut self) -> bool {
-        let Some(work) = &self.working else { return false };
+        let Some(work) = &self.work.working else { return false };
         let busy = format!("{}: wait until this is done, or cancel it", work.what());
         self.tell_of_file(Err(busy));
         true
@@ -65,17 +65,17 @@ impl Studio {
 
     /// Ends the work beside the window; what it has written so far is removed.
     pub(crate) fn cancel_work(&mut self) {
-        if let Some(work) = &self.working {
+        if let Some(work) = &self.work.working {
             work.cancel();
         }
     }
 
     /// Takes the outcome of the work beside the window, if it is there. What is done in turns gets one.
     pub(crate) fn take_work(&mut self) -> bool {
-        let Some(work) = &mut self.working else { return false };
+        let Some(work) = &mut self.work.working else { return false };
         let Some(outcome) = work.poll() else { return false };
         let is_cancelled = work.is_cancelled();
-        self.working = None;
+        self.work.working = None;
         match outcome {
             // It was read to its end before it heard of that.
             Ok(Done::Opened { path, outcome: Ok(read), .. }) if is_cancelled => {
@@ -95,7 +95,7 @@ impl Studio {
     /// Waits for a model that is being written, and for a session that is being read to be given back. Returns why there is
     /// no model.
     pub(crate) fn end_work(&mut self) -> Result<(), String> {
-        let Some(work) = self.working.take() else { return Ok(()) };
+        let Some(work) = self.work.working.take() else { return Ok(()) };
         if work.is_reading() {
             work.cancel();
         }
@@ -115,7 +115,7 @@ impl Studio {
     }
 
     fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
-        match self.works {
+        match self.work.way {
             Way::AtOnce => {
                 let done = task.run(&Progress::default());
                 self.take_done(done);
@@ -146,9 +146,9 @@ impl Studio {
 
     /// A window that was opened for this session only has nothing to show.
     fn end_unread(&mut self, error: OpenError, is_sole: bool) {
-        self.is_closing |= is_sole;
+        self.work.is_closing |= is_sole;
         if is_sole || !matches!(error, OpenError::Cancelled(_)) {
-            self.unread = Some(error);
+            self.work.unread = Some(error);
         } else {
             self.tell_of_file(Err(error.to_string()));
         }
@@ -156,7 +156,7 @@ impl Studio {
 
     /// Why the session of a replay is not shown; the window that was opened for it has closed.
     pub fn take_unread(&mut self) -> Option<OpenError> {
-        self.unread.take()
+        self.work.unread.take()
     }
 
     /// Goes on with a session that is being read: it is shown as soon as it is there.
@@ -166,7 +166,7 @@ impl Studio {
     }
 
     fn wait_for(&mut self, working: Working) {
-        self.working = Some(working.for_window());
+        self.work.working = Some(working.for_window());
     }
 
     /// Opens a session instead of the current one; on an error the current one stays.
@@ -255,7 +255,7 @@ impl Studio {
         let outcome = outcome
             .map(|counts| format!("{} polygons exported to {}", counts.polygons, path.display()))
             .map_err(|error| format!("{}: {error}", path.display()));
-        if self.works != Way::AtOnce {
+        if self.work.way != Way::AtOnce {
             let (Ok(said) | Err(said)) = outcome;
             self.say(said);
         } else {

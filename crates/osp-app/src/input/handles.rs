@@ -13,10 +13,10 @@ use osp::view::View;
 impl Studio {
     /// The ring around the selection, while it can be taken.
     fn ring(&self, view: &View, height_px: f32) -> Option<Ring> {
-        if self.tool != ToolChoice::Select || !self.can_draw() {
+        if self.input.tool != ToolChoice::Select || !self.can_draw() {
             return None;
         }
-        let bounds = self.shown_bounds.filter(|bounds| !bounds.is_empty())?;
+        let bounds = self.input.shown_bounds.filter(|bounds| !bounds.is_empty())?;
         Ring::around(bounds.center(), bounds.extent().length() * 0.5, view, height_px)
     }
 
@@ -30,16 +30,17 @@ impl Studio {
 
     /// Draws the handles; not while the selection is dragged.
     pub(crate) fn draw_handles(&mut self, view: &View, height_px: f32) {
-        let is_stale = self.bounds_of.as_ref() != Some(&self.selection) || !self.changes.is_empty();
+        let is_stale =
+            self.input.bounds_of.as_ref() != Some(&self.input.selection) || !self.changes.is_empty();
         if is_stale {
-            self.shown_bounds = Some(self.selection_bounds());
-            self.bounds_of = Some(self.selection.clone());
+            self.input.shown_bounds = Some(self.selection_bounds());
+            self.input.bounds_of = Some(self.input.selection.clone());
         }
-        if self.gestures.is_dragging() {
+        if self.input.gestures.is_dragging() {
             return;
         }
         if let Some(ring) = self.ring(view, height_px) {
-            ring.draw(&mut self.lines);
+            ring.draw(&mut self.shown.lines);
         }
     }
 }

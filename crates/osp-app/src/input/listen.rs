@@ -27,7 +27,7 @@ impl Studio {
         if self.is_reading() {
             return;
         }
-        let Some(tracker) = self.tracker.take() else { return };
+        let Some(tracker) = self.input.tracker.take() else { return };
         let t = self.now_secs();
         for brush in tracker.unknown_brushes() {
             self.say(format!(
@@ -35,16 +35,16 @@ impl Studio {
                 brush.escape_debug()
             ));
         }
-        self.tracker_waits = !self.take_messages(t, &tracker);
+        self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
-        self.hands.rest(t, &mut self.events);
+        self.input.hands.rest(t, &mut self.events);
         // While messages wait, nobody is known to be silent.
-        if let Some(senders) = self.senders.as_mut().filter(|_| !self.tracker_waits) {
+        if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }
         self.mirror_events(first);
         self.apply_events();
-        self.tracker = Some(tracker);
+        self.input.tracker = Some(tracker);
     }
 
     /// Takes messages up to the limit of a frame; returns whether none was left.
@@ -56,8 +56,8 @@ impl Studio {
         {
             let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
             let mut in_room = self.room.message_to_room(sent);
-            self.watch.note(at, &sent, &in_room);
-            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.is_calibrating) {
+            self.input.watch.note(at, &sent, &in_room);
+            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.input.is_calibrating) {
                 // It touches the corners of a screen.
                 *pressure = 0.0;
             }
@@ -70,14 +70,14 @@ impl Studio {
                 continue;
             }
             if self.session.is_read_only() {
-                self.hands.look(&message);
+                self.input.hands.look(&message);
                 continue;
             }
             let first = self.events.len();
             let Some((author, erased)) = self.take_message(t, from, &message) else { continue };
             let mut begins = false;
             let who = if author.is_sole() { self.author() } else { author };
-            let layer = self.brush.layer;
+            let layer = self.input.brush.layer;
             let may_touch = self.scene().may_touch(who, layer);
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
@@ -127,10 +127,10 @@ impl Studio {
     ) -> Option<(Author, Option<Vec3>)> {
         let session = &mut self.session;
         let is_of_several = session.knows_authors() && !session.is_shared();
-        let Some((senders, from)) = self.senders.as_mut().zip(from).filter(|_| is_of_several) else {
+        let Some((senders, from)) = self.input.senders.as_mut().zip(from).filter(|_| is_of_several) else {
             let next = || session.new_stroke();
-            let erased = self.hands.take(t, message, next, &mut self.events);
-            if self.senders.is_some() && !is_of_several {
+            let erased = self.input.hands.take(t, message, next, &mut self.events);
+            if self.input.senders.is_some() && !is_of_several {
                 self.say_once("tracker: this session is of one author: all senders draw as one");
             }
             return Some((Author::SOLE, erased));
@@ -138,7 +138,7 @@ impl Studio {
         let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
             // The screens show what one of them sees.
-            self.hands.look(message);
+            self.input.hands.look(message);
         }
         if taken.is_none() {
             self.say_once(
@@ -151,8 +151,8 @@ impl Studio {
     /// Strokes of a tracker end in the session that they began in, and its senders leave it.
     pub(crate) fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
-        self.hands.stop(t, &mut self.events);
-        if let Some(senders) = &mut self.senders {
+        self.input.hands.stop(t, &mut self.events);
+        if let Some(senders) = &mut self.input.senders {
             senders.stop(t, &mut self.events);
         }
         self.apply_events();
@@ -160,7 +160,7 @@ impl Studio {
 
     /// A session that is new, to draw on.
     pub(crate) fn new_session(&self) -> Session {
-        match &self.senders {
+        match &self.input.senders {
             Some(_) => Session::of_several(&self.autosaves),
             None => Session::new(&self.autosaves),
         }

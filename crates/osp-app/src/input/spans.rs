@@ -12,7 +12,7 @@ use crate::{
 impl Studio {
     /// The points between which a distance was measured last.
     pub fn measured(&self) -> Option<(Vec3, Vec3)> {
-        self.measured
+        self.input.measured
     }
 
     /// The point of the model under the pointer; beside it, the one at the depth of `from`.
@@ -27,21 +27,21 @@ impl Studio {
     /// Takes the two points.
     pub(crate) fn end_span(&mut self, span: Span, from: Vec3, to: Vec3, adds: bool) {
         let Some(part) = Part::of(span, from, to) else {
-            self.measured = Some((from, to));
+            self.input.measured = Some((from, to));
             return;
         };
         let mut strokes = self.strokes_in(&part);
         if adds {
-            strokes.extend_from_slice(self.selection.strokes());
+            strokes.extend_from_slice(self.input.selection.strokes());
         }
-        self.selection.set(strokes);
+        self.input.selection.set(strokes);
         self.deselect_locked();
     }
 
     /// The two points to be shown: those that are being taken, else the distance measured last.
     pub(crate) fn shown_span(&self) -> Option<(Span, Vec3, Vec3)> {
-        let is_measuring = self.tool == ToolChoice::Span(Span::Distance);
-        let measured = self.measured.filter(|_| is_measuring);
-        self.gestures.span().or(measured.map(|(from, to)| (Span::Distance, from, to)))
+        let is_measuring = self.input.tool == ToolChoice::Span(Span::Distance);
+        let measured = self.input.measured.filter(|_| is_measuring);
+        self.input.gestures.span().or(measured.map(|(from, to)| (Span::Distance, from, to)))
     }
 }
