@@ -1,5 +1,8 @@
 //! The layers of the library: a module knows only what its layer may know.
 
+#[path = "layers/circles.rs"]
+mod circles;
+
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// A module and the modules that it may name.
@@ -68,6 +71,14 @@ fn first_word(text: &str) -> String {
     text.chars().take_while(|letter| letter.is_ascii_alphanumeric() || *letter == '_').collect()
 }
 
+/// The code of a file without its tests, which may know everything, and without comments.
+fn code_of(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("a source");
+    let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    lines.flat_map(|line| [line, "\n"]).collect()
+}
+
 fn look(folder: &Path, module: &str, allowed: &[&str], upwards: &mut Vec<String>) -> usize {
     let mut looked_at = 0;
     for entry in fs::read_dir(folder).expect("a folder of sources") {
@@ -80,13 +91,8 @@ fn look(folder: &Path, module: &str, allowed: &[&str], upwards: &mut Vec<String>
             continue;
         }
         looked_at += 1;
-        let text = fs::read_to_string(&path).expect("a source");
-        // Tests may know everything that is compiled with them; comments name nothing that is compiled.
-        let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
-        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
-        let code: String = lines.flat_map(|line| [line, "\n"]).collect();
         let is_upwards = |name: &String| *name != module && !allowed.contains(&name.as_str());
-        let found = named(&code).into_iter().filter(is_upwards);
+        let found = named(&code_of(&path)).into_iter().filter(is_upwards);
         upwards.extend(found.map(|name| format!("{} knows {name}", path.display())));
     }
     looked_at

@@ -13,7 +13,7 @@ use osp::{
     occlusion::Occlusion,
 };
 use osp_app::{
-    Access, Autosaves, Command, Document, LayerChoice, Opening, Settings, Studio, Subject, WindowOptions,
+    Access, Autosaves, Command, LayerChoice, Opening, Session, Settings, Studio, WindowOptions,
     page::{self, Typed, USER_FOLDER, Wish},
     run,
 };
@@ -37,8 +37,8 @@ extern "C" {
 pub fn start() -> Result<(), JsError> {
     std::panic::set_hook(Box::new(|panic| osp_panic(&panic.to_string())));
     let autosaves = Autosaves::new(None);
-    let (document, opened) = Document::recover_or_new(&autosaves);
-    let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+    let (session, opened) = Session::recover_or_new(&autosaves);
+    let mut studio = Studio::new(session, autosaves, IndexKind::Osp);
     for remark in opened.remarks {
         studio.say(remark);
     }

@@ -1,8 +1,8 @@
 use std::path::PathBuf;
 
 use super::{
-    altering::Altering, culling::Stages, document::Opening, drawing_aids::Aids, groups::Placing,
-    layers::LayerChoice, paint_layers::LayerEdit, pen::Snap, question::Answer, tool::ToolChoice,
+    altering::Altering, culling::Stages, drawing_aids::Aids, groups::Placing, layers::LayerChoice,
+    paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
 };
 use osp::occlusion::Occlusion;
 use osp_rivals::IndexKind;

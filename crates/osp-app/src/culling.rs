@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use glam::Vec3;
 
-use super::{document::meet_polygon, draw_cost::DrawCost, spans::Part};
+use super::{draw_cost::DrawCost, spans::Part};
 use osp::{
     frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline, StageClock},
     index::SpatialIndex,
@@ -376,4 +376,9 @@ impl Culling {
         let near = self.found.iter().copied().filter(is_near);
         near.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
     }
+}
+
+/// The parameter at which a ray hits a polygon, from either side.
+fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
+    scene.polygon_from(id, ray.origin, Vec3::Y).meet(ray)
 }

@@ -3,16 +3,6 @@
 
 use glam::Vec2;
 
-use super::{
-    gestures::{Button, Held, Input},
-    studio::Studio,
-};
-
-/// For so long, seconds, a finger that rests may be the first of several; then it uses the tool.
-const ALONE_SECS: f64 = 0.3;
-/// A finger that goes farther than this, heights of the window, is alone.
-const ALONE_BY: f32 = 0.012;
-
 /// What the fingers on the window did since the previous frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fingers {
@@ -27,74 +17,6 @@ pub struct Fingers {
 /// A finger that has come down and has done nothing yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Resting {
-    at: Vec2,
-    since_secs: f64,
-}
-
-impl Studio {
-    /// Whether several fingers are on the window.
-    pub fn has_fingers(&self) -> bool {
-        self.gestures.has_fingers
-    }
-
-    /// Takes what several fingers did; `None` as soon as fewer than two are left. While a mouse or a pen is drawing, they do
-    /// nothing: they are the hand that holds it.
-    pub fn take_fingers(&mut self, fingers: Option<Fingers>) {
-        let is_other = self.is_dragging() && !self.gestures.is_touch;
-        let Some(Fingers { count, moved, spread }) = fingers.filter(|_| !is_other && !self.is_reading())
-        else {
-            self.gestures.has_fingers = false;
-            return;
-        };
-        if !self.gestures.has_fingers {
-            self.gestures.has_fingers = true;
-            self.gestures.resting = None;
-            // What one of them has drawn alone stays.
-            self.finish_gestures();
-        }
-        match count {
-            2 => self.navigator.orbit(moved),
-            _ => self.navigator.pan(moved),
-        }
-        if spread.is_finite() && spread > 0.0 {
-            self.navigator.spread(spread);
-        }
-    }
-
-    /// The window system tells of a finger first as itself, then as the pointer.
-    pub fn note_finger(&mut self, has_come: bool) {
-        self.gestures.finger_came = has_come;
-    }
-
-    /// Takes a press of the pointer at `at` if it is that of a finger: it is held back until it is clear that the finger is
-    /// alone. Returns whether it was one.
-    pub fn touch(&mut self, at: Option<Vec2>) -> bool {
-        let is_finger = std::mem::take(&mut self.gestures.finger_came);
-        if is_finger && let Some(at) = at {
-            self.gestures.resting = Some(Resting { at, since_secs: self.now_secs() });
-        }
-        is_finger
-    }
-
-    /// The system has taken the finger away: a gesture of its own began. What was drawn stays.
-    pub fn cancel_touch(&mut self) {
-        self.gestures.resting = None;
-        if self.gestures.is_touch {
-            self.finish_gestures();
-        }
-    }
-
-    /// Lets a finger that is alone press where it came down: it has gone to `at`, has been lifted, or has rested long enough.
-    pub fn press_touch(&mut self, at: Option<Vec2>, is_lifted: bool, held: Held, size_px: Vec2) {
-        let Some(resting) = self.gestures.resting else { return };
-        let aspect = size_px.x / size_px.y.max(1.0);
-        let by = at.map_or(Vec2::ZERO, |at| (at - resting.at) * Vec2::new(0.5 * aspect, 0.5));
-        let has_rested = self.now_secs() - resting.since_secs > ALONE_SECS;
-        if is_lifted || has_rested || by.length() > ALONE_BY {
-            self.gestures.resting = None;
-            self.input(Input::Move(resting.at), held, size_px);
-            self.input(Input::Press(Button::Primary), held, size_px);
-            self.gestures.is_touch = true;
-        }
-    }
+    pub(super) at: Vec2,
+    pub(super) since_secs: f64,
 }

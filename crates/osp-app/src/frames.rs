@@ -7,11 +7,10 @@ use std::{
     thread::JoinHandle,
 };
 
-use super::{studio::Studio, subject::Subject};
-use osp_render::{Image, RenderError, ffmpeg_command};
+use osp_render::{Image, RenderError};
 
 /// Frames a second that the video shows.
-const VIDEO_RATE: u32 = 30;
+pub(super) const VIDEO_RATE: u32 = 30;
 /// Pictures that wait to be written; the window waits once they are more, so that none is left out.
 const WAITING: usize = 8;
 
@@ -84,56 +83,5 @@ impl Drop for FrameWriter {
     /// What was handed over is written first.
     fn drop(&mut self) {
         self.finish();
-    }
-}
-
-impl Studio {
-    /// Whether frames are being written.
-    pub fn writes_frames(&self) -> bool {
-        self.frames.is_some()
-    }
-
-    /// Begins to write each frame to a new folder beside the session, or ends it.
-    pub(super) fn toggle_frames(&mut self) {
-        if self.frames.is_some() {
-            self.end_frames(None);
-            return;
-        }
-        if cfg!(target_arch = "wasm32") {
-            self.say("a page cannot write frames".to_owned());
-            return;
-        }
-        let path = match &self.subject {
-            Subject::Sketch(document) => document.journal().path(),
-            Subject::Replay(player) => player.path(),
-        };
-        match FrameWriter::beside(path) {
-            Ok(frames) => {
-                let folder = frames.folder().display().to_string();
-                self.frames = Some(frames);
-                self.say(format!("each frame is written to {folder}; F9 ends it"));
-            }
-            Err(error) => self.say(error.to_string()),
-        }
-    }
-
-    /// Takes a frame, if frames are being written.
-    pub fn take_frame(&mut self, image: Image) {
-        if let Some(frames) = &mut self.frames
-            && let Err(error) = frames.take(image)
-        {
-            self.end_frames(Some(error));
-        }
-    }
-
-    fn end_frames(&mut self, why: Option<RenderError>) {
-        let Some(mut frames) = self.frames.take() else { return };
-        let (count, failed) = frames.finish();
-        if let Some(error) = why.or(failed) {
-            self.say(format!("not all frames are written: {error}"));
-            return;
-        }
-        let command = ffmpeg_command(frames.folder(), "", VIDEO_RATE);
-        self.say(format!("{count} frames are in {}; a video of them: {command}", frames.folder().display()));
     }
 }

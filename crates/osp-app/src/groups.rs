@@ -4,11 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 
-use super::{studio::Studio, subject::Subject};
 use osp::math::rotate;
 use osp_session::{
-    recording::{Author, Event, GroupId, StrokeId, Transform},
-    scene::{GroupNode, Scene},
+    recording::{GroupId, StrokeId, Transform},
+    scene::Scene,
 };
 
 /// How a group is placed anew: moved in its parent's space, then turned about +y and scaled about its middle.
@@ -27,121 +26,11 @@ impl Placing {
     pub const STAY: Self = Self { by: Vec3::ZERO, turn_degrees: 0.0, scale: 1.0 };
 
     /// The transform after it, about a middle in the parent's space.
-    fn after(&self, before: &Transform, middle: Vec3) -> Transform {
+    pub(super) fn after(&self, before: &Transform, middle: Vec3) -> Transform {
         let half = f64::from(self.turn_degrees).to_radians() * 0.5;
         let turn = Quat::from_xyzw(0.0, libm::sin(half) as f32, 0.0, libm::cos(half) as f32);
         let p = middle + self.by + rotate(turn, before.p - middle) * self.scale;
         Transform { p, q: (turn * before.q).normalize(), s: before.s * self.scale }
-    }
-}
-
-impl Studio {
-    /// The groups of the model as a tree.
-    pub fn group_tree(&mut self) -> Vec<GroupNode> {
-        match &mut self.subject {
-            Subject::Sketch(document) => document.group_tree(),
-            Subject::Replay(player) => player.group_tree(),
-        }
-    }
-
-    /// The group that is selected as a whole, and nothing else; of several around the same strokes the outermost.
-    pub fn selected_group(&self) -> Option<GroupId> {
-        match whole_groups(self.scene(), self.selection.strokes()) {
-            (groups, loose) if loose.is_empty() && groups.len() == 1 => groups.first().copied(),
-            _ => None,
-        }
-    }
-
-    pub(super) fn select_group(&mut self, group: GroupId) {
-        self.selection.set(self.subject.scene().strokes_below(group));
-        self.deselect_locked();
-    }
-
-    /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
-    pub(super) fn group_selection(&mut self) {
-        let scene = self.subject.scene();
-        let (groups, loose) = whole_groups(scene, self.selection.strokes());
-        let parent_of_loose =
-            |id: &StrokeId| scene.stroke(*id).and_then(|stroke| scene.groups_of(stroke).first().copied());
-        let parents: BTreeSet<Option<GroupId>> = groups
-            .iter()
-            .map(|&group| scene.parent_of(group))
-            .chain(loose.iter().map(parent_of_loose))
-            .collect();
-        let Some(&parent) = parents.first() else { return };
-        if parents.len() > 1 {
-            self.say(
-                "the selection takes parts of several groups: select whole groups, or strokes of one"
-                    .to_owned(),
-            );
-            return;
-        }
-        let group = match &mut self.subject {
-            Subject::Sketch(document) => document.new_groups(1).pop(),
-            Subject::Replay(_) => None,
-        };
-        let Some(group) = group else { return };
-        let t = self.now_secs();
-        let name = Some(format!("group {}", group.0 & ((1 << Author::NUMBER_BITS) - 1)));
-        let mut events: Vec<Event> = Event::grouping(t, group, &loose, parent, name).collect();
-        events.extend(groups.into_iter().map(|below| Event::Group {
-            author: Author::SOLE,
-            t,
-            group: below,
-            strokes: Vec::new(),
-            parent: Some(group),
-            name: None,
-        }));
-        self.take_step(events.len(), events);
-    }
-
-    pub(super) fn name_group(&mut self, group: GroupId, name: &str) {
-        let end =
-            (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end));
-        let scene = self.subject.scene();
-        if scene.group_transform(group).is_none() {
-            return;
-        }
-        let (t, parent) = (self.now_secs(), scene.parent_of(group));
-        let name = Some(name[..end.unwrap_or(0)].to_owned());
-        self.events.push(Event::Group { author: Author::SOLE, t, group, strokes: Vec::new(), parent, name });
-    }
-
-    pub(super) fn place_group(&mut self, group: GroupId, placing: &Placing) {
-        let scene = self.subject.scene();
-        let is_held = |id: &StrokeId| {
-            scene
-                .stroke(*id)
-                .is_some_and(|stroke| !stroke.is_taken_away() && self.is_layer_held(stroke.layer()))
-        };
-        if scene.strokes_below(group).iter().any(is_held) {
-            self.say_once(
-                "this group holds strokes of a locked layer, or of one that is another author's alone",
-            );
-            return;
-        }
-        let bounds = self.group_tree().into_iter().find(|node| node.id == group).map(|node| node.bounds);
-        let scene = self.subject.scene();
-        let middle = bounds
-            .filter(|bounds| !bounds.is_empty())
-            .and_then(|bounds| scene.in_parent_of(group, bounds.center()));
-        let (Some(before), Some(middle)) = (scene.group_transform(group), middle) else { return };
-        self.events.push(Event::Place {
-            author: Author::SOLE,
-            t: self.now_secs(),
-            group,
-            to: placing.after(&before, middle),
-        });
-    }
-
-    /// The event that moves what is selected, if it is a whole group: that costs a line and an edit, not all of its strokes.
-    pub(super) fn moved_group(&self, by: Vec3) -> Option<Event> {
-        let (group, scene) = (self.selected_group()?, self.scene());
-        let before = scene.group_transform(group)?;
-        let from = scene.in_parent_of(group, Vec3::ZERO)?;
-        let way = scene.in_parent_of(group, by)? - from;
-        let to = Transform { p: before.p + way, ..before };
-        Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 }
 

@@ -1,8 +1,8 @@
 //! Handles around the selection: a ring that turns it, and a knob on the ring that scales it.
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Quat, Vec3};
 
-use super::{navigator::pixel_m, pointer::on_plane_through, studio::Studio, tool::ToolChoice};
+use super::navigator::pixel_m;
 use osp::{math::rotate, view::View};
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::Motion;
@@ -38,7 +38,7 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    fn around(middle: Vec3, half_m: f32, view: &View, height_px: f32) -> Option<Self> {
+    pub(super) fn around(middle: Vec3, half_m: f32, view: &View, height_px: f32) -> Option<Self> {
         let distance_m = (middle - view.eye_in_world).dot(view.forward_in_world());
         if distance_m <= view.projection.near_m {
             return None;
@@ -54,7 +54,7 @@ impl Ring {
         self.middle + (self.right + self.up) * (self.radius_m * std::f32::consts::FRAC_1_SQRT_2)
     }
 
-    fn handle_at(&self, p: Vec3) -> Option<Handle> {
+    pub(super) fn handle_at(&self, p: Vec3) -> Option<Handle> {
         let reach_m = REACH_PX * self.pixel_m;
         if p.distance(self.knob()) <= reach_m {
             return Some(Handle::Scale);
@@ -62,7 +62,7 @@ impl Ring {
         ((p.distance(self.middle) - self.radius_m).abs() <= reach_m).then_some(Handle::Turn)
     }
 
-    fn draw(&self, out: &mut LineBatch) {
+    pub(super) fn draw(&self, out: &mut LineBatch) {
         const CORNERS: usize = 64;
         let corners: [Vec3; CORNERS] = std::array::from_fn(|i| {
             let angle = i as f32 / CORNERS as f32 * std::f32::consts::TAU;
@@ -96,40 +96,6 @@ pub(super) fn dragged(handle: Handle, ring: &Ring, from: Vec3, to: Vec3, in_step
                 scale = (scale * 10.0).round().max(1.0) / 10.0;
             }
             Motion::about(ring.middle, Quat::IDENTITY, scale)
-        }
-    }
-}
-
-impl Studio {
-    /// The ring around the selection, while it can be taken.
-    fn ring(&self, view: &View, height_px: f32) -> Option<Ring> {
-        if self.tool != ToolChoice::Select || !self.can_draw() {
-            return None;
-        }
-        let bounds = self.shown_bounds.filter(|bounds| !bounds.is_empty())?;
-        Ring::around(bounds.center(), bounds.extent().length() * 0.5, view, height_px)
-    }
-
-    /// The handle under a point of the window, and that point on the plane of the ring.
-    pub(super) fn handle_under(&self, at: Vec2, size_px: Vec2) -> Option<(Handle, Ring, Vec3)> {
-        let (view, on_screen) = self.view_at(at, size_px.x / size_px.y.max(1.0))?;
-        let ring = self.ring(&view, size_px.y)?;
-        let p = on_plane_through(&view, on_screen, ring.middle);
-        Some((ring.handle_at(p)?, ring, p))
-    }
-
-    /// Draws the handles; not while the selection is dragged.
-    pub(super) fn draw_handles(&mut self, view: &View, height_px: f32) {
-        let is_stale = self.bounds_of.as_ref() != Some(&self.selection) || !self.changes.is_empty();
-        if is_stale {
-            self.shown_bounds = Some(self.selection_bounds());
-            self.bounds_of = Some(self.selection.clone());
-        }
-        if self.gestures.is_dragging() {
-            return;
-        }
-        if let Some(ring) = self.ring(view, height_px) {
-            ring.draw(&mut self.lines);
         }
     }
 }

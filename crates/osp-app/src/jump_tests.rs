@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{Quat, Vec2, Vec3};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
-use super::{Autosaves, Command, Player, Studio, Subject};
+use super::{Autosaves, Command, Session, Studio};
 use osp::polygon::{Change, ConvexPolygon, PolygonId};
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -77,9 +77,9 @@ fn studio(folder: &Path, events: &[Event]) -> Studio {
     let mut writer = RonWriter::create(&path, &Header::new("", ""), Flush::AtEnd).expect("a file");
     events.iter().for_each(|event| writer.write(event).expect("a line"));
     writer.finish().expect("a file");
-    let player = Player::open(&path, Pace::Samples(1), CameraChoice::Orbit).expect("a session");
+    let player = Session::to_play(&path, Pace::Samples(1), CameraChoice::Orbit).expect("a session");
     let autosaves = Autosaves::new(Some(folder.to_owned()));
-    Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::BruteForce)
+    Studio::new(player, autosaves, IndexKind::BruteForce)
 }
 
 /// The polygons as a painter has sent them.
@@ -122,8 +122,7 @@ fn wherever_a_replay_is_entered_what_is_drawn_is_the_model() {
         let mut random = Pcg64::new(seed, 3);
         let mut studio = studio(folder.path(), &session(&mut random));
         let mut sent = Sent::default();
-        let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
-        let frames = player.frame_count();
+        let frames = studio.session().replay().expect("a replay").frame_count();
         for round in 0..80 {
             // Several jumps and steps may fall between two frames.
             for _ in 0..1 + random.next_u64() % 3 {
@@ -173,19 +172,20 @@ fn a_jump_names_what_has_moved_and_nothing_else() {
     events.push(Event::Polygon { author: Author::SOLE, t, stroke: None, vertices, color });
     let folder = tempfile::tempdir().expect("a folder");
     studio(folder.path(), &events);
-    let mut player = Player::open(&folder.path().join("session.ron"), Pace::Samples(1), CameraChoice::Orbit)
-        .expect("a session");
-    let end = player.frame_count();
-    let jump = player.seek(4);
+    let mut player =
+        Session::to_play(&folder.path().join("session.ron"), Pace::Samples(1), CameraChoice::Orbit)
+            .expect("a session");
+    let end = player.replay().expect("a replay").frame_count();
+    let jump = player.seek(4).expect("a replay");
     assert_eq!((jump.polygon_count, jump.moved.len()), (4, 0));
     let [a, b, c, d] = [0, 1, 2, 3].map(PolygonId);
     assert_eq!(jump.changes, [a, b, c, d].map(Change::Insert));
-    let jump = player.seek(end);
+    let jump = player.seek(end).expect("a replay");
     assert_eq!((jump.polygon_count, &jump.moved[..]), (6, &[b, c][..]));
     let [e, f] = [4, 5].map(PolygonId);
     let forth = [Change::Remove(c), Change::Remove(d), Change::Insert(e), Change::Insert(f)];
     assert_eq!((jump.changes[0], &jump.changes[1..]), (Change::Update(b), &forth[..]));
-    let jump = player.seek(4);
+    let jump = player.seek(4).expect("a replay");
     assert_eq!((jump.polygon_count, &jump.moved[..]), (4, &[b, c][..]));
     let back = [Change::Insert(c), Change::Insert(d), Change::Remove(e), Change::Remove(f)];
     assert_eq!((jump.changes[0], &jump.changes[1..]), (Change::Update(b), &back[..]));

@@ -1,8 +1,8 @@
 //! The sketch and replay window.
 //!
 //! ```text
-//! pointer, keys, tracker ──> Studio ──> Event ──> Document ──> Scene ──> Culling ──> Painter
-//!                              │                  (its file)             (index)     (GPU)
+//! pointer, keys, tracker ──> Studio ──> Event ──> Session ──> Scene  ──> Culling ──> Painter
+//!                              │                  (its file)            (index)     (GPU)
 //! egui ──────────────────── Interface
 //! ```
 //!
@@ -18,7 +18,6 @@ mod altering;
 mod command;
 mod commands;
 mod culling;
-mod document;
 mod draw_cost;
 mod drawing_aids;
 mod fingers;
@@ -28,35 +27,32 @@ mod gamepad;
 mod gestures;
 mod groups;
 mod handles;
+mod input;
 mod journal;
 #[cfg(test)]
 mod jump_tests;
 mod layers;
-mod listen;
 mod navigator;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod paint_layers;
 mod painter;
 mod pen;
-mod player;
-mod pointer;
 mod previews;
 mod question;
 mod room;
 mod selection;
+mod session;
 mod settings;
-#[cfg(feature = "live")]
-mod shared;
 mod spans;
 mod stats;
 mod studio;
-mod subject;
 mod test_pattern;
 mod threads;
 mod tool;
 mod trace;
 pub mod tracker;
+mod turns;
 pub mod ui;
 #[cfg(all(feature = "live", not(target_arch = "wasm32")))]
 mod wall_node;
@@ -68,7 +64,6 @@ mod working;
 pub use altering::Altering;
 pub use command::Command;
 pub use culling::{Culling, CullingPlan, Indexed, PickCounts, ReachCounts, Reindexed, Stages};
-pub use document::{Access, Document, OpenError, Opened, Opening};
 pub use drawing_aids::Aids;
 pub use fingers::Fingers;
 pub use gestures::{Button, Held, Input};
@@ -78,18 +73,17 @@ pub use layers::LayerChoice;
 pub use navigator::Navigator;
 pub use paint_layers::{LayerEdit, LayerRow};
 pub use pen::{Brush, Pen, Snap};
-pub use player::{Jump, Player, PlayerReader};
 pub use question::{Answer, Question, Then};
 pub use room::{Room, RoomView};
 pub use selection::Selection;
-pub use settings::{Settings, Theme};
+pub use session::{Access, Jump, OpenError, Opened, Opening, Replay, ReplayReader, Session};
 #[cfg(feature = "live")]
-pub use shared::{OtherPen, Overlay, Shared, Unjoined};
+pub use session::{Live, OtherPen, Overlay, Unjoined};
+pub use settings::{Settings, Theme};
 pub use stats::{FrameStage, FrameTimes, History};
 #[cfg(feature = "live")]
 pub use studio::OtherInView;
 pub use studio::{FrameReport, Studio};
-pub use subject::Subject;
 pub use tool::{Span, ToolChoice};
 #[cfg(all(feature = "live", not(target_arch = "wasm32")))]
 pub use wall_node::{ShowError, show_node};

@@ -7,7 +7,7 @@ use std::{
 
 use winit::event_loop::EventLoopProxy;
 
-use super::{command::Command, studio::Studio, subject::Subject, window::Wake};
+use super::{command::Command, studio::Studio, window::Wake};
 use osp_session::{
     platform::memory,
     recording::{Camera, OpenOptions, Pace},
@@ -222,19 +222,18 @@ pub(super) fn before_frame(studio: &mut Studio) {
 
 pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u64, is_shown: bool) {
     let refused = studio.take_unread().map(|error| error.to_string());
-    let (is_replay, path, position, length) = match studio.subject() {
-        Subject::Replay(player) => (true, player.path(), player.position(), player.frame_count()),
-        Subject::Sketch(document) => {
-            let events = document.event_count();
-            (false, document.journal().path(), events, events)
-        }
+    let session = studio.session();
+    let (position, length) = match session.replay() {
+        Some(replay) => (replay.position(), replay.frame_count()),
+        None => (session.event_count(), session.event_count()),
     };
     PAGE.with_borrow_mut(|page| {
         let state = &mut page.state;
         state.frames += u64::from(is_shown);
         state.refused = refused.or(state.refused.take());
         state.work = studio.work_shown().map(|work| work.text);
-        (state.adapter, state.is_replay, state.path) = (adapter, is_replay, path.to_owned());
+        (state.adapter, state.is_replay, state.path) =
+            (adapter, session.is_replay(), session.path().to_owned());
         (state.position, state.length) = (position, length);
         (state.camera, state.clock_step_ns) = (camera(studio), clock_step_ns);
         state.polygons = studio.scene().counts().visible;

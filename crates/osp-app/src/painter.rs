@@ -275,8 +275,8 @@ impl Painter {
         let pending = studio.take_pending();
         if pending.is_other_scene {
             self.renderer.forget_from(0);
-            self.renderer.set_background(studio.subject().background());
-            self.renderer.set_environment(studio.subject().header().environment.as_deref());
+            self.renderer.set_background(studio.session().background());
+            self.renderer.set_environment(studio.session().header().environment.as_deref());
         }
         if let Some(keep) = pending.keep {
             self.renderer.forget_from(keep);

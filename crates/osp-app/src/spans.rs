@@ -1,12 +1,8 @@
 //! Two picked points: the distance between them, and the strokes in the box or the sphere that they make.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use super::{
-    pointer::on_plane_through,
-    studio::Studio,
-    tool::{Span, ToolChoice},
-};
+use super::tool::Span;
 use osp::{
     math::{Aabb, Sphere},
     polygon::ConvexPolygon,
@@ -42,43 +38,6 @@ impl Part {
             Self::Box(bounds) => polygon.touches(bounds),
             Self::Sphere(sphere) => polygon.distance_m(sphere.center) <= sphere.radius_m,
         }
-    }
-}
-
-impl Studio {
-    /// The points between which a distance was measured last.
-    pub fn measured(&self) -> Option<(Vec3, Vec3)> {
-        self.measured
-    }
-
-    /// The point of the model under the pointer; beside it, the one at the depth of `from`.
-    pub(super) fn span_point(&mut self, at: Vec2, size_px: Vec2, from: Option<Vec3>) -> Option<Vec3> {
-        if let Some((_, point)) = self.stroke_under(at, size_px) {
-            return Some(point);
-        }
-        let (view, on_screen) = self.view_at(at, size_px.x / size_px.y.max(1.0))?;
-        from.map(|from| on_plane_through(&view, on_screen, from))
-    }
-
-    /// Takes the two points.
-    pub(super) fn end_span(&mut self, span: Span, from: Vec3, to: Vec3, adds: bool) {
-        let Some(part) = Part::of(span, from, to) else {
-            self.measured = Some((from, to));
-            return;
-        };
-        let mut strokes = self.strokes_in(&part);
-        if adds {
-            strokes.extend_from_slice(self.selection.strokes());
-        }
-        self.selection.set(strokes);
-        self.deselect_locked();
-    }
-
-    /// The two points to be shown: those that are being taken, else the distance measured last.
-    pub(super) fn shown_span(&self) -> Option<(Span, Vec3, Vec3)> {
-        let is_measuring = self.tool == ToolChoice::Span(Span::Distance);
-        let measured = self.measured.filter(|_| is_measuring);
-        self.gestures.span().or(measured.map(|(from, to)| (Span::Distance, from, to)))
     }
 }
 

@@ -1,126 +1,70 @@
 use std::{
     io::{self, Write},
-    path::PathBuf,
     time::Duration,
 };
 
 use glam::{Quat, Vec2, Vec3};
 
 #[cfg(feature = "live")]
-use super::shared::Shared;
+use super::session::Live;
 use super::{
-    altering::{Clip, Replaced},
     culling::{Culling, Indexed},
-    document::{OpenError, Opened},
-    drawing_aids::{Aids, Twins},
-    frames::FrameWriter,
-    gestures::Gestures,
     journal::{Autosaves, Unwritten},
     layers::LayerChoice,
     navigator::Navigator,
-    pen::{Brush, Pen, Snap},
-    question::Question,
-    room::{Room, RoomView},
-    selection::Selection,
+    room::Room,
+    session::{Opened, Replay, Session},
     spans::Part,
-    subject::Subject,
-    tool::ToolChoice,
-    tracker::{Hands, HandsState, Senders, Tracker, Watch},
-    working::{Way, Working},
+    tracker::HandsState,
 };
 use osp::{
-    frame::{FrameRecord, StageClock},
-    math::{Aabb, Ray},
-    polygon::{Change, PolygonId, VisibleBlocks},
+    frame::StageClock,
+    math::Ray,
+    polygon::{Change, PolygonId},
     view::View,
 };
-use osp_render::{DrawnCounts, LineBatch, PassTimes, quoted};
+use osp_render::quoted;
 use osp_rivals::IndexKind;
 use osp_session::{
     platform::time::Instant,
-    recording::{Event, Limits, StrokeId, Tool},
+    recording::{Event, Limits, StrokeId},
     scene::Stroke,
 };
 
 #[cfg(feature = "live")]
 mod others;
 mod overlay;
+mod parts;
 mod state;
 
 #[cfg(feature = "live")]
 pub use others::OtherInView;
+pub use parts::FrameReport;
+pub(super) use parts::Pending;
+use parts::{Input, Shown, Work};
 
 /// The message when a person draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
-
-/// Times and counts of a frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct FrameReport {
-    /// Times and counts of the index.
-    pub record: FrameRecord,
-    /// Making polygons of the input since the last frame, nanoseconds.
-    pub strokes_ns: u64,
-    /// Input samples that became part of this frame.
-    pub samples: u64,
-    /// Polygons drawn.
-    pub drawn: u64,
-}
-
-/// The changes that the GPU scene needs before a frame is drawn.
-#[derive(Debug, Default)]
-pub(super) struct Pending {
-    /// Whether the model is another one, so that all polygons must be sent again.
-    pub(super) is_other_scene: bool,
-    /// Only the first so many polygons are unchanged; later numbers are given to new polygons.
-    pub(super) keep: Option<usize>,
-    /// For the GPU scene.
-    pub(super) changes: Vec<Change>,
-}
 
 /// Everything of the window but its panels and the GPU: the session, the tools, the camera and the culling.
 ///
 /// Input becomes [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), the index follows: the same path as in a replay.
 #[derive(Debug)]
 pub struct Studio {
-    pub(super) subject: Subject,
+    pub(super) session: Session,
+    pub(super) input: Input,
+    pub(super) work: Work,
+    pub(super) shown: Shown,
     pub(super) autosaves: Autosaves,
     pub(super) limits: Limits,
     pub(super) culling: Culling,
     pub(super) navigator: Navigator,
     pub(super) frozen: Option<Vec<View>>,
     pub(super) room: Room,
-    pub(super) tool: ToolChoice,
-    pub(super) brush: Brush,
-    pub(super) snap: Snap,
-    pub(super) aids: Aids,
-    pub(super) twins: Twins,
-    pub(super) pen: Pen,
-    pub(super) selection: Selection,
-    pub(super) replaced: Replaced,
-    pub(super) clip: Clip,
-    /// The box of what is selected, as it was last shown.
-    pub(super) shown_bounds: Option<Aabb>,
-    /// The selection that it is of.
-    pub(super) bounds_of: Option<Selection>,
-    pub(super) measured: Option<(Vec3, Vec3)>,
-    pub(super) gestures: Gestures,
     pub(super) layers: LayerChoice,
     /// The moment at which brushes that move by themselves stand still, seconds.
     pub(super) moment_s: Option<f32>,
-    /// Polygons in view that lie in the frustum as a whole, and those that its planes cut, while that is shown.
-    cut: Option<(u64, u64)>,
     pub(super) follows_replay_camera: bool,
-    pub(super) tracker: Option<Tracker>,
-    /// The tracker has sent more than the last frame took.
-    pub(super) tracker_waits: bool,
-    pub(super) hands: Hands,
-    /// The senders of the tracker's messages, if each is an author of its own.
-    pub(super) senders: Option<Senders>,
-    pub(super) watch: Watch,
-    /// The tracker is being calibrated: hands do not draw.
-    pub(super) is_calibrating: bool,
-    /// The screens that the head was behind in the last frame.
-    behind: Vec<String>,
     pub(super) messages: Vec<String>,
     pub(super) pending: Pending,
     pub(super) events: Vec<Event>,
@@ -131,70 +75,28 @@ pub struct Studio {
     started: Instant,
     /// Time stamp of the session when the window opened: new events continue from there.
     resumed_secs: f64,
-    pub(super) lines: LineBatch,
-    /// The test pattern of each view, while it is shown.
-    patterns: Vec<LineBatch>,
-    report: FrameReport,
-    while_drawing: Option<(DrawnCounts, Option<PassTimes>)>,
-    views: Vec<RoomView>,
-    culled: VisibleBlocks,
-    hidden: VisibleBlocks,
     pub(super) last_aspect: f32,
     pub(super) last_height_px: f32,
-    pub(super) question: Option<Question>,
-    /// A person has closed the window, and no question is open.
-    pub(super) is_closing: bool,
-    /// How the last file was read or written that a command named.
-    pub(super) file_outcome: Option<Result<(), String>>,
-    /// Where the next frame is to be written as a picture.
-    pub(super) picture: Option<PathBuf>,
-    /// Writes each frame.
-    pub(super) frames: Option<FrameWriter>,
-    /// When it reads and writes.
-    pub(super) works: Way,
-    pub(super) working: Option<Working>,
-    /// Why the session of a replay could not be read.
-    pub(super) unread: Option<OpenError>,
-    /// A session was closed although a part of it was not written.
-    unwritten: Option<Unwritten>,
 }
 
 impl Studio {
     /// A studio around a session.
-    pub fn new(subject: Subject, autosaves: Autosaves, index: IndexKind) -> Self {
-        let resumed_secs = match &subject {
-            Subject::Sketch(document) => document.last_secs(),
-            Subject::Replay(_) => 0.0,
-        };
+    pub fn new(session: Session, autosaves: Autosaves, index: IndexKind) -> Self {
+        let resumed_secs = session.last_secs();
         let mut studio = Self {
-            subject,
+            session,
+            input: Input::default(),
+            work: Work::default(),
+            shown: Shown::default(),
             autosaves,
             limits: Limits::DEFAULT,
             culling: Culling::new(index),
             navigator: Navigator::default(),
             frozen: None,
             room: Room::default(),
-            tool: ToolChoice::Draw(Tool::Ribbon),
-            brush: Brush::default(),
-            snap: Snap::default(),
-            aids: Aids::default(),
-            twins: Twins::default(),
-            pen: Pen::default(),
-            selection: Selection::default(),
-            replaced: Replaced::default(),
-            clip: Clip::default(),
-            shown_bounds: None,
-            bounds_of: None,
-            measured: None,
-            gestures: Gestures::default(),
             layers: LayerChoice::default(),
             moment_s: None,
-            cut: None,
             follows_replay_camera: true,
-            tracker: None,
-            tracker_waits: false,
-            hands: Hands::default(),
-            senders: None,
             messages: Vec::new(),
             pending: Pending::default(),
             events: Vec::new(),
@@ -204,94 +106,64 @@ impl Studio {
             clock: StageClock::default(),
             started: Instant::now(),
             resumed_secs,
-            lines: LineBatch::new(),
-            patterns: Vec::new(),
-            watch: Watch::default(),
-            is_calibrating: false,
-            behind: Vec::new(),
-            report: FrameReport::default(),
-            while_drawing: None,
-            views: Vec::new(),
-            culled: VisibleBlocks::new(),
-            hidden: VisibleBlocks::new(),
             last_aspect: 1.0,
             last_height_px: 1.0,
-            question: None,
-            is_closing: false,
-            file_outcome: None,
-            picture: None,
-            frames: None,
-            works: Way::default(),
-            working: None,
-            unread: None,
-            unwritten: None,
         };
-        studio.meet_subject(None);
+        studio.meet_session(None);
         studio.offer_edits();
         studio
     }
 
-    /// Inserts a new subject's model into the index, unless that was done, and shows all of it.
-    pub(super) fn meet_subject(&mut self, indexed: Option<Indexed>) {
+    /// Inserts a new session's model into the index, unless that was done, and shows all of it.
+    pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once: the changes that led to it are not needed.
-        if let Subject::Sketch(document) = &mut self.subject {
-            document.take_changes(&mut Vec::new());
-        }
+        self.session.take_changes(&mut Vec::new());
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
-        self.selection = Selection::default();
-        (self.brush.layer, self.twins) = (0, Twins::default());
-        (self.replaced, self.bounds_of) = (Replaced::default(), None);
-        self.measured = None;
-        self.pen = Pen::default();
-        self.gestures = Gestures::default();
+        self.input.meet_session();
         self.frozen = None;
-        let bounds = self.subject.bounds();
-        self.culling.meet(indexed, self.subject.scene(), &bounds);
+        let bounds = self.session.bounds();
+        self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
         self.navigator.show_all(&bounds);
-        if let Subject::Sketch(document) = &self.subject
-            && let Some(camera) = document.header().camera
+        if !self.session.is_replay()
+            && let Some(camera) = self.session.header().camera
         {
             self.navigator.go_to(camera.p, camera.q);
         }
     }
 
-    pub(super) fn replace(&mut self, subject: Subject, indexed: Option<Indexed>) {
+    pub(super) fn replace(&mut self, session: Session, indexed: Option<Indexed>) {
         self.finish_gestures();
         self.end_hands_strokes();
-        if let Subject::Sketch(mut old) = std::mem::replace(&mut self.subject, subject) {
-            match old.leave_session() {
-                Ok(said) => said.into_iter().for_each(|line| self.say(line)),
-                Err(unwritten) => {
-                    self.say(unwritten.to_string());
-                    self.unwritten.get_or_insert(unwritten);
-                }
-            }
-            if let Some(place) = old.journal().place_of_edits() {
-                self.say(place);
-            }
-            if let Err(unwritten) = old.close() {
+        let mut old = std::mem::replace(&mut self.session, session);
+        match old.leave() {
+            Ok(said) => said.into_iter().for_each(|line| self.say(line)),
+            Err(unwritten) => {
                 self.say(unwritten.to_string());
-                self.unwritten.get_or_insert(unwritten);
+                self.work.unwritten.get_or_insert(unwritten);
             }
         }
+        if let Some(place) = old.journal().place_of_edits() {
+            self.say(place);
+        }
+        if let Err(unwritten) = old.close() {
+            self.say(unwritten.to_string());
+            self.work.unwritten.get_or_insert(unwritten);
+        }
         self.take_up_time();
-        self.meet_subject(indexed);
+        self.meet_session(indexed);
         self.offer_edits();
     }
 
     /// The session's time goes on from its last event.
     pub(super) fn take_up_time(&mut self) {
         self.started = Instant::now();
-        self.resumed_secs = match &self.subject {
-            Subject::Sketch(document) => document.last_secs(),
-            Subject::Replay(_) => 0.0,
-        };
+        self.resumed_secs = self.session.last_secs();
     }
 
     /// Whether what the hand does becomes part of the session.
     pub fn can_draw(&self) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if !document.is_read_only())
+        !self.session.is_read_only()
     }
 
     /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window.
@@ -303,14 +175,13 @@ impl Studio {
 
     /// The session's part of [`Studio::tend`].
     fn look_after_session(&mut self) -> bool {
-        let Subject::Sketch(document) = &mut self.subject else { return false };
         #[cfg(feature = "live")]
-        document.follow_session_for(self.works.turn());
-        document.tend(Instant::now());
-        let news = document.take_news();
+        self.session.follow_for(self.work.way.turn());
+        self.session.tend(Instant::now());
+        let news = self.session.take_news();
         let is_news = !news.is_empty();
         #[cfg(feature = "live")]
-        let is_news = is_news || document.shared_mut().is_some_and(Shared::take_note);
+        let is_news = is_news || self.session.live_mut().is_some_and(Live::take_note);
         news.into_iter().for_each(|line| self.say(line));
         is_news
     }
@@ -326,13 +197,13 @@ impl Studio {
 
     /// Whether the picture changes by itself, so that frames have to follow each other.
     pub fn is_moving(&self) -> bool {
-        let is_playing = matches!(&self.subject, Subject::Replay(player) if player.is_playing());
-        is_playing || self.tracker_waits || self.gestures.flight != Vec3::ZERO
+        let is_playing = self.session.replay().is_some_and(Replay::is_playing);
+        is_playing || self.input.tracker_waits || self.input.gestures.flight != Vec3::ZERO
     }
 
     /// When a frame is due even without input: a tracker's stroke may have to be ended, work beside the window may be done.
     pub fn next_frame_in(&self) -> Option<Duration> {
-        let is_resting = self.gestures.resting.is_some();
+        let is_resting = self.input.gestures.resting.is_some();
         is_resting
             .then_some(Duration::from_millis(50))
             .or(self.is_working().then_some(Duration::from_millis(250)))
@@ -341,72 +212,68 @@ impl Studio {
 
     /// Whether a hand that falls silent ends a stroke, or a sender that does leaves.
     fn hands_may_rest(&self) -> bool {
-        self.hands.is_drawing() || self.senders.as_ref().is_some_and(|senders| !senders.is_empty())
+        self.input.hands.is_drawing()
+            || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
     /// How long the window may sleep at most: shorter while something may come from elsewhere.
     pub fn tend_within(&self) -> Duration {
-        let is_shared = matches!(&self.subject, Subject::Sketch(document) if document.is_shared());
-        let is_behind = matches!(&self.subject, Subject::Sketch(document) if document.is_behind());
-        if self.works_in_turns() || is_behind {
+        if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;
         }
-        Duration::from_millis(if is_shared || self.is_working() { 20 } else { 500 })
+        Duration::from_millis(if self.session.is_shared() || self.is_working() { 20 } else { 500 })
     }
 
     /// Whether the pointer is dragging something.
     pub fn is_dragging(&self) -> bool {
-        self.gestures.is_dragging()
+        self.input.gestures.is_dragging()
     }
 
     /// Writes the waiting events to the session and applies them to the model.
     pub(super) fn apply_events(&mut self) {
         let start = self.clock.start();
         let mut events = std::mem::take(&mut self.events);
-        match &mut self.subject {
-            Subject::Sketch(document) if !document.is_read_only() => {
-                let was_within = document.excess(&self.limits).is_none();
-                document.apply_all(&mut events);
-                let excess = document.excess(&self.limits).filter(|_| was_within);
-                self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
-                events.clear();
-                if let Some((most, what)) = excess {
-                    let more = self.limits.polygons.saturating_mul(2);
-                    self.say(format!(
-                        "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
-                    ));
-                }
+        if self.can_draw() {
+            let was_within = self.session.excess(&self.limits).is_none();
+            self.session.apply_all(&mut events);
+            let excess = self.session.excess(&self.limits).filter(|_| was_within);
+            self.samples += events.iter().filter(|event| event.is_sample()).count() as u64;
+            if let Some((most, what)) = excess {
+                let more = self.limits.polygons.saturating_mul(2);
+                self.say(format!(
+                    "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
+                ));
             }
-            Subject::Sketch(_) if events.is_empty() => {}
-            Subject::Sketch(_) => {
-                events.clear();
-                self.say_once(LOOKED_AT);
-            }
-            // Nothing is drawn into a recording that is being replayed.
-            Subject::Replay(_) => events.clear(),
+        } else if !events.is_empty() {
+            self.tell_of_reading();
         }
+        events.clear();
         self.events = events;
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
-        match &mut self.subject {
-            Subject::Sketch(document) if !document.is_read_only() => Some(document.new_stroke()),
-            Subject::Sketch(_) => {
-                self.say_once(LOOKED_AT);
-                None
-            }
-            Subject::Replay(_) => None,
+    /// Says why nothing can be drawn. Whoever plays a recording does not expect to draw.
+    fn tell_of_reading(&mut self) {
+        if !self.session.is_replay() {
+            self.say_once(LOOKED_AT);
         }
+    }
+
+    pub(super) fn new_stroke(&mut self) -> Option<StrokeId> {
+        if self.can_draw() {
+            return Some(self.session.new_stroke());
+        }
+        self.tell_of_reading();
+        None
     }
 
     /// The poses that decide what the screens show. In a replay on a rig the recorded head is the tracked one, as long as the
     /// camera goes with it: the room goes along with its place and direction, its eyes are tilted as it was.
     fn hands_before_screens(&self) -> HandsState {
-        let hands = self.hands.state();
-        match &self.subject {
-            Subject::Replay(player) if self.follows_replay_camera && hands.head.is_none() => {
-                HandsState { head: self.room.head_tilted_like(player.view().world_from_view) }
+        let hands = self.input.hands.state();
+        match self.session.replay() {
+            Some(replay) if self.follows_replay_camera && hands.head.is_none() => {
+                HandsState { head: self.room.head_tilted_like(replay.view().world_from_view) }
             }
             _ => hands,
         }
@@ -415,32 +282,24 @@ impl Studio {
     /// The view under a point of the window (-1 to 1), and that point on its own screen (-1 to 1).
     pub(super) fn view_at(&self, at: Vec2, aspect: f32) -> Option<(View, Vec2)> {
         let hands = self.hands_before_screens();
-        let views = self.room.views(&self.navigator, &hands, aspect, &self.subject.bounds());
+        let views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
         self.room.under(&views, at)
     }
 
     /// The polygon under a ray, of the strokes that count.
     pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
-        let waiting = match &self.subject {
-            Subject::Sketch(document) => document.changes(),
-            Subject::Replay(_) => &[],
-        };
-        self.culling.pick(self.subject.scene(), waiting, ray, counts)
+        self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)
     }
 
     /// The strokes with a polygon in a part of space.
     pub(super) fn strokes_in(&mut self, part: &Part) -> Vec<StrokeId> {
-        let waiting = match &self.subject {
-            Subject::Sketch(document) => document.changes(),
-            Subject::Replay(_) => &[],
-        };
-        self.culling.strokes_in(self.subject.scene(), waiting, part)
+        self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
 
     /// Says when the head goes behind a screen.
     fn tell_of_screens_behind(&mut self) {
-        let behind = self.room.screens_behind(&self.views);
-        if behind.clone().eq(self.behind.iter().map(String::as_str)) {
+        let behind = self.room.screens_behind(&self.shown.views);
+        if behind.clone().eq(self.shown.behind.iter().map(String::as_str)) {
             return;
         }
         let behind: Vec<String> = behind.map(str::to_owned).collect();
@@ -450,7 +309,7 @@ impl Studio {
                 behind.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ));
         }
-        self.behind = behind;
+        self.shown.behind = behind;
     }
 
     /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the
@@ -468,43 +327,38 @@ impl Studio {
         self.follow_width();
         self.changes.clear();
         let start = self.clock.start();
-        match &mut self.subject {
-            Subject::Sketch(document) => {
-                document.take_changes(&mut self.changes);
-            }
-            Subject::Replay(player) => {
-                let first = self.changes.len();
-                player.advance(&mut self.changes);
-                self.samples += (self.changes.len() - first) as u64;
-                if self.follows_replay_camera && player.is_playing() {
-                    let view = player.view();
-                    self.navigator.go_to(view.eye_in_world, view.world_from_view);
-                }
-            }
+        self.samples += self.session.advance() as u64;
+        self.session.take_changes(&mut self.changes);
+        if let Some(replay) = self.session.replay()
+            && self.follows_replay_camera
+            && replay.is_playing()
+        {
+            let view = replay.view();
+            self.navigator.go_to(view.eye_in_world, view.world_from_view);
         }
         self.strokes_ns += self.clock.since(start).ns;
         self.pending.changes.extend_from_slice(&self.changes);
 
-        let bounds = self.subject.bounds();
+        let bounds = self.session.bounds();
         let hands = self.hands_before_screens();
-        self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.views);
+        self.room.views_into(&self.navigator, &hands, aspect, &bounds, &mut self.shown.views);
         self.tell_of_screens_behind();
-        let eyes: Vec<View> = self.views.iter().map(|view| view.view).collect();
+        let eyes: Vec<View> = self.shown.views.iter().map(|view| view.view).collect();
         let cull_views = match &self.frozen {
             Some(frozen) if frozen.len() == eyes.len() => frozen,
             _ => &eyes,
         };
-        let record = self.culling.frame(self.subject.scene(), &self.changes, cull_views);
+        let record = self.culling.frame(self.session.scene(), &self.changes, cull_views);
         self.find_culled();
         self.draw_lines(size_px);
         self.draw_patterns();
-        self.report = FrameReport {
+        self.shown.report = FrameReport {
             record,
             strokes_ns: std::mem::take(&mut self.strokes_ns),
             samples: std::mem::take(&mut self.samples),
-            drawn: (0..self.views.len()).map(|i| self.culling.drawn(i).len() as u64).sum(),
+            drawn: (0..self.shown.views.len()).map(|i| self.culling.drawn(i).len() as u64).sum(),
         };
-        self.report
+        self.shown.report
     }
 
     /// The changes for the GPU scene since the last call.
@@ -536,28 +390,27 @@ impl Studio {
             // There is no window any more to say it.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
-        if let Subject::Sketch(mut document) = self.subject {
-            match document.leave_session() {
-                Ok(said) => {
-                    for line in said {
-                        let _ = writeln!(io::stderr().lock(), "warning: {line}");
-                    }
+        let mut session = self.session;
+        match session.leave() {
+            Ok(said) => {
+                for line in said {
+                    let _ = writeln!(io::stderr().lock(), "warning: {line}");
                 }
-                Err(unwritten) => _ = self.unwritten.get_or_insert(unwritten),
             }
-            let (place, path) = (document.journal().place_of_edits(), document.journal().path().to_owned());
-            document.close()?;
-            if let Some(place) = place {
-                let path = quoted(&path.to_string_lossy());
-                // As above.
-                let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
-            }
+            Err(unwritten) => _ = self.work.unwritten.get_or_insert(unwritten),
         }
-        self.unwritten.map_or(Ok(()), Err)
+        let (place, path) = (session.journal().place_of_edits(), session.path().to_owned());
+        session.close()?;
+        if let Some(place) = place {
+            let path = quoted(&path.to_string_lossy());
+            // As above.
+            let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
+        }
+        self.work.unwritten.map_or(Ok(()), Err)
     }
 
     /// The pose of the tracked head, world space.
     pub fn head(&self) -> Option<(Vec3, Quat)> {
-        self.hands.state().head
+        self.input.hands.state().head
     }
 }

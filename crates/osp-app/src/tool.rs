@@ -13,6 +13,12 @@ pub enum ToolChoice {
     Span(Span),
 }
 
+impl Default for ToolChoice {
+    fn default() -> Self {
+        Self::Draw(Tool::Ribbon)
+    }
+}
+
 /// What two picked points make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {

@@ -7,9 +7,9 @@ use serde_json::json;
 
 use super::{
     question::Question,
+    session::Replay,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
-    subject::Subject,
     tool::ToolChoice,
 };
 use osp_session::{atomic_file::open_stream, platform::fs::File};
@@ -35,12 +35,9 @@ impl Trace {
     ) -> io::Result<()> {
         let report = studio.report();
         let counts = studio.scene().counts();
-        let (events, position, trouble) = match studio.subject() {
-            Subject::Sketch(document) => {
-                (document.event_count(), 0, document.journal().trouble().map(ToString::to_string))
-            }
-            Subject::Replay(player) => (0, player.position(), None),
-        };
+        let session = studio.session();
+        let (events, position) = (session.event_count(), session.replay().map_or(0, Replay::position));
+        let trouble = session.journal().trouble().map(ToString::to_string);
         let tool = match studio.tool() {
             ToolChoice::Draw(tool) => format!("{tool:?}").to_lowercase(),
             ToolChoice::Erase => "erase".to_owned(),

@@ -29,7 +29,6 @@ use super::{
     previews,
     stats::{FrameStage, FrameTimes},
     studio::Studio,
-    subject::Subject,
     threads,
     trace::Trace,
     tracker::Tracker,
@@ -541,23 +540,15 @@ fn model_area(area: egui::Rect, pixels_per_point: f32) -> Area {
 }
 
 fn set_title(window: &Window, studio: &Studio) {
-    let path = match studio.subject() {
-        Subject::Sketch(document) => document.journal().path(),
-        Subject::Replay(player) => player.path(),
-    };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let title = match studio.subject() {
-        Subject::Replay(_) => format!("{name} (replay) - osp"),
-        Subject::Sketch(document) => {
-            let journal = document.journal();
-            match (journal.is_read_only(), journal.trouble().is_some(), journal.is_named()) {
-                (true, ..) => format!("{name} (read-only) - osp"),
-                (_, true, _) => format!("*{name} (NOT saved) - osp"),
-                (.., true) => format!("{name} - osp"),
-                _ if journal.is_changed() => "*no name yet - osp".to_owned(),
-                _ => "no name yet - osp".to_owned(),
-            }
-        }
+    let (session, journal) = (studio.session(), studio.session().journal());
+    let name = session.path().file_name().unwrap_or_default().to_string_lossy();
+    let title = match (journal.is_read_only(), journal.trouble().is_some(), journal.is_named()) {
+        _ if session.is_replay() => format!("{name} (replay) - osp"),
+        (true, ..) => format!("{name} (read-only) - osp"),
+        (_, true, _) => format!("*{name} (NOT saved) - osp"),
+        (.., true) => format!("{name} - osp"),
+        _ if journal.is_changed() => "*no name yet - osp".to_owned(),
+        _ => "no name yet - osp".to_owned(),
     };
     if window.title() != title {
         window.set_title(&title);

@@ -122,8 +122,7 @@ const INCOMPLETE: &str = "no index replayed every frame, so the session has no f
 fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outcome> {
     use super::sketch::BEFORE_THE_WINDOW;
     use osp_app::{
-        Autosaves, Command, Document, OpenError, Reading, Settings, Studio, Subject, Waited, WindowOptions,
-        run,
+        Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
     };
     if args.rig.room == RoomMotion::Stands {
         bail!("--room stands is not for --window: there the room goes along with the replay's camera");
@@ -136,23 +135,23 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     let autosaves = Autosaves::new(None);
     // Potentially visible sets are compared with the finished model before there is a window.
     let at_most = args.pvs.is_none().then_some(BEFORE_THE_WINDOW);
-    let (subject, reading) = match reading.wait(at_most) {
+    let (session, reading) = match reading.wait(at_most) {
         Waited::Read(read) => {
-            let (subject, opened) = read.map_err(|error| match error {
+            let (session, opened) = read.map_err(|error| match error {
                 OpenError::Recording(error) => error.into(),
                 error => anyhow::Error::from(error),
             })?;
             opened.remarks.iter().for_each(|remark| complain(remark));
-            (subject, None)
+            (*session, None)
         }
-        Waited::GoesOn(reading) => (Subject::Sketch(Box::new(Document::new(&autosaves))), Some(reading)),
+        Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),
     };
     let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
-    let pvs = match (&args.pvs, &subject) {
-        (Some(path), Subject::Replay(player)) => Some(Pvs::read(path, &player.finished_model())?),
+    let pvs = match (&args.pvs, session.replay()) {
+        (Some(path), Some(replay)) => Some(Pvs::read(path, &replay.finished_model())?),
         _ => None,
     };
-    let mut studio = Studio::new(subject, autosaves, index);
+    let mut studio = Studio::new(session, autosaves, index);
     studio.set_room(room);
     studio.set_limits(options.limits);
     if let Some(pvs) = pvs {

@@ -12,12 +12,12 @@ use super::{
     sketch_args::{SketchArgs, WindowArgs},
 };
 use osp_app::{
-    Access, Autosaves, Command, CullingPlan, Document, OpenElsewhere, OpenError, Opened, Opening, Question,
-    Reading, Room, Settings, Studio, Subject, Waited, WindowOptions, run as run_window,
+    Access, Autosaves, Command, CullingPlan, OpenElsewhere, OpenError, Opened, Opening, Question, Reading,
+    Room, Session, Settings, Studio, Waited, WindowOptions, run as run_window,
     tracker::{Listening, TrackerAddress, TrackerOptions},
 };
 #[cfg(feature = "live")]
-use osp_app::{Shared, Unjoined};
+use osp_app::{Live, Unjoined};
 use osp_session::output_file::OutputKind;
 
 /// If reading a session takes longer than this, the window opens meanwhile, and says itself what is wrong with the session.
@@ -41,15 +41,15 @@ impl SketchArgs {
         let reading =
             Reading::to_draw(path, autosaves, how, self.window.culling()).map_err(anyhow::Error::msg)?;
         match reading.wait(Some(BEFORE_THE_WINDOW)) {
-            Waited::Read(Ok((subject, opened))) => Ok(Start { subject, opened, held: None, reading: None }),
+            Waited::Read(Ok((session, opened))) => Ok(Start::with(*session, opened)),
             Waited::Read(Err(OpenError::Held(held))) => {
-                let (document, opened) = Document::look_at(path, autosaves, how)?;
-                Ok(Start { held: Some(held), ..Start::with(document, opened) })
+                let (session, opened) = Session::look_at(path, autosaves, how)?;
+                Ok(Start { held: Some(held), ..Start::with(session, opened) })
             }
             Waited::Read(Err(OpenError::Recording(error))) => Err(error.into()),
             Waited::Read(Err(error @ OpenError::Cancelled(_))) => Err(error.into()),
             Waited::GoesOn(reading) => {
-                let empty = Start::with(Document::new(autosaves), Opened::default());
+                let empty = Start::with(Session::new(autosaves), Opened::default());
                 Ok(Start { reading: Some(reading), ..empty })
             }
         }
@@ -62,9 +62,9 @@ impl SketchArgs {
     fn join(&self, address: &str, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let options = self.server.options(self.watch, &self.name);
         let address = self.server.address(address)?;
-        let join = || Shared::join(&address, &options, autosaves);
+        let join = || Live::join(&address, &options, autosaves);
         let Some(path) = &self.file else {
-            return Ok(Start::with(Document::joining(join()?, autosaves)?, Opened::default()));
+            return Ok(Start::with(Session::joining(join()?, autosaves)?, Opened::default()));
         };
         let (unjoined, opened) = Unjoined::open(path, address.session(), autosaves, self.limits.limits())?;
         Ok(Start::with(unjoined.join(join()?), opened))
@@ -73,7 +73,7 @@ impl SketchArgs {
 
 /// What a window begins with.
 struct Start {
-    subject: Subject,
+    session: Session,
     opened: Opened,
     held: Option<OpenElsewhere>,
     /// The session that is to be shown instead, once it has been read.
@@ -81,8 +81,8 @@ struct Start {
 }
 
 impl Start {
-    fn with(document: Document, opened: Opened) -> Self {
-        Self { subject: Subject::Sketch(Box::new(document)), opened, held: None, reading: None }
+    fn with(session: Session, opened: Opened) -> Self {
+        Self { session, opened, held: None, reading: None }
     }
 }
 
@@ -148,18 +148,18 @@ pub(super) fn run(args: &SketchArgs) -> anyhow::Result<Outcome> {
     };
     #[cfg(not(feature = "live"))]
     let joined: Option<Start> = None;
-    let Start { subject, opened, held, reading } = match (joined, &args.file) {
+    let Start { session, opened, held, reading } = match (joined, &args.file) {
         (Some(start), _) => start,
         (None, Some(path)) => args.open(path, &autosaves)?,
         (None, None) => {
-            let (mut document, opened) = Document::recover_or_new_within(&autosaves, args.limits.limits());
+            let (mut session, opened) = Session::recover_or_new_within(&autosaves, args.limits.limits());
             if args.tracker_authors && !opened.is_recovered {
-                document = Document::of_several(&autosaves);
+                session = Session::of_several(&autosaves);
             }
-            Start::with(document, opened)
+            Start::with(session, opened)
         }
     };
-    let mut studio = Studio::new(subject, autosaves, args.window.index);
+    let mut studio = Studio::new(session, autosaves, args.window.index);
     studio.set_room(room);
     studio.set_limits(args.limits.limits());
     studio.set_tests(args.window.tests.node_test(), args.window.tests.score());

@@ -6,7 +6,7 @@ use std::{fs, path::PathBuf, process::Command};
 use glam::Vec3;
 
 use super::*;
-use crate::{Access, Document, OpenError, Opening};
+use crate::{Access, OpenError, Opening, Session};
 use osp_session::recording::{self, Author, OpenOptions, StrokeId};
 
 struct Desk {
@@ -34,8 +34,8 @@ impl Desk {
         self.path(name)
     }
 
-    fn open(&self, name: &str) -> Document {
-        Document::open(&self.path(name), &self.autosaves()).expect("a session").0
+    fn open(&self, name: &str) -> Session {
+        Session::open(&self.path(name), &self.autosaves()).expect("a session").0
     }
 
     /// Names of what lies among the autosaves.
@@ -47,7 +47,7 @@ impl Desk {
     }
 }
 
-fn draw(document: &mut Document, events: u32) {
+fn draw(document: &mut Session, events: u32) {
     for _ in 0..events {
         let t = document.last_secs() + 1.0;
         assert!(document.apply(Event::Undo { author: Author::SOLE, t }));
@@ -83,7 +83,7 @@ fn every_event_is_in_the_file_at_once_and_a_crash_is_found() {
     assert!(SessionLock::take_over(&path).is_none(), "its program lives");
     // A crash: the lock goes with the program, the mark stays.
     drop(journal);
-    let (mut document, opened) = Document::recover_or_new(&autosaves);
+    let (mut document, opened) = Session::recover_or_new(&autosaves);
     assert!(opened.is_recovered && !document.journal().is_named());
     draw(&mut document, 1);
     assert_eq!(events_in(&path), 5);
@@ -139,7 +139,7 @@ fn a_session_has_one_writer() {
         }
         let path = desk.path(name);
         let mut first = desk.open(name);
-        let second = Document::open(&path, &desk.autosaves());
+        let second = Session::open(&path, &desk.autosaves());
         let Err(OpenError::Held(held)) = second else { panic!("held: {second:?}") };
         let said = held.to_string();
         assert!(said.contains(&std::process::id().to_string()) && said.contains("since"), "{said}");
@@ -147,18 +147,18 @@ fn a_session_has_one_writer() {
         let events = events_in(&path);
         // To look at it, and to draw on a copy of it, is allowed.
         let (mut looking, _) =
-            Document::open_as(&path, &desk.autosaves(), Opening::with(Access::ReadOnly)).expect("readable");
+            Session::open_as(&path, &desk.autosaves(), Opening::with(Access::ReadOnly)).expect("readable");
         assert!(looking.is_read_only() && !looking.apply(Event::Undo { author: Author::SOLE, t: 0.0 }));
         looking.close().expect("nothing to write");
         let copy = Opening::with(Access::Copy);
-        let (mut copy, _) = Document::open_as(&path, &desk.autosaves(), copy).expect("readable");
+        let (mut copy, _) = Session::open_as(&path, &desk.autosaves(), copy).expect("readable");
         draw(&mut copy, 5);
-        assert_eq!(events_in(copy.journal().path()), events + 5);
+        assert_eq!(events_in(copy.path()), events + 5);
         copy.close().expect("written");
         draw(&mut first, 1);
         assert_eq!(events_in(&path), events + 1);
         // Nor does another session take its place.
-        let mut other = Document::new(&desk.autosaves());
+        let mut other = Session::new(&desk.autosaves());
         draw(&mut other, 1);
         let refused = other.save_as(&path).expect_err("held");
         assert!(matches!(refused, SaveError::Held(_)), "{refused}");
@@ -178,7 +178,7 @@ fn another_name_of_the_file_is_no_way_around() {
     fs::hard_link(&path, desk.path("hard.ron")).expect("a link");
     let first = desk.open("a.ron");
     for name in ["soft.ron", "hard.ron"] {
-        let second = Document::open(&desk.path(name), &desk.autosaves());
+        let second = Session::open(&desk.path(name), &desk.autosaves());
         assert!(matches!(second, Err(OpenError::Held(_))), "{name}: {second:?}");
     }
     first.close().expect("unchanged");
@@ -253,7 +253,7 @@ fn a_file_that_is_lost_is_left_alone_and_nothing_of_the_session_is_lost() {
             assert_eq!(events_in(kept_in) as u64, events, "{case}");
             assert!(unwritten.to_string().contains(&kept_in.display().to_string()), "{unwritten}");
             // The next window brings it back.
-            let (document, opened) = Document::recover_or_new(&desk.autosaves());
+            let (document, opened) = Session::recover_or_new(&desk.autosaves());
             assert!(opened.is_recovered && document.event_count() == events, "{case}");
             document.close().expect("unchanged");
         }
@@ -305,12 +305,12 @@ fn a_file_that_comes_back_is_gone_on_with() {
 #[test]
 fn a_session_without_a_name_goes_on_in_another_file() {
     let desk = Desk::new();
-    let mut document = Document::new(&desk.autosaves());
+    let mut document = Session::new(&desk.autosaves());
     draw(&mut document, 2);
-    let first = document.journal().path().to_owned();
+    let first = document.path().to_owned();
     fs::remove_dir_all(desk.path("autosaves")).expect("removed");
     draw(&mut document, 1);
-    let second = document.journal().path().to_owned();
+    let second = document.path().to_owned();
     assert_eq!(document.journal().trouble(), None);
     assert_ne!(first, second);
     assert_eq!(events_in(&second), 3);
@@ -318,11 +318,11 @@ fn a_session_without_a_name_goes_on_in_another_file() {
     assert!(news.contains("removed") && news.contains(&second.display().to_string()), "{news}");
     drop(document);
     // What a session began with stays when its file is lost and what was drawn since is discarded.
-    let (mut document, opened) = Document::recover_or_new(&desk.autosaves());
+    let (mut document, opened) = Session::recover_or_new(&desk.autosaves());
     assert!(opened.is_recovered);
     fs::remove_file(&second).expect("removed");
     draw(&mut document, 4);
-    let third = document.journal().path().to_owned();
+    let third = document.path().to_owned();
     document.discard().expect("read again");
     document.close().expect("written");
     assert_eq!(desk.autosaved(), std::slice::from_ref(&third));
@@ -332,7 +332,7 @@ fn a_session_without_a_name_goes_on_in_another_file() {
 #[test]
 fn a_session_without_a_name_that_is_discarded_leaves_nothing() {
     let desk = Desk::new();
-    let mut document = Document::new(&desk.autosaves());
+    let mut document = Session::new(&desk.autosaves());
     draw(&mut document, 1);
     assert_eq!(desk.autosaved().len(), 2, "the session and its mark");
     document.discard().expect("read again");
@@ -378,14 +378,14 @@ fn what_is_discarded_leaves_the_file_as_it_was() {
 #[test]
 fn saving_elsewhere_moves_a_session_without_a_name() {
     let desk = Desk::new();
-    let mut document = Document::new(&desk.autosaves());
+    let mut document = Session::new(&desk.autosaves());
     draw(&mut document, 1);
-    let old = document.journal().path().to_owned();
+    let old = document.path().to_owned();
     let refused = document.save_as(&desk.path("no/such/folder.ron"));
     assert!(refused.expect_err("no folder").to_string().contains("folder.ron"));
     let refused = document.save_as(&desk.path("model.obj"));
     assert!(refused.expect_err("no recording").to_string().contains(".ron"));
-    assert_eq!(document.journal().path(), old);
+    assert_eq!(document.path(), old);
     let new = desk.path("mine.ron");
     document.save_as(&new).expect("saved");
     draw(&mut document, 1);
@@ -516,7 +516,7 @@ fn on_a_full_disk() {
 fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     let desk = Desk::new();
     for count in [1, 2] {
-        let mut document = Document::new(&desk.autosaves());
+        let mut document = Session::new(&desk.autosaves());
         draw(&mut document, count);
         drop(document);
     }
@@ -528,8 +528,8 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     fs::write(newest, &damaged).expect("written");
     let ages = fs::File::options().write(true).open(newest).expect("the file");
     ages.set_modified(std::time::SystemTime::now() + Duration::from_secs(60)).expect("a time");
-    let (document, opened) = Document::recover_or_new(&desk.autosaves());
-    assert_eq!(document.journal().path(), older);
+    let (document, opened) = Session::recover_or_new(&desk.autosaves());
+    assert_eq!(document.path(), older);
     let said = opened.remarks.join("\n");
     let newest_name = newest.display().to_string();
     assert!(
@@ -541,7 +541,7 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
     assert_eq!(fs::read_to_string(newest).expect("text"), damaged);
     // What can be read of it is drawn on as a copy.
     let lenient = Opening { lenient: true, ..Opening::default() };
-    let (document, opened) = Document::open_as(newest, &desk.autosaves(), lenient).expect("a copy");
+    let (document, opened) = Session::open_as(newest, &desk.autosaves(), lenient).expect("a copy");
     assert_eq!(document.event_count(), 1);
     assert!(opened.remarks.join("\n").contains("1 damaged pieces were left out"));
     document.close().expect("unchanged");
@@ -551,18 +551,18 @@ fn of_sessions_left_open_the_newest_that_can_be_read_is_brought_back() {
 fn windows_that_start_at_once_bring_back_different_sessions() {
     let desk = Desk::new();
     for round in 0..20 {
-        let mut crashed = Document::new(&desk.autosaves());
+        let mut crashed = Session::new(&desk.autosaves());
         draw(&mut crashed, 2);
-        let path = crashed.journal().path().to_owned();
+        let path = crashed.path().to_owned();
         drop(crashed);
         let start = std::sync::Barrier::new(2);
         let paths: Vec<PathBuf> = std::thread::scope(|scope| {
             let windows = [(); 2].map(|()| {
                 scope.spawn(|| {
                     start.wait();
-                    let (mut document, _) = Document::recover_or_new(&desk.autosaves());
+                    let (mut document, _) = Session::recover_or_new(&desk.autosaves());
                     draw(&mut document, 50);
-                    let path = document.journal().path().to_owned();
+                    let path = document.path().to_owned();
                     document.close().expect("written");
                     path
                 })

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::Studio;
-use crate::{shared::Shared, subject::Subject};
+use crate::session::Live;
 use osp::view::View;
 use osp_session::recording::Author;
 
@@ -43,11 +43,7 @@ fn on_screen(view: &View, p: Vec3) -> Option<(Vec2, f32)> {
 impl Studio {
     /// The shared session's pens of others, and the radius of the rings around them, metres.
     pub(super) fn others(&self) -> (impl Iterator<Item = (Author, Vec3)> + '_, f32) {
-        let shared = match &self.subject {
-            Subject::Sketch(document) => document.shared(),
-            Subject::Replay(_) => None,
-        };
-        let pens = shared.into_iter().flat_map(Shared::pens).take(MOST_SHOWN);
+        let pens = self.session.live().into_iter().flat_map(Live::pens).take(MOST_SHOWN);
         (pens.map(|pen| (pen.author, pen.at)), self.navigator.distance_m() * RING_PART)
     }
 
@@ -59,7 +55,7 @@ impl Studio {
             return Vec::new();
         }
         let hands = self.hands_before_screens();
-        let mut views = self.room.views(&self.navigator, &hands, aspect, &self.subject.bounds());
+        let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
         // Where two eyes share a part of the window, one of them has the name.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut found = Vec::new();

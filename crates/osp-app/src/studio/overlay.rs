@@ -11,41 +11,41 @@ use osp_session::recording::Motion;
 impl Studio {
     /// Culled polygons, to be drawn tinted: only while the eye is elsewhere than the culling camera.
     pub(super) fn find_culled(&mut self) {
-        self.culled.clear();
-        self.hidden.clear();
+        self.shown.culled.clear();
+        self.shown.hidden.clear();
         if self.layers.culled && self.frozen.is_some() {
-            self.culling.left_out(self.subject.scene(), &mut self.culled, &mut self.hidden);
+            self.culling.left_out(self.session.scene(), &mut self.shown.culled, &mut self.shown.hidden);
         }
     }
 
     /// Draws the lines on top of the model: floor, views, nodes, shadows, outlines, pen and hand.
     pub(super) fn draw_lines(&mut self, size_px: Vec2) {
-        self.lines.clear();
-        let Some(first) = self.views.first() else { return };
+        self.shown.lines.clear();
+        let Some(first) = self.shown.views.first() else { return };
         let view = first.view;
-        let scene = self.subject.scene();
+        let scene = self.session.scene();
         if self.layers.grid {
             layers::draw_grid(
                 view.eye_in_world,
                 self.navigator.target(),
                 self.navigator.distance_m(),
-                &mut self.lines,
+                &mut self.shown.lines,
             );
         }
         if let Some(frozen) = &self.frozen {
             for view in frozen {
-                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.lines);
+                layers::draw_view(view, self.navigator.distance_m().max(0.2) * 0.8, &mut self.shown.lines);
             }
         }
         if self.layers.nodes {
             let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
-            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.lines);
+            layers::draw_nodes(self.culling.index(), &frustum, self.layers.node_depth, &mut self.shown.lines);
         }
         if self.layers.shadows {
             let culled_from = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view);
-            let length_m = self.subject.bounds().extent().length().max(0.1) * 2.0;
+            let length_m = self.session.bounds().extent().length().max(0.1) * 2.0;
             let shadows = self.culling.shadows();
-            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.lines);
+            layers::draw_shadows(culled_from.eye_in_world, shadows, length_m, &mut self.shown.lines);
         }
         if self.layers.straddlers {
             let ids = layers::straddlers(scene, &self.culling.root());
@@ -54,55 +54,61 @@ impl Studio {
                 ids.into_iter(),
                 &Motion::STAY,
                 [255, 90, 200, 200],
-                &mut self.lines,
+                &mut self.shown.lines,
             );
         }
-        self.cut = None;
+        self.shown.cut = None;
         if self.layers.cut {
             let frustum = self.frozen.as_ref().and_then(|frozen| frozen.first()).unwrap_or(&view).frustum();
             let in_view = self.culling.in_view(0).into_iter().flat_map(VisibleBlocks::ids);
             let (inside, cut) = layers::inside_and_cut(scene, &frustum, in_view);
-            self.cut = Some((inside, cut.len() as u64));
-            layers::draw_outlines(scene, cut.into_iter(), &Motion::STAY, [255, 60, 60, 230], &mut self.lines);
+            self.shown.cut = Some((inside, cut.len() as u64));
+            layers::draw_outlines(
+                scene,
+                cut.into_iter(),
+                &Motion::STAY,
+                [255, 60, 60, 230],
+                &mut self.shown.lines,
+            );
         }
-        let motion = self.gestures.motion();
-        for stroke in self.selection.strokes() {
+        let motion = self.input.gestures.motion();
+        for stroke in self.input.selection.strokes() {
             if let Some(stroke) = scene.stroke(*stroke).filter(|stroke| stroke.is_visible()) {
                 layers::draw_outlines(
                     scene,
                     stroke.polygon_ids(),
                     &motion,
                     [255, 220, 90, 220],
-                    &mut self.lines,
+                    &mut self.shown.lines,
                 );
             }
         }
         self.draw_aids();
         self.draw_handles(&view, size_px.y);
         if let Some((span, from, to)) = self.shown_span() {
-            draw_span(span, from, to, &mut self.lines);
+            draw_span(span, from, to, &mut self.shown.lines);
         }
         #[cfg(feature = "live")]
         self.draw_others(&view);
         self.draw_pen(&view, size_px);
-        if let Some(hand) = self.watch.hand() {
+        if let Some(hand) = self.input.watch.hand() {
             let p = self.room.to_world(&self.navigator, hand.in_room.0);
             let color = if hand.pressure > 0.0 { [255, 160, 60, 255] } else { [160, 220, 255, 255] };
-            layers::draw_cursor(&view, p, self.brush.width_m * 0.5, color, &mut self.lines);
+            layers::draw_cursor(&view, p, self.input.brush.width_m * 0.5, color, &mut self.shown.lines);
         }
     }
 
     /// Draws a ring in each author's colour where the others draw.
     #[cfg(feature = "live")]
     fn draw_others(&mut self, view: &View) {
-        let mut lines = std::mem::take(&mut self.lines);
+        let mut lines = std::mem::take(&mut self.shown.lines);
         let (others, radius_m) = self.others();
         for (author, at) in others {
-            let (r, g, b) = self.subject.scene().author_color(author);
+            let (r, g, b) = self.session.scene().author_color(author);
             let [r, g, b] = [r, g, b].map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
             layers::draw_cursor(view, at, radius_m, [r, g, b, 255], &mut lines);
         }
-        self.lines = lines;
+        self.shown.lines = lines;
     }
 
     /// Draws the test pattern of each screen for each of its eyes.
@@ -110,8 +116,8 @@ impl Studio {
         if !self.room.shows_pattern() {
             return;
         }
-        self.patterns.resize_with(self.views.len(), LineBatch::default);
-        for (view, lines) in self.views.iter().zip(&mut self.patterns) {
+        self.shown.patterns.resize_with(self.shown.views.len(), LineBatch::default);
+        for (view, lines) in self.shown.views.iter().zip(&mut self.shown.patterns) {
             lines.clear();
             self.room.draw_pattern(&self.navigator, view, lines);
         }
@@ -119,23 +125,28 @@ impl Studio {
 
     fn draw_pen(&mut self, view: &View, size_px: Vec2) {
         let aspect = size_px.x / size_px.y.max(1.0);
-        let Some(at) = self.gestures.pointer().filter(|_| self.can_draw()) else { return };
+        let Some(at) = self.input.gestures.pointer().filter(|_| self.can_draw()) else { return };
         let Some((_, aim)) = self.aim(at, size_px.y, aspect) else { return };
-        let [r, g, b, _] = self.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
-        match self.tool {
+        let [r, g, b, _] = self.input.brush.color.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8);
+        match self.input.tool {
             ToolChoice::Draw(_) => {
-                if let Some(anchor) = self.pen.anchor() {
-                    layers::draw_plane(view, anchor, self.navigator.distance_m() * 0.5, &mut self.lines);
+                if let Some(anchor) = self.input.pen.anchor() {
+                    layers::draw_plane(
+                        view,
+                        anchor,
+                        self.navigator.distance_m() * 0.5,
+                        &mut self.shown.lines,
+                    );
                 }
-                for pair in self.pen.outline().windows(2) {
-                    self.lines.line(pair[0], pair[1], [r, g, b, 255], Depth::Through);
+                for pair in self.input.pen.outline().windows(2) {
+                    self.shown.lines.line(pair[0], pair[1], [r, g, b, 255], Depth::Through);
                 }
                 let width_m = self.brush_at(view, aim, size_px.y).width_m;
-                layers::draw_cursor(view, aim, width_m * 0.5, [r, g, b, 255], &mut self.lines);
+                layers::draw_cursor(view, aim, width_m * 0.5, [r, g, b, 255], &mut self.shown.lines);
             }
             ToolChoice::Erase => {
                 let radius_m = self.navigator.distance_m() * 0.012;
-                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.lines);
+                layers::draw_cursor(view, aim, radius_m, [255, 90, 90, 255], &mut self.shown.lines);
             }
             ToolChoice::Select | ToolChoice::Span(_) => {}
         }

@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
-use super::{FrameReport, Studio};
+use super::{Studio, parts::FrameReport};
 #[cfg(feature = "live")]
-use crate::shared::{Overlay, Shared};
+use crate::session::{Live, Overlay};
 use crate::{
     culling::Culling,
     layers::LayerChoice,
@@ -10,7 +10,7 @@ use crate::{
     pen::{Brush, Snap},
     room::{Room, RoomView},
     selection::Selection,
-    subject::Subject,
+    session::Session,
     tool::ToolChoice,
     tracker::{Listening, Senders, Tracker, Watch},
 };
@@ -27,26 +27,20 @@ use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 impl Studio {
     /// Sets the tracker to listen to.
     pub fn set_tracker(&mut self, tracker: Tracker) {
-        self.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
-        self.tracker = Some(tracker);
+        self.input.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
+        self.input.tracker = Some(tracker);
     }
 
     /// Own strokes that are not in a shared session yet.
     #[cfg(feature = "live")]
     pub fn overlay(&self) -> Option<&Overlay> {
-        match &self.subject {
-            Subject::Sketch(document) => document.shared().map(Shared::overlay),
-            Subject::Replay(_) => None,
-        }
+        self.session.live().map(Live::overlay)
     }
 
     /// Own strokes that are not in a shared session yet.
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
-        match &mut self.subject {
-            Subject::Sketch(document) => document.shared_mut().map(Shared::overlay_mut),
-            Subject::Replay(_) => None,
-        }
+        self.session.live_mut().map(Live::overlay_mut)
     }
 
     /// Takes potentially visible sets of the finished model.
@@ -77,37 +71,37 @@ impl Studio {
 
     /// The tracker, if one is listened to.
     pub fn tracker(&self) -> Option<&Tracker> {
-        self.tracker.as_ref()
+        self.input.tracker.as_ref()
     }
 
     /// What the tracker has said lately.
     pub fn watch(&self) -> &Watch {
-        &self.watch
+        &self.input.watch
     }
 
     /// While the tracker is calibrated, its hands do not draw.
     pub fn set_calibrating(&mut self, is_calibrating: bool) {
-        self.is_calibrating = is_calibrating;
+        self.input.is_calibrating = is_calibrating;
     }
 
     /// The screens that the head is behind, or nearly touches.
     pub fn screens_behind(&self) -> impl Iterator<Item = &str> {
-        self.room.screens_behind(&self.views)
+        self.room.screens_behind(&self.shown.views)
     }
 
     /// The last frame's picture was handed to the display.
     pub fn note_shown(&mut self) {
-        self.watch.note_shown(Instant::now());
+        self.input.watch.note_shown(Instant::now());
     }
 
     /// The session or replay that the window shows.
-    pub fn subject(&self) -> &Subject {
-        &self.subject
+    pub fn session(&self) -> &Session {
+        &self.session
     }
 
     /// The model.
     pub fn scene(&self) -> &Scene {
-        self.subject.scene()
+        self.session.scene()
     }
 
     /// The culling.
@@ -117,28 +111,28 @@ impl Studio {
 
     /// Records the time to draw the last frame, nanoseconds.
     pub fn note_drawing(&mut self, ns: u64) {
-        self.culling.note_drawing(self.report.drawn, ns);
+        self.culling.note_drawing(self.shown.report.drawn, ns);
     }
 
     /// The settings of the pen.
     pub fn brush(&self) -> Brush {
-        self.brush
+        self.input.brush
     }
 
     /// The tool of the pointer.
     pub fn tool(&self) -> ToolChoice {
-        self.tool
+        self.input.tool
     }
 
     /// How strokes find their depth.
     pub fn snap(&self) -> Snap {
-        self.snap
+        self.input.snap
     }
 
     /// Of the polygons in the first view, how many lie in the frustum as a whole, and how many its planes cut; only while
     /// that is shown.
     pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
-        self.cut
+        self.shown.cut
     }
 
     /// The moment at which brushes that move by themselves stand still, seconds; `None` if they move.
@@ -158,7 +152,7 @@ impl Studio {
 
     /// The selected strokes.
     pub fn selection(&self) -> &Selection {
-        &self.selection
+        &self.input.selection
     }
 
     /// The camera.
@@ -205,42 +199,42 @@ impl Studio {
 
     /// Times and counts of the last frame.
     pub fn report(&self) -> FrameReport {
-        self.report
+        self.shown.report
     }
 
     /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
     /// arrived; `None` where there is none.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
-        self.while_drawing
+        self.shown.while_drawing
     }
 
     /// The painter reports what the GPU culled.
     pub(crate) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
-        self.while_drawing = counts;
+        self.shown.while_drawing = counts;
     }
 
     /// The views of the last frame, one for each screen and eye.
     pub fn views(&self) -> &[RoomView] {
-        &self.views
+        &self.shown.views
     }
 
     /// The lines drawn on top of the model in the last frame.
     pub fn lines(&self) -> &LineBatch {
-        &self.lines
+        &self.shown.lines
     }
 
     /// The lines of a view: those on top of the model, or the test pattern of its screen.
     pub(crate) fn lines_of(&self, view: usize) -> &LineBatch {
-        self.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.lines)
+        self.shown.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.shown.lines)
     }
 
     /// Polygons outside of the views of the last frame; empty unless they are to be shown.
     pub fn culled(&self) -> &VisibleBlocks {
-        &self.culled
+        &self.shown.culled
     }
 
     /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
     pub fn hidden(&self) -> &VisibleBlocks {
-        &self.hidden
+        &self.shown.hidden
     }
 }

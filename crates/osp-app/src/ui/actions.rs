@@ -1,5 +1,8 @@
-use super::{dialog::Ask, numbers, wishes::Wishes};
-use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio, subject::Subject};
+use super::{
+    numbers,
+    wishes::{Ask, Wishes},
+};
+use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio};
 use osp_rivals::IndexKind;
 
 /// What a key, a menu entry or a button does.
@@ -56,7 +59,7 @@ impl Action {
             Self::ToggleBrushes | Self::ToggleStraight | Self::ToggleMirror | Self::ToggleScreenWidth => {
                 studio.can_draw()
             }
-            Self::TogglePlay => matches!(studio.subject(), Subject::Replay(_)),
+            Self::TogglePlay => studio.session().is_replay(),
             _ => true,
         }
     }
@@ -77,19 +80,17 @@ impl Action {
                 let next = next_of(&numbers::sound_occlusion(), studio.culling().occlusion());
                 wishes.commands.push(Command::Occlusion(next));
             }
-            Self::Save => match studio.subject() {
-                Subject::Sketch(document) if document.journal().is_named() && !document.is_read_only() => {
-                    wishes.commands.push(Command::Save);
-                }
-                _ => wishes.ask = Some(Ask::SaveAs),
-            },
+            Self::Save if studio.session().journal().is_named() && !studio.session().is_read_only() => {
+                wishes.commands.push(Command::Save);
+            }
+            Self::Save => wishes.ask = Some(Ask::SaveAs),
             Self::AskOpen => wishes.ask = Some(Ask::Open),
             Self::AskSaveAs => wishes.ask = Some(Ask::SaveAs),
             Self::AskExport => wishes.ask = Some(Ask::Export),
             Self::AskPicture => wishes.ask = Some(Ask::Picture),
             Self::TogglePlay => {
-                if let Subject::Replay(player) = studio.subject() {
-                    wishes.commands.push(Command::Play(!player.is_playing()));
+                if let Some(replay) = studio.session().replay() {
+                    wishes.commands.push(Command::Play(!replay.is_playing()));
                 }
             }
             Self::TogglePyramid => {

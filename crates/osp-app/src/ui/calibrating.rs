@@ -3,13 +3,15 @@
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
 
-use super::{
-    room::{LOST_SECS, age_secs},
-    wishes::Wishes,
+use super::wishes::Wishes;
+use crate::{command::Command, studio::Studio, tracker::Heard};
+use osp_session::{
+    platform::time::Instant,
+    rig::{Calibration, RoomFromTracker, Screen},
 };
-use crate::{command::Command, studio::Studio};
-use osp_session::rig::{Calibration, RoomFromTracker, Screen};
 
+/// A pose of this age, seconds, is shown as lost.
+pub(super) const LOST_SECS: f32 = 0.5;
 /// The corners in the order in which they are touched.
 const CORNERS: [&str; 3] = ["lower left", "lower right", "upper left"];
 /// Largest error, metres, that is called good.
@@ -140,4 +142,9 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
         is_taken
     })
     .inner
+}
+
+/// How long ago a pose was heard, seconds.
+pub(super) fn age_secs(heard: &Heard) -> f32 {
+    Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }

@@ -8,22 +8,13 @@ use egui::{
     text::{CCursor, CCursorRange},
 };
 
-use super::questions::ALARM;
-use crate::{command::Command, studio::Studio, subject::Subject};
+use super::wishes::{ALARM, Ask};
+use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
 /// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
 /// portal brings up is not known, and one question too many is better than a file too few.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
-
-/// The purpose of a path that the window asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ask {
-    Open,
-    SaveAs,
-    Export,
-    Picture,
-}
 
 impl Ask {
     fn title(self) -> &'static str {
@@ -88,13 +79,10 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
         Ask::Export => "glb",
         Ask::Picture => "png",
     };
-    let named = match studio.subject() {
-        Subject::Sketch(document) => Some(document.journal()).filter(|journal| journal.is_named()),
-        Subject::Replay(player) => return player.path().with_extension(ending),
-    };
-    match named {
-        Some(journal) => journal.path().with_extension(ending),
-        None => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
+    let session = studio.session();
+    match session.journal().is_named() {
+        true => session.path().with_extension(ending),
+        false => std::env::home_dir().unwrap_or_default().join("sketch").with_extension(ending),
     }
 }
 

@@ -33,7 +33,6 @@ use crate::{
     settings::{Settings, SettingsKeeper, Theme},
     stats::{FrameTimes, History, PassHistory},
     studio::Studio,
-    subject::Subject,
 };
 use osp::frame::StageClock;
 use osp_render::PassTimes;
@@ -157,8 +156,8 @@ impl Interface {
             });
         });
         Panel::bottom("status").resizable(false).show(ui, |ui| {
-            if let Subject::Replay(player) = studio.subject() {
-                replay_bar::show(ui, player, studio.follows_replay_camera(), &mut wishes);
+            if let Some(replay) = studio.session().replay() {
+                replay_bar::show(ui, replay, studio.follows_replay_camera(), &mut wishes);
             }
             if !studio.is_reading() {
                 work(ui, studio, &mut wishes);
@@ -280,11 +279,8 @@ impl Interface {
 
     /// Follows the settings, and notes a session that was opened or saved under a name.
     fn settle(&mut self, ctx: &Context, studio: &Studio) {
-        let named = match studio.subject() {
-            Subject::Sketch(document) if document.journal().is_named() => document.journal().path(),
-            Subject::Sketch(_) => Path::new(""),
-            Subject::Replay(player) => player.path(),
-        };
+        let session = studio.session();
+        let named = if session.journal().is_named() { session.path() } else { Path::new("") };
         if named != self.shown {
             named.clone_into(&mut self.shown);
             // A name that is no text cannot be kept in one. An autosave file is listed as such.
@@ -406,11 +402,11 @@ fn status(ui: &mut Ui, studio: &Studio) {
             ui.label(message).on_hover_text(earlier);
         }
         None => {
-            let hint = match studio.subject() {
-                Subject::Sketch(_) => {
+            let hint = match studio.session().is_replay() {
+                false => {
                     "left button: draw    right button: orbit    wheel: nearer    W A S D Q E: fly    Ctrl+Z: undo    F1: all keys"
                 }
-                Subject::Replay(_) => {
+                true => {
                     "Space: play    right button: orbit    wheel: nearer    W A S D Q E: fly    C: freeze culling    F1: all keys"
                 }
             };

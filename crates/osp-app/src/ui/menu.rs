@@ -1,8 +1,9 @@
-use egui::{Button, MenuBar, Ui};
+use egui::{MenuBar, Ui};
 
 use super::{
     actions::Action,
-    keys::{LARGER, SHORTCUTS, SMALLER, TURN_LEFT, TURN_RIGHT},
+    entry::entry,
+    keys::{LARGER, SMALLER, TURN_LEFT, TURN_RIGHT},
     recent::RecentList,
     wishes::Wishes,
 };
@@ -118,24 +119,4 @@ fn view(ui: &mut Ui, studio: &Studio, settings: &mut Settings, wishes: &mut Wish
         }
     });
     ui.menu_button("Size of letters", egui::gui_zoom::zoom_menu_buttons);
-}
-
-/// A line of a menu with its key.
-pub(super) fn entry(
-    ui: &mut Ui,
-    name: &str,
-    action: Action,
-    studio: &Studio,
-    wishes: &mut Wishes,
-) -> egui::Response {
-    let mut button = Button::new(name);
-    if let Some(shortcut) = SHORTCUTS.iter().find(|shortcut| shortcut.action == action) {
-        button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut.keys));
-    }
-    let response = ui.add_enabled(action.is_possible(studio), button);
-    if response.clicked() {
-        action.perform(studio, wishes);
-        ui.close();
-    }
-    response
 }

@@ -8,6 +8,7 @@ mod brushes;
 mod calibrating;
 mod canvas;
 mod dialog;
+mod entry;
 mod groups;
 mod interface;
 mod keys;

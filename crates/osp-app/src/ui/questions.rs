@@ -1,15 +1,11 @@
-use egui::{Align2, Color32, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
+use egui::{Align2, Context, Frame, Id, Key, Modal, RichText, Ui, Vec2, Window};
 
-use super::{dialog::Ask, wishes::Wishes};
+use super::wishes::{ALARM, Ask, Wishes};
 use crate::{
     command::Command,
     question::{Answer, Question},
     studio::Studio,
-    subject::Subject,
 };
-
-/// The colour of warnings.
-pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
 /// Widest text, points; a narrow window has narrower ones.
 const WIDEST: f32 = 420.0;
@@ -55,8 +51,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
 
 /// The warning that the session's file cannot be written, above the model, for as long as that is so.
 pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
-    let Subject::Sketch(document) = studio.subject() else { return };
-    let journal = document.journal();
+    let journal = studio.session().journal();
     let Some(trouble) = journal.trouble() else { return };
     Window::new("trouble")
         .title_bar(false)

@@ -2,8 +2,8 @@ use std::path::{Path, PathBuf};
 
 use egui::{RichText, Ui};
 
-use super::{actions::Action, menu::entry, wishes::Wishes};
-use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio, subject::Subject};
+use super::{actions::Action, entry::entry, wishes::Wishes};
+use crate::{command::Command, journal::Autosave, settings::Settings, studio::Studio};
 use osp_session::platform::fs;
 
 /// Autosaves that are listed.
@@ -34,10 +34,8 @@ impl RecentList {
 
     /// Looks for autosave files when the menu is opened, and not again in each of its frames.
     fn refresh(&mut self, pass: u64, studio: &Studio) {
-        let open = match studio.subject() {
-            Subject::Sketch(document) => document.journal().path(),
-            Subject::Replay(_) => Path::new(""),
-        };
+        let session = studio.session();
+        let open = if session.is_replay() { Path::new("") } else { session.path() };
         // A frame may take more than one pass.
         let is_still_open = self.shown_in.is_some_and(|shown| pass.saturating_sub(shown) <= 3);
         self.shown_in = Some(pass);

@@ -1,12 +1,12 @@
 use egui::{Rect, Response, RichText, Slider, Stroke, Ui};
 
 use super::wishes::Wishes;
-use crate::{command::Command, player::Player};
+use crate::{command::Command, session::Replay};
 
 /// Play, pause, step, and the position in the session.
-pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &mut Wishes) {
+pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &mut Wishes) {
     ui.horizontal(|ui| {
-        let is_playing = player.is_playing();
+        let is_playing = replay.is_playing();
         if ui.button(if is_playing { "Pause" } else { "Play" }).on_hover_text("Space").clicked() {
             wishes.commands.push(Command::Play(!is_playing));
         }
@@ -16,7 +16,7 @@ pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &
         if ui.button(">").on_hover_text("next frame (.)").clicked() {
             wishes.commands.push(Command::Step(1));
         }
-        let mut speed = player.speed();
+        let mut speed = replay.speed();
         let slider = Slider::new(&mut speed, 0.1..=100.0).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;
         if ui.add(slider).on_hover_text("number of recorded frames for each frame shown").changed() {
@@ -28,13 +28,13 @@ pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &
         }
     });
     ui.horizontal(|ui| {
-        let mut position = player.position();
-        let count = player.frame_count();
-        let time = format!("{} of {}", minutes(player.secs_at(position)), minutes(player.secs_at(count)));
+        let mut position = replay.position();
+        let count = replay.frame_count();
+        let time = format!("{} of {}", minutes(replay.secs_at(position)), minutes(replay.secs_at(count)));
         let label = ui.label(time);
         ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
         let slider = ui.add(Slider::new(&mut position, 0..=count).show_value(false)).labelled_by(label.id);
-        marks(ui, &slider, player);
+        marks(ui, &slider, replay);
         if slider.on_hover_text("position in the session; a mark for each stroke").changed() {
             wishes.commands.push(Command::Seek(position));
         }
@@ -43,15 +43,15 @@ pub(super) fn show(ui: &mut Ui, player: &Player, follows_camera: bool, wishes: &
 }
 
 /// A mark below the slider where a stroke begins; one for all that fall on the same point.
-fn marks(ui: &Ui, slider: &Response, player: &Player) {
+fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     let Rect { min, max } = slider.rect;
     // The handle's middle goes no farther out than its radius.
     let radius = slider.rect.height() / 2.5;
     let (left, right) = (min.x + radius, max.x - radius);
-    let count = player.frame_count().max(1) as f32;
+    let count = replay.frame_count().max(1) as f32;
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
     let at = |frame: u64| left + (right - left) * (frame as f32 / count);
-    let mut starts = player.stroke_starts();
+    let mut starts = replay.stroke_starts();
     while let Some(&frame) = starts.first() {
         let x = at(frame);
         ui.painter().vline(x, max.y - 3.0..=max.y, stroke);

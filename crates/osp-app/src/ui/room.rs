@@ -6,7 +6,11 @@ use egui::{
 };
 use glam::{Vec2, Vec3};
 
-use super::{calibrating::Calibrating, numbers::count, wishes::Wishes};
+use super::{
+    calibrating::{Calibrating, LOST_SECS, age_secs},
+    numbers::count,
+    wishes::Wishes,
+};
 use crate::{
     command::Command,
     studio::Studio,
@@ -20,8 +24,6 @@ use osp_session::{
 
 /// Size of the plan, points.
 const PLAN: egui::Vec2 = vec2(112.0, 78.0);
-/// A pose of this age, seconds, is shown as lost.
-pub(super) const LOST_SECS: f32 = 0.5;
 
 const HEAD: Color32 = Color32::from_rgb(90, 200, 120);
 const HAND: Color32 = Color32::from_rgb(80, 170, 240);
@@ -46,10 +48,6 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
         );
         ui.colored_label(LOST, text);
     }
-}
-
-pub(super) fn age_secs(heard: &Heard) -> f32 {
-    Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }
 
 /// What the tracker says.

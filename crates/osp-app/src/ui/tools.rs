@@ -1,13 +1,16 @@
 use egui::{Button, Color32, ComboBox, DragValue, RichText, Slider, Ui, Vec2};
 
-use super::{actions::Action, brushes::BrushList, questions::ALARM, wishes::Wishes};
+use super::{
+    actions::Action,
+    brushes::BrushList,
+    wishes::{ALARM, Wishes},
+};
 use crate::{
     command::Command,
-    document::{Access, Opening},
     drawing_aids::Aids,
     pen::{Brush, Snap},
+    session::{Access, Opening},
     studio::Studio,
-    subject::Subject,
     tool::{Span, ToolChoice},
 };
 use osp_session::recording::Tool;
@@ -184,8 +187,11 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
 
 /// Where the session is saved, and whether all of it is.
 fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
-    let Subject::Sketch(document) = studio.subject() else { return };
-    let journal = document.journal();
+    let session = studio.session();
+    if session.is_replay() {
+        return;
+    }
+    let journal = session.journal();
     let name = journal.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let whole = journal.path().display().to_string();
     ui.add_space(6.0);
@@ -193,8 +199,8 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         ui.label(RichText::new(text).weak()).on_hover_text(&whole);
     };
     #[cfg(feature = "live")]
-    if let Some(shared) = document.shared() {
-        line(ui, format!("{}: {}", shared.session(), shared.shown()));
+    if let Some(live) = session.live() {
+        line(ui, format!("{}: {}", live.session(), live.shown()));
     }
     if journal.is_read_only() {
         line(ui, format!("read-only: {name}"));
@@ -208,7 +214,7 @@ fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             (None, missing) => format!("{missing} events are NOT saved"),
         };
         ui.label(RichText::new(text).color(ALARM).small());
-    } else if document.event_count() == 0 || !(journal.is_changed() || journal.is_named()) {
+    } else if session.event_count() == 0 || !(journal.is_changed() || journal.is_named()) {
         line(ui, "saves itself as you draw".to_owned());
     } else {
         line(ui, format!("saved: {name}"));

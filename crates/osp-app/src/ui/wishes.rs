@@ -1,5 +1,18 @@
-use super::dialog::Ask;
+use egui::Color32;
+
 use crate::command::Command;
+
+/// The colour of warnings.
+pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
+
+/// The purpose of a path that the window asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ask {
+    Open,
+    SaveAs,
+    Export,
+    Picture,
+}
 
 /// Commands that the panels asked for; they are carried out when all panels are laid out.
 #[derive(Debug, Default)]

@@ -6,8 +6,8 @@ use thiserror::Error;
 use winit::event_loop::EventLoop;
 
 use crate::{
-    document::OpenError,
     journal::Unwritten,
+    session::OpenError,
     tracker::{TrackerAddress, TrackerError, TrackerOptions},
 };
 use osp_render::RenderError;

@@ -2,12 +2,11 @@
 
 use std::{io, path::PathBuf};
 
-use super::Progress;
+use super::progress::Progress;
 use crate::{
     culling::{CullingPlan, Indexed, Indexing},
-    document::{Document, DocumentReader, OpenError, Opened, Opening, Started},
     journal::Autosaves,
-    player::{Player, PlayerReader},
+    session::{OpenError, Opened, Opening, ReplayReader, Session, SessionReader, Started},
 };
 use osp_session::{
     export::{ExportError, GltfCounts},
@@ -17,20 +16,20 @@ use osp_session::{
 
 /// A session to draw on.
 #[derive(Debug)]
-pub(super) struct ReadSession {
-    pub(super) document: Document,
-    pub(super) opened: Opened,
-    pub(super) indexed: Option<Indexed>,
+pub(crate) struct ReadSession {
+    pub(crate) session: Session,
+    pub(crate) opened: Opened,
+    pub(crate) indexed: Option<Indexed>,
 }
 
 /// What came of some work.
 #[derive(Debug)]
-pub(super) enum Done {
+pub(crate) enum Done {
     /// `is_sole`: without it the window has nothing to show.
     Played {
         path: PathBuf,
         is_sole: bool,
-        outcome: Result<Box<Player>, RecordingError>,
+        outcome: Result<Box<Session>, RecordingError>,
     },
     Opened {
         path: PathBuf,
@@ -45,7 +44,7 @@ pub(super) enum Done {
 }
 
 /// Work that can be done in steps.
-pub(super) trait Task: Send {
+pub(crate) trait Task: Send {
     /// Takes a step; returns what came of the work after the last one, which the first step after it was cancelled is.
     fn step(&mut self, progress: &Progress) -> Option<Done>;
 
@@ -60,29 +59,29 @@ pub(super) trait Task: Send {
 }
 
 /// A session that is read to play it.
-pub(super) struct ToPlay {
-    pub(super) path: PathBuf,
-    pub(super) reader: PlayerReader,
-    pub(super) plays: bool,
-    pub(super) is_sole: bool,
+pub(crate) struct ToPlay {
+    pub(crate) path: PathBuf,
+    pub(crate) reader: ReplayReader,
+    pub(crate) plays: bool,
+    pub(crate) is_sole: bool,
 }
 
 impl Task for ToPlay {
     fn step(&mut self, progress: &Progress) -> Option<Done> {
-        let player = match progress.note(self.reader.events()) {
+        let session = match progress.note(self.reader.events()) {
             true => self.reader.step(),
             false => Err(RecordingError::io(&self.path, io::ErrorKind::Interrupted.into())),
         };
-        let outcome = player.transpose()?.map(|mut player| {
-            player.play(self.plays);
-            Box::new(player)
+        let outcome = session.transpose()?.map(|mut session| {
+            session.play(self.plays);
+            Box::new(session)
         });
         Some(Done::Played { path: self.path.clone(), is_sole: self.is_sole, outcome })
     }
 }
 
 /// A session that is read to draw on it, and inserted into an index.
-pub(super) struct ToDraw {
+pub(crate) struct ToDraw {
     path: PathBuf,
     how: Opening,
     is_new: bool,
@@ -93,13 +92,13 @@ pub(super) struct ToDraw {
 
 enum Stage {
     Closed,
-    Reading(Box<DocumentReader>),
-    Indexing(Box<(Document, Opened, Indexing)>),
+    Reading(Box<SessionReader>),
+    Indexing(Box<(Session, Opened, Indexing)>),
     Over,
 }
 
 impl ToDraw {
-    pub(super) fn new(path: PathBuf, autosaves: Autosaves, how: Opening, plan: CullingPlan) -> Self {
+    pub(crate) fn new(path: PathBuf, autosaves: Autosaves, how: Opening, plan: CullingPlan) -> Self {
         Self { path, how, is_new: false, plan, autosaves, stage: Stage::Closed }
     }
 
@@ -108,9 +107,9 @@ impl ToDraw {
         Done::Opened { path: self.path.clone(), how: self.how, is_new: self.is_new, outcome }
     }
 
-    fn begin_index(&self, document: Document, opened: Opened) -> Stage {
-        let indexing = self.plan.clone().begin_index(document.scene(), &document.bounds());
-        Stage::Indexing(Box::new((document, opened, indexing)))
+    fn begin_index(&self, session: Session, opened: Opened) -> Stage {
+        let indexing = self.plan.clone().begin_index(session.scene(), &session.bounds());
+        Stage::Indexing(Box::new((session, opened, indexing)))
     }
 
     /// Takes a step; what came of it after the last one.
@@ -119,8 +118,8 @@ impl ToDraw {
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
             Stage::Closed => {
                 self.is_new = !platform::fs::is_there(&self.path);
-                match Document::start(&self.path, &self.autosaves, self.how)? {
-                    Started::Empty(document) => self.begin_index(*document, Opened::default()),
+                match Session::start(&self.path, &self.autosaves, self.how)? {
+                    Started::Empty(session) => self.begin_index(*session, Opened::default()),
                     Started::Reads(reader) => Stage::Reading(reader),
                 }
             }
@@ -132,8 +131,8 @@ impl ToDraw {
                 match reader.step() {
                     Ok(true) => Stage::Reading(reader),
                     Ok(false) => {
-                        let (document, opened) = reader.finish()?;
-                        self.begin_index(document, opened)
+                        let (session, opened) = reader.finish()?;
+                        self.begin_index(session, opened)
                     }
                     Err(error) => {
                         reader.give_up();
@@ -142,18 +141,18 @@ impl ToDraw {
                 }
             }
             Stage::Indexing(mut indexing) => {
-                let (document, _, steps) = &mut *indexing;
-                let is_cancelled = !progress.note(document.event_count());
-                if !is_cancelled && steps.step(document.scene()) {
+                let (session, _, steps) = &mut *indexing;
+                let is_cancelled = !progress.note(session.event_count());
+                if !is_cancelled && steps.step(session.scene()) {
                     Stage::Indexing(indexing)
                 } else {
-                    let (document, opened, steps) = *indexing;
+                    let (session, opened, steps) = *indexing;
                     if is_cancelled {
-                        let closed = document.close();
+                        let closed = session.close();
                         debug_assert!(closed.is_ok(), "nothing was drawn in it");
                         return Err(cancelled());
                     }
-                    return Ok(Some(ReadSession { document, opened, indexed: Some(steps.finish()) }));
+                    return Ok(Some(ReadSession { session, opened, indexed: Some(steps.finish()) }));
                 }
             }
             Stage::Over => Stage::Over,
@@ -171,21 +170,21 @@ impl Task for ToDraw {
     fn run(mut self: Box<Self>, progress: &Progress) -> Done {
         self.is_new = !platform::fs::is_there(&self.path);
         let go_on = |done| progress.note(done);
-        let opened = Document::open_watched(&self.path, &self.autosaves, self.how, &go_on);
-        let outcome = opened.map(|(document, opened)| {
+        let opened = Session::open_watched(&self.path, &self.autosaves, self.how, &go_on);
+        let outcome = opened.map(|(session, opened)| {
             let plan = self.plan.clone();
-            let indexed = progress.wants_index().then(|| plan.index(document.scene(), &document.bounds()));
-            ReadSession { document, opened, indexed }
+            let indexed = progress.wants_index().then(|| plan.index(session.scene(), &session.bounds()));
+            ReadSession { session, opened, indexed }
         });
         self.done(outcome)
     }
 }
 
 /// Work that is not cut into steps.
-pub(super) struct Whole<F>(Option<F>);
+pub(crate) struct Whole<F>(Option<F>);
 
 impl<F> Whole<F> {
-    pub(super) fn new(work: F) -> Self {
+    pub(crate) fn new(work: F) -> Self {
         Self(Some(work))
     }
 }

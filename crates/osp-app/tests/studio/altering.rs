@@ -5,7 +5,7 @@ use std::path::Path;
 use egui::{Event as UiEvent, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use osp::{glam::Vec3, math::Aabb, polygon::Change, view::View};
-use osp_app::{Altering, Button, Command, Held, Placing, Subject, ToolChoice};
+use osp_app::{Altering, Button, Command, Held, Placing, ToolChoice};
 use osp_session::{
     recording::{self, Author, Event, GroupId, OpenOptions, StrokeId},
     scene::Scene,
@@ -41,8 +41,8 @@ fn close(a: &Aabb, b: &Aabb) {
 }
 
 fn path(table: &Table) -> &Path {
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
-    document.journal().path()
+    let document = table.studio.session();
+    document.path()
 }
 
 fn events(path: &Path) -> Vec<Event> {
@@ -141,9 +141,7 @@ fn a_session_that_ended_within_a_step_goes_on_beside_it() {
     let other = table.folder.path().join("cut.ron");
     std::fs::write(&other, &text[..cut]).expect("written");
     table.studio.command(Command::Open(other.clone()));
-    assert!(
-        matches!(table.studio.subject(), Subject::Sketch(document) if document.journal().path() == other)
-    );
+    assert!(table.studio.session().path() == other);
     table.frame();
     let before = looks(table.studio.scene()).len();
     table.studio.command(Command::Tool(ToolChoice::Draw(recording::Tool::Ribbon)));

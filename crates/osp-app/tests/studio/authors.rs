@@ -1,7 +1,7 @@
 //! The list of those who draw, and what each of them drew.
 
 use egui_kittest::kittest::Queryable;
-use osp_app::{Player, Subject};
+use osp_app::Session;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
 use crate::panel::{sketch, window};
@@ -9,8 +9,8 @@ use crate::panel::{sketch, window};
 #[test]
 fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
     let path = std::path::Path::new(crate::repository::ROOT).join("recordings/class.ron");
-    let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
-    let mut harness = window(|_| Subject::Replay(Box::new(player)));
+    let player = Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
+    let mut harness = window(|_| player);
     assert!(harness.query_by_label("Authors (3)").is_none(), "nobody has joined before the first frame");
     harness.state_mut().studio.command(osp_app::Command::Seek(u64::MAX));
     harness.run_steps(3);

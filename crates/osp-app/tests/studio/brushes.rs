@@ -3,7 +3,7 @@
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam::{Quat, Vec3};
-use osp_app::{Autosaves, Button, Command, Document, Studio, Subject, ToolChoice, tracker};
+use osp_app::{Autosaves, Button, Command, Session, Studio, ToolChoice, tracker};
 use osp_rivals::IndexKind;
 use osp_session::{
     brush,
@@ -236,6 +236,6 @@ fn a_tracker_paints_with_a_brush_by_its_name() {
 fn a_new_window_begins_plain() {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+    let subject = Session::new(&autosaves);
     assert_eq!(Studio::new(subject, autosaves, IndexKind::Osp).brush().paint(), None);
 }

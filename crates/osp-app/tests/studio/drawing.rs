@@ -5,9 +5,7 @@ use osp::{
     glam::{Vec2, Vec3},
     occlusion::Occlusion,
 };
-use osp_app::{
-    Autosaves, Button, Command, Document, Held, Input, Player, Snap, Stages, Studio, Subject, ToolChoice,
-};
+use osp_app::{Autosaves, Button, Command, Held, Input, Session, Snap, Stages, Studio, ToolChoice};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{self, Event, OpenOptions, Pace, StrokeId, Tool},
@@ -25,7 +23,7 @@ impl Table {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+        let subject = Session::new(&autosaves);
         let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
         studio.frame(SIZE_PX, 0.0);
         Self { folder, studio }
@@ -74,8 +72,8 @@ impl Table {
     }
 
     fn path(&self) -> std::path::PathBuf {
-        let Subject::Sketch(document) = self.studio.subject() else { panic!("a sketch") };
-        document.journal().path().to_owned()
+        let document = self.studio.session();
+        document.path().to_owned()
     }
 }
 
@@ -306,7 +304,7 @@ fn the_file_holds_every_event_at_every_moment() {
     table.input(Input::Press(Button::Primary));
     for i in 1..10 {
         table.input(Input::Move(Vec2::new(0.03 * i as f32, 0.0)));
-        let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+        let document = table.studio.session();
         assert_eq!(events_in(&path).len() as u64, document.event_count());
     }
     // The program is gone in mid-stroke; the next one goes on.
@@ -314,12 +312,12 @@ fn the_file_holds_every_event_at_every_moment() {
     let Table { folder, studio } = table;
     drop(studio);
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let (document, opened) = Document::recover_or_new(&autosaves);
+    let (document, opened) = Session::recover_or_new(&autosaves);
     assert!(opened.is_recovered);
     assert_eq!(document.scene().counts().visible, polygons);
     assert!(document.scene().strokes().iter().all(|stroke| !stroke.is_open()));
     document.close().expect("closed");
-    let (document, opened) = Document::recover_or_new(&autosaves);
+    let (document, opened) = Session::recover_or_new(&autosaves);
     assert!(!opened.is_recovered && document.scene().polygon_count() == 0);
 }
 
@@ -384,9 +382,9 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
 fn rooms() -> (tempfile::TempDir, Studio) {
     let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
-    let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+    let player = Session::to_play(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+    let studio = Studio::new(player, autosaves, IndexKind::Osp);
     (folder, studio)
 }
 

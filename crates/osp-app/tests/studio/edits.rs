@@ -8,7 +8,7 @@ use std::{
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use osp::glam::Vec2;
-use osp_app::{Access, Answer, Autosaves, Button, Command, Document, Held, Input, Opening, Studio, Subject};
+use osp_app::{Access, Answer, Autosaves, Button, Command, Held, Input, Opening, Session, Studio};
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, OpenOptions};
 
@@ -25,8 +25,8 @@ fn autosaves(folder: &Path) -> Autosaves {
 
 fn opened_as(path: &Path, folder: &Path, access: Access) -> Studio {
     let autosaves = autosaves(folder);
-    let opened = Document::open_as(path, &autosaves, Opening::with(access));
-    Studio::new(Subject::Sketch(Box::new(opened.expect("a session").0)), autosaves, IndexKind::Osp)
+    let opened = Session::open_as(path, &autosaves, Opening::with(access));
+    Studio::new(opened.expect("a session").0, autosaves, IndexKind::Osp)
 }
 
 fn opened(path: &Path, folder: &Path) -> Studio {
@@ -47,8 +47,8 @@ fn draw(studio: &mut Studio, height: f32) {
 }
 
 fn path_of(studio: &Studio) -> PathBuf {
-    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
-    document.journal().path().to_owned()
+    let document = studio.session();
+    document.path().to_owned()
 }
 
 /// A model of one triangle.
@@ -193,7 +193,7 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
         write("F-20261124-172500-2.ron", ", from /their/F.tilt: Tilt Brush", stroke, 1_767_225_600);
         write("mine.ron", "", stroke, 0);
         write("empty-20261124-172500.ron.open", "", "", 0);
-        Subject::Sketch(Box::new(Document::new(autosaves)))
+        Session::new(autosaves)
     });
     harness.get_by_role_and_label(Role::Button, "File").click();
     harness.run_steps(3);

@@ -10,23 +10,22 @@ use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;
 use osp_app::{
-    Access, Answer, Autosaves, Button, Command, Document, Input, OpenError, Opening, Question, Studio,
-    Subject, Then, ToolChoice, ui::Interface,
+    Access, Answer, Autosaves, Button, Command, Input, OpenError, Opening, Question, Session, Studio, Then,
+    ToolChoice, ui::Interface,
 };
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
 
 fn opened(path: &Path, folder: &Path, how: Opening) -> Studio {
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));
-    let (document, opened) = Document::open_as(path, &autosaves, how).expect("a session");
-    let mut studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+    let (document, opened) = Session::open_as(path, &autosaves, how).expect("a session");
+    let mut studio = Studio::new(document, autosaves, IndexKind::Osp);
     opened.remarks.into_iter().for_each(|remark| studio.say(remark));
     studio
 }
 
-fn document(studio: &Studio) -> &Document {
-    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
-    document
+fn document(studio: &Studio) -> &Session {
+    studio.session()
 }
 
 /// A line across the window.
@@ -79,9 +78,9 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
         panic!("{:?}", second.question())
     };
     assert!(second.question().expect("one").text().contains(&format!("process {}", std::process::id())));
-    assert_eq!(document(&second).journal().path(), folder.path().join("b.ron"), "nothing happens yet");
+    assert_eq!(document(&second).path(), folder.path().join("b.ron"), "nothing happens yet");
     second.command(Command::Answer(Answer::Cancel));
-    assert_eq!(document(&second).journal().path(), folder.path().join("b.ron"));
+    assert_eq!(document(&second).path(), folder.path().join("b.ron"));
 
     second.command(Command::Open(path.clone()));
     second.command(Command::Answer(Answer::Look));
@@ -97,7 +96,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     assert!(second.can_draw() && second.question().is_none());
     assert_eq!(files_in(&folder.path().join("autosaves")).len(), 1, "a mark, and no copy yet");
     draw(&mut second, 0.3);
-    let copy = document(&second).journal().path().to_owned();
+    let copy = document(&second).path().to_owned();
     assert!(events_in(&copy) > events_in(&path));
     assert_eq!(fs::read(&path).expect("a file"), before, "the first one's file is its own");
 
@@ -110,7 +109,7 @@ fn a_session_that_another_window_has_is_looked_at_or_copied() {
     first.close().expect("written");
     second.command(Command::Answer(Answer::TryAgain));
     assert!(second.question().is_none() && second.can_draw());
-    assert_eq!((document(&second).journal().path(), second.scene().counts().visible), (&*path, drawn));
+    assert_eq!((document(&second).path(), second.scene().counts().visible), (&*path, drawn));
     second.close().expect("written");
 }
 
@@ -130,7 +129,7 @@ fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
     assert_eq!(fs::read(&path).expect("a file"), before);
     let missing = folder.path().join("missing.ron");
     let autosaves = Autosaves::new(Some(folder.path().join("autosaves")));
-    let refused = Document::open_as(&missing, &autosaves, Opening::with(Access::ReadOnly));
+    let refused = Session::open_as(&missing, &autosaves, Opening::with(Access::ReadOnly));
     assert!(matches!(refused, Err(OpenError::Recording(_))), "there is nothing to look at");
 }
 
@@ -165,8 +164,8 @@ fn what_was_not_drawn_here_is_copied() {
         let autosaves = place("autosaves");
         let mut studio = opened(&place(name), folder.path(), Opening::default());
         assert!(said(&studio).contains(why), "{name}: {}", said(&studio));
-        assert!(document(&studio).journal().path().starts_with(&autosaves), "{name}");
-        assert!(!document(&studio).journal().path().exists());
+        assert!(document(&studio).path().starts_with(&autosaves), "{name}");
+        assert!(!document(&studio).path().exists());
         let events = document(&studio).event_count();
         studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
         studio.close().expect("nothing to write");
@@ -174,14 +173,14 @@ fn what_was_not_drawn_here_is_copied() {
 
         let mut studio = opened(&place(name), folder.path(), Opening::default());
         draw(&mut studio, 0.1);
-        let copy = document(&studio).journal().path().to_owned();
+        let copy = document(&studio).path().to_owned();
         assert!(events_in(&copy) as u64 > events, "{name}: the copy is whole");
         // Saved under a name it is one that was drawn here.
         studio.command(Command::SaveAs(place("saved.ron")));
         studio.close().expect("written");
         assert_eq!(fs::read(place(name)).expect("a file"), before, "{name}");
         let again = opened(&place("saved.ron"), folder.path(), Opening::default());
-        assert_eq!(document(&again).journal().path(), place("saved.ron"));
+        assert_eq!(document(&again).path(), place("saved.ron"));
         again.close().expect("unchanged");
         fs::remove_file(place("saved.ron")).expect("removed");
         assert!(files_in(&autosaves).is_empty(), "{name}");
@@ -236,7 +235,7 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         ("close", Studio::ask_to_close),
         ("new", |studio| studio.command(Command::New)),
         ("open", |studio| {
-            let other = document(studio).journal().path().with_file_name("other.ron");
+            let other = document(studio).path().with_file_name("other.ron");
             studio.command(Command::Open(other));
         }),
     ];
@@ -254,12 +253,12 @@ fn a_session_that_is_not_where_it_should_be_is_not_left_without_a_question() {
         assert!(reason.contains("a.ron") && reason.contains("removed"), "{reason}");
         assert!(!studio.is_closing() && document(&studio).event_count() == events);
         studio.command(Command::Answer(Answer::Cancel));
-        assert!(!studio.is_closing() && document(&studio).journal().path() == path);
+        assert!(!studio.is_closing() && document(&studio).path() == path);
         leave(&mut studio);
         studio.command(Command::Answer(Answer::GoOn));
         assert_eq!(studio.is_closing(), what == "close");
         if what != "close" {
-            assert_ne!(document(&studio).journal().path(), path);
+            assert_ne!(document(&studio).path(), path);
         }
         // Whoever runs the program hears of it, too.
         let unwritten = studio.close().expect_err("not in its file");
@@ -360,7 +359,7 @@ fn of_a_damaged_session_the_rest_is_offered() {
     studio.command(Command::Answer(Answer::Lenient));
     assert!(said(&studio).contains("2 damaged pieces were left out"), "{}", said(&studio));
     draw(&mut studio, 0.2);
-    let copy = document(&studio).journal().path().to_owned();
+    let copy = document(&studio).path().to_owned();
     assert!(events_in(&copy) > 5);
     studio.close().expect("written");
     assert_eq!(fs::read_to_string(&path).expect("text"), text);
@@ -402,8 +401,8 @@ const SIZES: [Vec2; 2] = [Vec2::new(1280.0, 800.0), Vec2::new(640.0, 420.0)];
 fn every_question(folder: &Path) -> Vec<Question> {
     let path = drawn(folder, "held.ron");
     let autosaves = Autosaves::new(Some(folder.join("autosaves")));
-    let (holder, _) = Document::open(&path, &autosaves).expect("free");
-    let Err(OpenError::Held(held)) = Document::open(&path, &autosaves) else { panic!("held") };
+    let (holder, _) = Session::open(&path, &autosaves).expect("free");
+    let Err(OpenError::Held(held)) = Session::open(&path, &autosaves) else { panic!("held") };
     holder.close().expect("unchanged");
     let edits = "A sketch with a name of some length-20261124-172500.ron";
     let header = "Header(format:1,name:\"a\",source:\"osp sketch 0.1.0\")\n";

@@ -5,7 +5,7 @@ use std::fs;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use osp::glam::{Quat, Vec2, Vec3};
-use osp_app::{Button, Command, Held, Input, Subject};
+use osp_app::{Button, Command, Held, Input};
 use osp_render::Image;
 use osp_session::recording::{self, Event, OpenOptions};
 
@@ -103,8 +103,8 @@ fn a_replay_reads_a_kept_view_as_no_edit() {
     let mut table = Table::new();
     table.drag(Button::Primary, &across(0.0));
     table.studio.command(Command::KeepView(0));
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
-    let events = recording::open(document.journal().path(), &OpenOptions::default()).expect("a recording");
+    let document = table.studio.session();
+    let events = recording::open(document.path(), &OpenOptions::default()).expect("a recording");
     let views = events.filter(|event| matches!(event, Ok(Event::View { slot: 0, .. }))).count();
     assert_eq!(views, 1);
     assert_eq!(document.scene().counts().ignored_events, 0);

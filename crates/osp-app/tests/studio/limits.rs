@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::drawing::{Table, across};
-use osp_app::{Answer, Button, Command, Document, OpenError, Opening, Player, Subject};
+use osp_app::{Answer, Button, Command, OpenError, Opening, Replay, Session};
 use osp_session::{
     recording::{Limits, OpenOptions, Pace},
     replay::CameraChoice,
@@ -19,17 +19,22 @@ fn twenty_faces(table: &Table) -> PathBuf {
     path
 }
 
+fn replay(session: &Session) -> &Replay {
+    session.replay().expect("a replay")
+}
+
 #[test]
 fn a_replay_in_a_window_plays_what_comes_before_the_limit() {
     let table = Table::new();
     let path = twenty_faces(&table);
     let options = OpenOptions { limits: FEW, ..OpenOptions::default() };
-    let player = Player::open_with(&path, Pace::Samples(1), CameraChoice::Auto, &options).expect("readable");
-    assert_eq!((player.frame_count(), player.finished_model().counts().polygons), (12, 12));
+    let player =
+        Session::to_play_with(&path, Pace::Samples(1), CameraChoice::Auto, &options).expect("readable");
+    assert_eq!((replay(&player).frame_count(), replay(&player).finished_model().counts().polygons), (12, 12));
     let remarks = player.remarks().join(" ");
     assert!(remarks.contains("line 14: expected at most 12 polygons (--max-polygons N"), "{remarks}");
-    let player = Player::open(&path, Pace::Samples(1), CameraChoice::Auto).expect("readable");
-    assert_eq!((player.frame_count(), player.remarks()), (20, &[][..]));
+    let player = Session::to_play(&path, Pace::Samples(1), CameraChoice::Auto).expect("readable");
+    assert_eq!((replay(&player).frame_count(), player.remarks()), (20, &[][..]));
 }
 
 #[test]
@@ -38,7 +43,7 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
     let path = twenty_faces(&table);
     let before = std::fs::read(&path).expect("there");
     let autosaves = osp_app::Autosaves::new(Some(table.folder.path().join("auto")));
-    let refused = Document::open_as(&path, &autosaves, Opening { limits: FEW, ..Opening::default() });
+    let refused = Session::open_as(&path, &autosaves, Opening { limits: FEW, ..Opening::default() });
     let Err(error @ OpenError::Recording(_)) = refused else { panic!("{refused:?}") };
     assert!(error.to_string().contains("--max-polygons N allows more") && error.is_damage(), "{error}");
 
@@ -59,9 +64,9 @@ fn a_session_beyond_the_limit_is_not_drawn_on_but_a_copy_of_what_was_read() {
 
 /// Whether a session is opened again that was drawn here within limits.
 fn is_opened_again(table: &Table, limits: Limits) -> bool {
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    let document = table.studio.session();
     let options = OpenOptions { limits, ..OpenOptions::default() };
-    let session = osp_session::recording::open(document.journal().path(), &options).expect("a session");
+    let session = osp_session::recording::open(document.path(), &options).expect("a session");
     session.into_iter().all(|event| event.is_ok())
 }
 

@@ -9,7 +9,7 @@ use egui_kittest::{
     kittest::{NodeT, Queryable},
 };
 use osp_app::{
-    Command, Settings, Subject, Theme, ToolChoice,
+    Command, Settings, Theme, ToolChoice,
     ui::{Action, SHORTCUTS},
 };
 
@@ -34,8 +34,8 @@ fn pick(harness: &mut Harness<'_, Window>, menu: &str, name: &str) {
 }
 
 fn path_of(harness: &Harness<'_, Window>) -> std::path::PathBuf {
-    let Subject::Sketch(document) = harness.state().studio.subject() else { panic!("a sketch") };
-    document.journal().path().to_owned()
+    let document = harness.state().studio.session();
+    document.path().to_owned()
 }
 
 fn type_path(harness: &mut Harness<'_, Window>, path: &Path) {

@@ -4,8 +4,7 @@ use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::kittest::Queryable;
 use osp::glam::Vec3;
 use osp_app::{
-    Altering, Button, Command, Held, LayerEdit, LayerRow, Placing, Subject, ToolChoice,
-    tracker::TrackerOptions,
+    Altering, Button, Command, Held, LayerEdit, LayerRow, Placing, ToolChoice, tracker::TrackerOptions,
 };
 use osp_session::recording::{GroupId, StrokeId, Tool};
 
@@ -122,7 +121,7 @@ fn layers_are_there_when_the_session_is_opened_again() {
     table.studio.command(Command::New);
     assert_eq!(table.studio.session_layers().len(), 1);
     table.studio.command(Command::Open(path));
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+    let document = table.studio.session();
     assert!(!document.is_read_only());
     assert_eq!((table.studio.session_layers(), table.visible()), (rows, visible));
 }

@@ -5,8 +5,7 @@ use egui_kittest::{
 };
 use osp::{glam, occlusion::Occlusion};
 use osp_app::{
-    Autosaves, Command, Document, FrameReport, FrameStage, FrameTimes, Player, Room, Span, Studio, Subject,
-    ToolChoice,
+    Autosaves, Command, FrameReport, FrameStage, FrameTimes, Room, Session, Span, Studio, ToolChoice,
     ui::{Interface, SHORTCUTS},
 };
 use osp_rivals::IndexKind;
@@ -25,7 +24,7 @@ pub(crate) struct Window {
     pub(crate) folder: tempfile::TempDir,
 }
 
-pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'static, Window> {
+pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Session) -> Harness<'static, Window> {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
     let studio = Studio::new(subject(&autosaves), autosaves, IndexKind::Osp);
@@ -44,7 +43,7 @@ pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Subject) -> Harness<'st
 }
 
 pub(crate) fn sketch() -> Harness<'static, Window> {
-    window(|autosaves| Subject::Sketch(Box::new(Document::new(autosaves))))
+    window(Session::new)
 }
 
 /// The same with the culling panel.
@@ -56,8 +55,8 @@ fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window>
 
 pub(crate) fn replay() -> Harness<'static, Window> {
     let path = std::path::Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
-    let player = Player::open(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
-    window(|_| Subject::Replay(Box::new(player)))
+    let player = Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
+    window(|_| player)
 }
 
 fn button(at: Pos2, pressed: bool) -> Event {
@@ -266,7 +265,7 @@ fn the_list_of_keys_is_the_keys() {
 fn a_replay_is_played_and_stepped_by_its_bar() {
     let mut harness = replay();
     let position = |harness: &Harness<'_, Window>| {
-        let Subject::Replay(player) = harness.state().studio.subject() else { panic!("a replay") };
+        let player = harness.state().studio.session().replay().expect("a replay");
         player.position()
     };
     harness.get_by_label("Play").click();
@@ -297,8 +296,8 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("wall.ron");
     std::fs::write(&path, walls_and_squares()).expect("written");
-    let open = |autosaves: &Autosaves| Document::open(&path, autosaves).expect("a session").0;
-    let mut harness = with_panel(window(|autosaves| Subject::Sketch(Box::new(open(autosaves)))));
+    let open = |autosaves: &Autosaves| Session::open(&path, autosaves).expect("a session").0;
+    let mut harness = with_panel(window(|autosaves| open(autosaves)));
     harness.state_mut().studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
     harness.run_steps(2);
     let in_view = harness.state().report.record.visible;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec2;
 use osp::{glam, occlusion::Occlusion, view::View};
-use osp_app::{Autosaves, Command, Player, Room, Studio, Subject};
+use osp_app::{Autosaves, Command, Room, Session, Studio};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::Pace,
@@ -12,9 +12,9 @@ use osp_session::{
     rig::{Eye, Rig, Stereo},
 };
 
-fn player() -> Player {
+fn player() -> Session {
     let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
-    Player::open(&path, Pace::Samples(64), CameraChoice::Auto).expect("a session")
+    Session::to_play(&path, Pace::Samples(64), CameraChoice::Auto).expect("a session")
 }
 
 fn dual_wall() -> Rig {
@@ -25,14 +25,14 @@ fn dual_wall() -> Rig {
 fn on(rig: Rig) -> (Studio, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-    let mut studio = Studio::new(Subject::Replay(Box::new(player())), autosaves, IndexKind::Osp);
+    let mut studio = Studio::new(player(), autosaves, IndexKind::Osp);
     studio.set_room(Room::new(rig));
     (studio, folder)
 }
 
 /// The views that a table of the same frame is made of.
 fn of_table(studio: &Studio, rig: &mut RigPath) -> Vec<RigView> {
-    let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
+    let player = studio.session().replay().expect("a replay");
     let mut views = Vec::new();
     rig.views_into(&player.view(), &mut views);
     views
@@ -78,7 +78,7 @@ fn a_recorded_session_is_replayed_on_the_dual_wall_as_the_table_says() {
     assert!(!tilted);
 
     // Hidden polygons are culled on each of the four.
-    let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
+    let player = studio.session().replay().expect("a replay");
     assert!(player.position() == 150 && player.is_playing());
     let before: Vec<usize> = (0..4).map(|i| studio.culling().drawn(i).len()).collect();
     studio.command(Command::Play(false));
@@ -99,12 +99,12 @@ fn a_person_who_moves_the_camera_takes_the_room_along() {
         let [left, right] = [0, 1].map(|i| studio.views()[i].view.eye_in_world);
         (left + right) * 0.5
     };
-    let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
+    let player = studio.session().replay().expect("a replay");
     assert!(middle(&studio).distance(player.view().eye_in_world) < 1.0e-4);
     studio.follow_replay_camera(false);
     studio.command(Command::ShowAll);
     studio.frame(Vec2::new(1600.0, 600.0), 0.016);
     assert!(middle(&studio).distance(studio.navigator().eye()) < 1.0e-3);
-    let Subject::Replay(player) = studio.subject() else { panic!("a replay") };
+    let player = studio.session().replay().expect("a replay");
     assert!(middle(&studio).distance(player.view().eye_in_world) > 1.0);
 }

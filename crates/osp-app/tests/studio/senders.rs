@@ -4,7 +4,7 @@ use std::net::UdpSocket;
 
 use glam::{Quat, Vec3};
 use osp_app::{
-    Access, Answer, Autosaves, Button, Command, Document, Opening,
+    Access, Answer, Autosaves, Button, Command, Opening, Session,
     tracker::{Listening, TrackerOptions},
 };
 use osp_session::{
@@ -151,14 +151,14 @@ fn a_file_that_is_new_is_begun_as_one_of_several_authors_if_that_is_asked_for() 
     for (name, of_several) in [("one.ron", false), ("several.ron", true)] {
         let how = Opening { of_several, ..Opening::with(Access::Write) };
         let (mut document, _) =
-            Document::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
+            Session::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
         assert_eq!(document.knows_authors(), of_several);
         let head = Event::Head { author: Author::SOLE, t: 0.0, p: Vec3::ZERO, q: Quat::IDENTITY };
         assert!(document.apply(head));
         document.close().expect("written");
         // It stays what it is.
         let how = Opening { of_several: !of_several, ..how };
-        let (document, _) = Document::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
+        let (document, _) = Session::open_as(&folder.path().join(name), &autosaves, how).expect("a session");
         assert_eq!(document.knows_authors(), of_several);
         document.close().expect("written");
     }

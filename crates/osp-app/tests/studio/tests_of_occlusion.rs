@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::Vec2;
 use osp::occlusion::{NodeTest, Occlusion, Score};
-use osp_app::{Autosaves, Command, Player, Studio, Subject};
+use osp_app::{Autosaves, Command, Session, Studio};
 use osp_rivals::IndexKind;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
@@ -13,9 +13,9 @@ fn nodes_are_tested_and_occluders_scored_as_asked() {
     let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
     let counts = |node_test: NodeTest, score: Score| {
-        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let player = Session::to_play(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
-        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::OctreeRebuild);
+        let mut studio = Studio::new(player, autosaves, IndexKind::OctreeRebuild);
         studio.set_tests(node_test, score);
         let mut sums = [0; 3];
         for frame in [301, 450, 600, 740] {

@@ -9,7 +9,7 @@ use std::{
 use crate::drawing::Table;
 use osp::glam::Vec3;
 use osp_app::{
-    Autosaves, Button, Command, Room, Studio, Subject,
+    Autosaves, Button, Command, Room, Session, Studio,
     tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
 };
 use osp_session::{
@@ -297,12 +297,12 @@ fn a_session_that_uses_the_last_number_goes_on() {
 fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
     let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
     let folder = tempfile::tempdir().expect("a folder");
-    let player = osp_app::Player::open(
+    let player = Session::to_play(
         Path::new(&recording),
         osp_session::recording::Pace::Samples(64),
         osp_session::replay::CameraChoice::Auto,
     );
-    let subject = Subject::Replay(Box::new(player.expect("a session")));
+    let subject = player.expect("a session");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
     let mut studio = Studio::new(subject, autosaves, osp_rivals::IndexKind::Osp);
     studio.command(Command::Seek(40));

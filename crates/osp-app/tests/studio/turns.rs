@@ -8,7 +8,7 @@ use osp::{
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
 };
-use osp_app::{Access, Autosaves, Button, Command, Document, Opening, Player, PlayerReader, Studio, Subject};
+use osp_app::{Access, Autosaves, Button, Command, Opening, Replay, ReplayReader, Session, Studio};
 use osp_session::{
     recording::{OpenOptions, Pace},
     replay::{CameraChoice, SessionFingerprint, fingerprint_of_frame},
@@ -46,29 +46,34 @@ fn sessions() -> Vec<PathBuf> {
     paths
 }
 
+fn replay_of(session: &Session) -> &Replay {
+    session.replay().expect("a replay")
+}
+
 /// What a player shows in every so many of its frames, and what it knows before.
-fn told(mut player: Player) -> (String, u64) {
+fn told(mut player: Session) -> (String, u64) {
     let known = format!(
         "{:?} {:?} {:?} {:?} {:?} {:?}",
         player.header(),
-        player.frame_count(),
+        replay_of(&player).frame_count(),
         player.bounds(),
         player.background(),
-        player.stroke_starts(),
+        replay_of(&player).stroke_starts(),
         player.remarks()
     );
+    let frames = replay_of(&player).frame_count();
     let mut pipeline = Pipeline::new(Box::new(Osp::new(&IndexConfig::default())), 0, StageClock::default());
     let (mut whole, mut changes) = (SessionFingerprint::new(), Vec::new());
     while player.step(&mut changes) {
-        if !player.position().is_multiple_of(EVERY) && player.position() < player.frame_count() {
+        if !replay_of(&player).position().is_multiple_of(EVERY) && replay_of(&player).position() < frames {
             continue;
         }
-        pipeline.frame(player.scene(), &changes, &player.view());
-        whole.add(player.position() - 1, fingerprint_of_frame(pipeline.draw_list().ids()));
+        pipeline.frame(player.scene(), &changes, &replay_of(&player).view());
+        whole.add(replay_of(&player).position() - 1, fingerprint_of_frame(pipeline.draw_list().ids()));
         changes.clear();
     }
     // A jump goes by the snapshots.
-    player.seek(player.frame_count() / 3);
+    player.seek(frames / 3);
     (format!("{known} {:?}", player.scene().counts()), whole.value())
 }
 
@@ -76,8 +81,8 @@ fn told(mut player: Player) -> (String, u64) {
 fn a_replay_that_is_read_in_steps_is_the_one_that_is_read_at_once() {
     let (pace, camera, options) = (Pace::Recorded, CameraChoice::Auto, OpenOptions::default());
     for path in sessions() {
-        let at_once = Player::open_with(&path, pace, camera, &options).expect("a session");
-        let mut reader = PlayerReader::new(&path, pace, camera, &options);
+        let at_once = Session::to_play_with(&path, pace, camera, &options).expect("a session");
+        let mut reader = ReplayReader::new(&path, pace, camera, &options);
         let (mut steps, mut events) = (0, 0);
         let in_steps = loop {
             let player = reader.step().expect("a session");
@@ -89,7 +94,7 @@ fn a_replay_that_is_read_in_steps_is_the_one_that_is_read_at_once() {
         };
         assert!(reader.step().expect("nothing more").is_none());
         // Each frame was read in a step of its own, and played in another one.
-        assert!(steps >= 2 * at_once.frame_count(), "{}: {steps} steps", path.display());
+        assert!(steps >= 2 * replay_of(&at_once).frame_count(), "{}: {steps} steps", path.display());
         assert_eq!(told(at_once), told(in_steps), "{}", path.display());
     }
 }
@@ -98,7 +103,7 @@ fn a_replay_that_is_read_in_steps_is_the_one_that_is_read_at_once() {
 fn shown(studio: &mut Studio) -> (String, u64) {
     studio.frame(Vec2::new(800.0, 600.0), 0.0);
     studio.frame(Vec2::new(800.0, 600.0), 0.0);
-    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
+    let document = studio.session();
     let (counts, bounds) = (document.scene().counts(), document.bounds());
     let known = format!(
         "{counts:?} {bounds:?} {} {} {:?}",
@@ -150,8 +155,8 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
 fn before(table: &mut Table) -> (PathBuf, u64, PathBuf) {
     table.drag(Button::Primary, &across(0.0));
     table.studio.work_in_turns(ONE_STEP);
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
-    let drawn = document.journal().path().to_owned();
+    let document = table.studio.session();
+    let drawn = document.path().to_owned();
     (
         drawn,
         table.visible(),
@@ -179,16 +184,16 @@ fn a_session_that_is_read_in_turns_is_given_up_at_any_time() {
         table.studio.command(Command::CancelWork);
         table.studio.tend();
         assert!(!table.studio.is_working(), "it ends in the next turn");
-        let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
+        let document = table.studio.session();
         if was_reading {
-            assert_eq!((document.journal().path(), table.visible()), (&*drawn, visible));
+            assert_eq!((document.path(), table.visible()), (&*drawn, visible));
             let said = table.studio.messages().last().expect("a message");
             assert!(said.ends_with("opening it was cancelled"), "{said}");
         }
         drop(table.studio);
         // Its lock was given back.
         let autosaves = Autosaves::new(Some(own.folder.path().join("autosaves")));
-        let (document, _) = Document::open(&path, &autosaves).expect("nobody holds it");
+        let (document, _) = Session::open(&path, &autosaves).expect("nobody holds it");
         document.close().expect("nothing was drawn");
     }
 }
@@ -201,8 +206,8 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
         studio.replay_beside(path, Pace::Recorded, CameraChoice::Auto, &OpenOptions::default());
     };
     let is_left = |table: &Table| {
-        let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
-        assert_eq!((document.journal().path(), table.visible()), (&*drawn, visible));
+        let document = table.studio.session();
+        assert_eq!((document.path(), table.visible()), (&*drawn, visible));
     };
     // One that is cancelled, and one that cannot be read.
     replay(&mut table.studio, &path);
@@ -231,6 +236,6 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
         table.studio.tend();
         !table.studio.is_working()
     });
-    let Subject::Replay(player) = table.studio.subject() else { panic!("a replay") };
-    assert!(player.is_playing() && player.path() == path && player.position() == 0);
+    let player = replay_of(table.studio.session());
+    assert!(player.is_playing() && table.studio.session().path() == path && player.position() == 0);
 }

@@ -164,7 +164,7 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
     }
     let studio = &harness.state().studio;
     let stroke = studio.scene().strokes().iter().next().expect("a stroke");
-    let bounds = studio.subject().bounds();
+    let bounds = studio.session().bounds();
     let expected = places.map(|p| studio.room().to_world(studio.navigator(), p));
     assert!(stroke.polygon_count() > 0);
     for p in expected {

@@ -5,8 +5,8 @@ use std::{fmt::Write, fs, path::PathBuf, time::Duration};
 use glam::Vec2;
 use osp::occlusion::Occlusion;
 use osp_app::{
-    Answer, Autosaves, Button, Command, CullingPlan, Document, Opening, Player, Reading, Studio, Subject,
-    Waited, tracker::TrackerOptions,
+    Answer, Autosaves, Button, Command, CullingPlan, Opening, Reading, Replay, Session, Studio, Waited,
+    tracker::TrackerOptions,
 };
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -36,8 +36,8 @@ fn long_session(table: &Table, strokes: u32) -> PathBuf {
 }
 
 fn shown(table: &Table) -> PathBuf {
-    let Subject::Sketch(document) = table.studio.subject() else { panic!("a sketch") };
-    document.journal().path().to_owned()
+    let document = table.studio.session();
+    document.path().to_owned()
 }
 
 fn wait(table: &mut Table) {
@@ -141,10 +141,7 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     let table = Table::new();
     let path = long_session(&table, 20_000);
     let autosaves = || Autosaves::new(Some(table.folder.path().join("autosaves")));
-    let empty = || {
-        let subject = Subject::Sketch(Box::new(Document::new(&autosaves())));
-        Studio::new(subject, autosaves(), IndexKind::Osp)
-    };
+    let empty = || Studio::new(Session::new(&autosaves()), autosaves(), IndexKind::Osp);
     let shown = |mut studio: Studio| {
         wait_until("the session", || {
             studio.frame(Vec2::new(640.0, 480.0), 0.0);
@@ -160,7 +157,7 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     assert!(studio.is_reading() || studio.scene().counts().visible > 0);
     let studio = shown(studio);
     assert_eq!(studio.scene().strokes().len(), 20_000);
-    assert!(matches!(studio.subject(), Subject::Sketch(document) if document.journal().path() == path));
+    assert!(studio.session().path() == path);
     studio.close().expect("closed");
 
     let play =
@@ -171,11 +168,12 @@ fn a_session_that_takes_long_to_read_is_read_on_beside_the_window() {
     let mut studio = empty();
     studio.take_over(reading);
     let studio = shown(studio);
-    assert!(matches!(studio.subject(), Subject::Replay(player) if player.is_playing()));
+    assert!(studio.session().replay().is_some_and(Replay::is_playing));
     // Whoever has time waits for it; one that stands shows nothing yet.
-    let Waited::Read(Ok((Subject::Replay(player), _))) = play(false).expect("a thread").wait(None) else {
+    let Waited::Read(Ok((session, _))) = play(false).expect("a thread").wait(None) else {
         panic!("a replay")
     };
+    let player = session.replay().expect("a replay");
     assert!(!player.is_playing() && player.position() == 0);
     // A session that cannot be read is no end of the program.
     fs::write(&path, "nonsense").expect("written");
@@ -189,8 +187,8 @@ fn the_model_of_a_replay_is_written_beside_the_window_with_its_times() {
     let path = long_session(&table, 500);
     let replay = || {
         let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
-        let player = Player::open(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
-        let mut studio = Studio::new(Subject::Replay(Box::new(player)), autosaves, IndexKind::Osp);
+        let player = Session::to_play(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
+        let mut studio = Studio::new(player, autosaves, IndexKind::Osp);
         studio.command(Command::Seek(200));
         studio.frame(Vec2::new(640.0, 480.0), 0.0);
         studio
@@ -220,7 +218,7 @@ fn a_replay_whose_session_cannot_be_read_or_is_not_waited_for_has_no_window() {
         let reading =
             Reading::to_play(&path, Pace::Samples(16), CameraChoice::Auto, OpenOptions::default(), true);
         let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
-        let subject = Subject::Sketch(Box::new(Document::new(&autosaves)));
+        let subject = Session::new(&autosaves);
         let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
         studio.take_over(reading.expect("a thread"));
         if cancels {
@@ -285,8 +283,8 @@ fn a_window_that_is_closed_waits_for_its_model_and_gives_back_what_it_reads() {
     studio.close().expect("nothing was unwritten");
     let folder = table.folder;
     let autosaves = Autosaves::new(Some(folder.path().join("auto")));
-    let (document, _) = Document::open(&path, &autosaves).expect("nobody holds it");
-    let subject = Subject::Sketch(Box::new(document));
+    let (document, _) = Session::open(&path, &autosaves).expect("nobody holds it");
+    let subject = document;
     let mut studio = Studio::new(subject, autosaves, IndexKind::Osp);
     studio.work_beside();
     let model = folder.path().join("a.glb");

@@ -105,9 +105,9 @@ pub fn run(data: &[u8]) {
 /// The session that the window goes on with: nothing that it was given is ever lost.
 #[cfg(feature = "window")]
 fn go_on(path: &Path, before: &[Event], more: &[Event], bytes: &[u8]) {
-    use osp_app::{Autosaves, Document};
+    use osp_app::{Autosaves, Session};
     let autosaves = Autosaves::new(path.parent().map(|folder| folder.join("autosaves")));
-    let Ok((mut document, _)) = Document::open(path, &autosaves) else {
+    let Ok((mut document, _)) = Session::open(path, &autosaves) else {
         assert_eq!(
             fs::read(path).expect("the file"),
             bytes,

@@ -54,7 +54,7 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
 
 /// Sends the flood as a member without a window. Waits until these windows have received it but not applied it.
 fn send(server: &Server, windows: &[&Window]) -> u64 {
-    let known = windows[0].shared().status().counts.events;
+    let known = windows[0].live().status().counts.events;
     let who = Who { name: "Bob".to_owned(), color: None };
     let options = LinkOptions { role: Role::Author(who), certificates: None };
     let bob = Link::open(&server.session("house").parse().expect("an address"), &options, || {});
@@ -64,13 +64,12 @@ fn send(server: &Server, windows: &[&Window]) -> u64 {
     // And that he has come.
     let count = events.len() as u64 + 1;
     bob.hand().send(events);
-    wait_for("the flood", || windows.iter().all(|one| one.shared().status().counts.events >= known + count));
+    wait_for("the flood", || windows.iter().all(|one| one.live().status().counts.events >= known + count));
     count
 }
 
 fn events_of(studio: &Studio) -> u64 {
-    let osp_app::Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
-    document.event_count()
+    studio.session().event_count()
 }
 
 fn recording_of(folder: &Path) -> Vec<u8> {

@@ -7,7 +7,7 @@ use std::{
 
 use osp::glam;
 use osp_app::{
-    Button, Held, Input, Studio, Subject,
+    Button, Held, Input, Studio,
     egui::{Context, Event, FullOutput, Key, Modifiers, Pos2, RawInput, Rect, Shape, Vec2},
     ui::Interface,
 };
@@ -89,8 +89,7 @@ fn on_model(harness: &Harness, text: &str) -> Vec<Rect> {
 
 /// How far ahead of the eye the pen of the other is, metres.
 fn ahead_m(studio: &Studio) -> f32 {
-    let Subject::Sketch(document) = studio.subject() else { panic!("a sketch") };
-    let pen = document.shared().expect("a session").pens().next().expect("Bob draws");
+    let pen = studio.session().live().expect("a session").pens().next().expect("Bob draws");
     (pen.at - studio.navigator().eye()).dot(studio.views()[0].view.forward_in_world())
 }
 

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use osp_app::{Autosaves, Document, Shared, Studio, Subject, Unjoined};
+use osp_app::{Autosaves, Live, Session, Studio, Unjoined};
 use osp_net::live::{Address, LinkOptions, Role, Who};
 use osp_rivals::IndexKind;
 use osp_session::recording::{Event, Limits, OpenOptions};
@@ -22,9 +22,9 @@ fn join_in(server: &Server, session: &str, name: &str, path: &Path) -> Result<Wi
     let address: Address = server.session(session).parse().expect("an address");
     let role = Role::Author(Who { name: name.to_owned(), color: None });
     let options = LinkOptions { role, certificates: None };
-    let shared = Shared::join(&address, &options, &autosaves).expect("a thread");
-    let document: Document = unjoined.join(shared);
-    let studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+    let shared = Live::join(&address, &options, &autosaves).expect("a thread");
+    let joined: Session = unjoined.join(shared);
+    let studio = Studio::new(joined, autosaves, IndexKind::Osp);
     Ok(Window { studio, folder })
 }
 
@@ -79,9 +79,9 @@ fn join_torn(server: &Server, path: &Path) -> Window {
     assert!(opened.remarks[0].contains("the file ends inside this line"), "{:?}", opened.remarks);
     let address: Address = server.session("house").parse().expect("an address");
     let role = Role::Author(Who { name: "Ann".to_owned(), color: None });
-    let shared = Shared::join(&address, &LinkOptions { role, certificates: None }, &autosaves);
-    let document = unjoined.join(shared.expect("a thread"));
-    let studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+    let shared = Live::join(&address, &LinkOptions { role, certificates: None }, &autosaves);
+    let joined = unjoined.join(shared.expect("a thread"));
+    let studio = Studio::new(joined, autosaves, IndexKind::Osp);
     Window { studio, folder }
 }
 
@@ -107,8 +107,8 @@ fn a_file_of_something_else_is_left_as_it_is() {
     for _ in 0..2 {
         let mut ann = join_in(&other, "house", "Ann", &path).expect("the file");
         until(&mut [&mut ann], "it is said", |all| {
-            let said = all[0].shared().shown();
-            said.contains("house.ron: expected the beginning of this session") && all[0].shared().is_watcher()
+            let said = all[0].live().shown();
+            said.contains("house.ron: expected the beginning of this session") && all[0].live().is_watcher()
         });
         ann.draw(-0.2);
         assert_eq!(ann.on_their_way(), 0);

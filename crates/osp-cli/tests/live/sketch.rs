@@ -8,9 +8,7 @@ use std::{
 };
 
 use osp::glam::Vec2;
-use osp_app::{
-    Autosaves, Button, Command, Document, Held, Input, LayerEdit, Shared, Studio, Subject, ToolChoice,
-};
+use osp_app::{Autosaves, Button, Command, Held, Input, LayerEdit, Live, Session, Studio, ToolChoice};
 use osp_net::live::{Address, LinkOptions, Role, Who};
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Event, OpenOptions, Tool};
@@ -30,9 +28,9 @@ impl Window {
         let autosaves = Autosaves::new(Some(folder.path().to_owned()));
         let address: Address = server.session("house").parse().expect("an address");
         let options = LinkOptions { role, certificates: None };
-        let shared = Shared::join(&address, &options, &autosaves).expect("a thread");
-        let document = Document::joining(shared, &autosaves).expect("a document");
-        let studio = Studio::new(Subject::Sketch(Box::new(document)), autosaves, IndexKind::Osp);
+        let shared = Live::join(&address, &options, &autosaves).expect("a thread");
+        let session = Session::joining(shared, &autosaves).expect("a document");
+        let studio = Studio::new(session, autosaves, IndexKind::Osp);
         Self { studio, folder }
     }
 
@@ -65,17 +63,12 @@ impl Window {
         self.studio.overlay().expect("a shared session").shown().len()
     }
 
-    fn document(&self) -> &Document {
-        let Subject::Sketch(document) = self.studio.subject() else { panic!("a sketch") };
-        document
-    }
-
-    pub(crate) fn shared(&self) -> &Shared {
-        self.document().shared().expect("a shared session")
+    pub(crate) fn live(&self) -> &Live {
+        self.studio.session().live().expect("a shared session")
     }
 
     pub(crate) fn is_author(&self) -> bool {
-        self.shared().status().author.is_some()
+        self.live().status().author.is_some()
     }
 
     /// Recordings among its autosaves whose name contains this.
@@ -97,7 +90,7 @@ pub(crate) fn saved(folder: &Path, part: &str) -> Vec<PathBuf> {
 pub(crate) fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&mut Window]) -> bool) {
     let started = Instant::now();
     while !is_so(windows) {
-        assert!(started.elapsed() < LONGEST, "{what}: {:?}", windows[0].shared().shown());
+        assert!(started.elapsed() < LONGEST, "{what}: {:?}", windows[0].live().shown());
         windows.iter_mut().for_each(|window| window.frame());
         thread::sleep(Duration::from_millis(5));
     }
@@ -105,9 +98,7 @@ pub(crate) fn until(windows: &mut [&mut Window], what: &str, is_so: impl Fn(&[&m
 
 pub(crate) fn have_all(windows: &[&mut Window]) -> bool {
     windows.iter().all(|window| {
-        window.visible() == windows[0].visible()
-            && window.on_their_way() == 0
-            && !window.shared().is_waiting()
+        window.visible() == windows[0].visible() && window.on_their_way() == 0 && !window.live().is_waiting()
     })
 }
 
@@ -167,7 +158,7 @@ fn without_a_server_one_draws_on_and_what_never_gets_there_is_in_a_file() {
     until(&mut [&mut ann], "an author", |all| all[0].is_author());
     server.kill();
     ann.draw(0.1);
-    assert!(ann.on_their_way() >= 18 && ann.visible() == 0 && ann.shared().is_waiting());
+    assert!(ann.on_their_way() >= 18 && ann.visible() == 0 && ann.live().is_waiting());
     server.start_again();
     until(&mut [&mut ann], "it came back", |all| all[0].visible() >= 18 && have_all(all));
     server.kill();
@@ -211,7 +202,7 @@ fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
     assert!(bob.studio.selection().is_empty());
     bob.studio.command(Command::Tool(ToolChoice::Draw(Tool::Ribbon)));
     assert!(bob.studio.messages().iter().any(|said| said.starts_with("layer 2 is Ann's alone")));
-    assert_eq!((bob.on_their_way(), bob.shared().is_waiting()), (0, false));
+    assert_eq!((bob.on_their_way(), bob.live().is_waiting()), (0, false));
     layer(&mut bob, LayerEdit::Choose(0));
     bob.draw(-0.2);
     ann.draw(0.4);

@@ -94,7 +94,7 @@ fn whatever_is_edited_the_picture_is_a_fresh_drawers() {
 #[cfg(feature = "window")]
 #[test]
 fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
-    use osp_app::Player;
+    use osp_app::Session;
     use osp_session::{
         recording::{Flush, Header, Pace, RonWriter},
         replay::CameraChoice,
@@ -109,13 +109,13 @@ fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
         (0..150).for_each(|_| events.extend(editor.edit()));
         events.iter().for_each(|event| writer.write(event).expect("a line"));
         writer.finish().expect("a file");
-        let mut player = Player::open(&path, Pace::Samples(2), CameraChoice::Orbit).expect("a recording");
+        let mut player = Session::to_play(&path, Pace::Samples(2), CameraChoice::Orbit).expect("a recording");
         let mut follower = drawer(&gpu);
-        let frames = player.frame_count() as u32;
+        let frames = player.replay().expect("a replay").frame_count() as u32;
         assert!(frames > 40, "{frames} frames");
         for round in 0..40 {
             if editor.below(2) == 0 {
-                let jump = player.seek(u64::from(editor.below(frames + 1)));
+                let jump = player.seek(u64::from(editor.below(frames + 1))).expect("a replay");
                 follower.forget_from(jump.polygon_count);
                 let moved: Vec<Change> = jump.moved.into_iter().map(Change::Update).collect();
                 follower.follow(&moved);
@@ -125,7 +125,10 @@ fn wherever_a_recording_is_entered_the_picture_is_a_fresh_drawers() {
                 follower.follow(&changes);
             }
             if editor.below(3) > 0 {
-                let when = format!("seed {seed}, round {round}, frame {}", player.position());
+                let when = format!(
+                    "seed {seed}, round {round}, frame {}",
+                    player.replay().expect("a replay").position()
+                );
                 compare(&gpu, &mut follower, player.scene(), &when);
             }
         }

@@ -12,13 +12,13 @@ fn a_copy_has_the_lines_of_its_file_as_they_are() {
     let header = "Header(format:1,name:\"a\",source:\"by hand\")";
     fs::write(&path, format!("{header}\r\n// a remark\r\n  {}", lines.join("\r\n"))).expect("written");
     let (mut copy, _) =
-        Document::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
+        Session::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
     draw(&mut copy, 1);
-    let text = fs::read_to_string(copy.journal().path()).expect("a file");
+    let text = fs::read_to_string(copy.path()).expect("a file");
     let copied: Vec<&str> = text.lines().skip(1).collect();
     assert_eq!(copied.len(), 5001);
     assert!(copied[..5000] == lines, "{:?}", &copied[..3]);
-    assert_eq!(events_in(copy.journal().path()), 5001);
+    assert_eq!(events_in(copy.path()), 5001);
     // Also after it was taken back to what it was, the next events are behind the last ones.
     let saved = desk.path("saved.ron");
     copy.save_as(&saved).expect("written");
@@ -28,7 +28,7 @@ fn a_copy_has_the_lines_of_its_file_as_they_are() {
     draw(&mut copy, 3);
     copy.close().expect("written");
     assert_eq!(events_in(&saved), 5004);
-    let (again, _) = Document::open(&saved, &desk.autosaves()).expect("a session");
+    let (again, _) = Session::open(&saved, &desk.autosaves()).expect("a session");
     assert_eq!(again.event_count(), 5004);
     again.close().expect("nothing to write");
 }
@@ -41,9 +41,9 @@ fn a_remark_behind_an_event_takes_no_memory() {
     fs::write(&path, format!("{header}\nUndo(t:0.0) // {}\nUndo(t:0)\n", "x".repeat(1 << 20)))
         .expect("written");
     let (mut copy, _) =
-        Document::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
+        Session::open_as(&path, &desk.autosaves(), Opening::with(Access::Copy)).expect("readable");
     draw(&mut copy, 1);
-    let text = fs::read_to_string(copy.journal().path()).expect("a file");
+    let text = fs::read_to_string(copy.path()).expect("a file");
     assert_eq!(text.lines().skip(1).take(2).collect::<Vec<_>>(), ["Undo(t:0.0)", "Undo(t:0)"]);
     copy.close().expect("written");
 }

@@ -45,7 +45,7 @@ fn a_link_to_a_session_that_is_not_there_yet_makes_it() {
     draw(&mut document, 2);
     assert_eq!(document.journal().trouble(), None);
     // From here on it is one session under two names.
-    let second = Document::open(&desk.path("work/a.ron"), &desk.autosaves());
+    let second = Session::open(&desk.path("work/a.ron"), &desk.autosaves());
     assert!(matches!(second, Err(OpenError::Held(_))), "{second:?}");
     document.close().expect("written");
     assert_eq!(events_in(&desk.path("work/a.ron")), 2);

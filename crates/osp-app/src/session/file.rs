@@ -1,117 +1,24 @@
+//! Opens sessions to be drawn on, or read only.
+
 use std::{
     cell::Cell,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
 
-use thiserror::Error;
-
-use super::{Document, reader::DocumentReader};
-use crate::journal::{
-    Autosaves, Journal, NotTaken, OURS, OpenElsewhere, SessionFile, SessionLock, Trouble, source_of_copy,
+use super::{
+    Session,
+    opening::{Access, OpenError, Opened, Opening},
+    reader::{SessionReader, Started},
 };
+use crate::journal::{Autosaves, Journal, NotTaken, OURS, SessionFile, SessionLock, Trouble, source_of_copy};
 use osp_session::{
     atomic_file::Destination,
     platform::fs,
-    recording::{
-        self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError, Session,
-    },
+    recording::{self, AUTHORS_FORMAT, Header, Limits, ONE_AUTHOR_FORMAT, OpenOptions, RecordingError},
 };
 
-/// What a session is opened for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Access {
-    /// Draw on it.
-    #[default]
-    Write,
-    /// Read it only.
-    ReadOnly,
-    /// Draw on a copy of it.
-    Copy,
-}
-
-/// How a session is opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Opening {
-    /// What it is opened for.
-    pub access: Access,
-    /// Leave out damaged pieces, instead of refusing the session. Then a copy is drawn on.
-    pub lenient: bool,
-    /// How much the session may hold.
-    pub limits: Limits,
-    /// If it is not there yet, it is begun as one of several authors.
-    pub of_several: bool,
-}
-
-impl Opening {
-    /// For this access, damaged sessions refused.
-    pub fn with(access: Access) -> Self {
-        Self { access, ..Self::default() }
-    }
-
-    fn options(self) -> OpenOptions {
-        OpenOptions { lenient: self.lenient, limits: self.limits }
-    }
-}
-
-/// The remarks from opening a session.
-#[derive(Clone, Debug, Default)]
-pub struct Opened {
-    /// One line each, for people.
-    pub remarks: Vec<String>,
-    /// The session was left open by a program that is gone.
-    pub is_recovered: bool,
-}
-
-/// Why a session was not opened.
-#[derive(Debug, Error)]
-pub enum OpenError {
-    /// It cannot be read.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// Another window draws on it.
-    #[error(transparent)]
-    Held(OpenElsewhere),
-    /// Somebody did not want to wait.
-    #[error("{}: opening it was cancelled", .0.display())]
-    Cancelled(PathBuf),
-}
-
-impl OpenError {
-    fn io(path: &Path, error: io::Error) -> Self {
-        Self::Recording(RecordingError::io(path, error))
-    }
-
-    /// Whether the session can be read but for damaged pieces, or up to a limit.
-    pub fn is_damage(&self) -> bool {
-        matches!(
-            self,
-            Self::Recording(
-                RecordingError::Line { .. } | RecordingError::Byte { .. } | RecordingError::Limit { .. }
-            )
-        )
-    }
-}
-
-/// What comes of beginning to open a session.
-#[derive(Debug)]
-pub(crate) enum Started {
-    /// There is nothing to read: it is empty.
-    Empty(Box<Document>),
-    /// It is to be read.
-    Reads(Box<DocumentReader>),
-}
-
-impl Started {
-    fn read(self, go_on: &dyn Fn(u64) -> bool) -> Result<(Document, Opened), RecordingError> {
-        match self {
-            Self::Empty(document) => Ok((*document, Opened::default())),
-            Self::Reads(reader) => reader.read(go_on),
-        }
-    }
-}
-
-impl Document {
+impl Session {
     /// An empty session without a name.
     pub fn new(autosaves: &Autosaves) -> Self {
         Self::unnamed(autosaves, our_header("sketch"))
@@ -132,7 +39,7 @@ impl Document {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
 
-    /// [`Document::recover_or_new`] with limits.
+    /// [`Session::recover_or_new`] with limits.
     pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
@@ -148,12 +55,12 @@ impl Document {
             };
             let reader = Self::to_go_on(&path, limits, file, autosaves, SessionFile::leave);
             match reader.and_then(|reader| Ok(reader.read(&|_| true)?)) {
-                Ok((mut document, mut recovered)) => {
-                    document.journal.forget_name();
+                Ok((mut session, mut recovered)) => {
+                    session.journal.forget_name();
                     opened.remarks.push(format!("brought back {}", path.display()));
                     opened.remarks.append(&mut recovered.remarks);
                     opened.is_recovered = true;
-                    return (document, opened);
+                    return (session, opened);
                 }
                 Err(error) => opened.remarks.push(format!(
                     "{error}; this session was left open: `osp sketch --lenient {}` opens what can be read",
@@ -173,7 +80,7 @@ impl Document {
         Self::open_as(path, autosaves, Opening::default())
     }
 
-    /// [`Document::open`] with options.
+    /// [`Session::open`] with options.
     ///
     /// # Errors
     /// As there; a session that is opened read-only or as a copy may be open in another window.
@@ -181,7 +88,7 @@ impl Document {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
 
-    /// [`Document::open_as`]; `go_on` is asked from time to time, with the number of events that were read.
+    /// [`Session::open_as`]; `go_on` is asked from time to time, with the number of events that were read.
     ///
     /// # Errors
     /// As there, and `go_on` said no.
@@ -202,7 +109,7 @@ impl Document {
         if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
     }
 
-    /// Begins to open a session as [`Document::open_as`] does; its events are still to be read.
+    /// Begins to open a session as [`Session::open_as`] does; its events are still to be read.
     ///
     /// # Errors
     /// As there.
@@ -267,7 +174,7 @@ impl Document {
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
         let remark = format!("{}: opened read-only", path.display());
         // It has no file that could be given back.
-        let reader = DocumentReader::new(session, journal, SessionFile::release);
+        let reader = SessionReader::new(session, journal, SessionFile::release);
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
@@ -281,7 +188,7 @@ impl Document {
         header: Header,
         autosaves: &Autosaves,
         limits: Limits,
-    ) -> Result<(Self, Opened, Option<Session>), OpenError> {
+    ) -> Result<(Self, Opened, Option<recording::Session>), OpenError> {
         let refused = |why: &str| OpenError::io(path, io::Error::new(ErrorKind::InvalidInput, why));
         if !is_ron(path) {
             return Err(refused("expected a name that ends in .ron"));
@@ -305,9 +212,9 @@ impl Document {
         let was_left_open = fs::is_there(&SessionLock::mark_of(path));
         let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
         let reader = Self::to_go_on(path, limits, take(path)?, autosaves, give_back)?;
-        let (document, opened) = reader.without_ends().read(&|_| true)?;
-        let has_events = document.event_count() > 0;
-        Ok((document, opened, has_events.then_some(again)))
+        let (session, opened) = reader.without_ends().read(&|_| true)?;
+        let has_events = session.event_count() > 0;
+        Ok((session, opened, has_events.then_some(again)))
     }
 
     /// A session that is not there yet, or an empty file.
@@ -339,12 +246,12 @@ impl Document {
         file: SessionFile,
         autosaves: &Autosaves,
         give_back: fn(SessionFile),
-    ) -> Result<DocumentReader, OpenError> {
+    ) -> Result<SessionReader, OpenError> {
         // Nothing may be appended behind damage: it would not be read again.
         match recording::open(path, &OpenOptions { lenient: false, limits }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
-                Ok(DocumentReader::new(session, journal, give_back))
+                Ok(SessionReader::new(session, journal, give_back))
             }
             Err(error) => {
                 give_back(file);
@@ -355,18 +262,18 @@ impl Document {
 
     /// A session to read into a new one among the autosaves.
     fn to_copy(
-        session: Session,
+        session: recording::Session,
         path: &Path,
         why: &str,
         autosaves: &Autosaves,
-    ) -> Result<DocumentReader, RecordingError> {
+    ) -> Result<SessionReader, RecordingError> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let source = source_of_copy(path, &session.header.source);
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
         let remark = format!("{}: {why}: a copy is drawn on", path.display());
-        Ok(DocumentReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
+        Ok(SessionReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
     }
 }
 
@@ -406,7 +313,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
 }
 
 /// Why a copy is drawn on, and not the session itself.
-fn why_not_itself(session: &Session, path: &Path, lenient: bool) -> Option<&'static str> {
+fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
     if lenient {
         Some("its damaged pieces are left out")
     } else if session.format != "ron" || !is_ron(path) {

@@ -2,11 +2,10 @@ use std::net::SocketAddr;
 
 use glam::Vec3;
 
-use super::{
-    document::Document,
+use crate::{
     paint_layers::on_layer,
+    session::Session,
     studio::Studio,
-    subject::Subject,
     tracker::{Came, Message, Tracker},
 };
 use osp_session::{
@@ -24,11 +23,11 @@ const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
     /// The tracker's messages since the last frame.
-    pub(super) fn listen(&mut self) {
+    pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;
         }
-        let Some(tracker) = self.tracker.take() else { return };
+        let Some(tracker) = self.input.tracker.take() else { return };
         let t = self.now_secs();
         for brush in tracker.unknown_brushes() {
             self.say(format!(
@@ -36,27 +35,29 @@ impl Studio {
                 brush.escape_debug()
             ));
         }
-        self.tracker_waits = !self.take_messages(t, &tracker);
+        self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
-        self.hands.rest(t, &mut self.events);
+        self.input.hands.rest(t, &mut self.events);
         // While messages wait, nobody is known to be silent.
-        if let Some(senders) = self.senders.as_mut().filter(|_| !self.tracker_waits) {
+        if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }
         self.mirror_events(first);
         self.apply_events();
-        self.tracker = Some(tracker);
+        self.input.tracker = Some(tracker);
     }
 
     /// Takes messages up to the limit of a frame; returns whether none was left.
     fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
         let (mut messages, mut edits) = (0, 0);
-        while messages < MESSAGES_A_FRAME && edits < EDITS_A_FRAME && self.changes_waiting() < CHANGES_A_FRAME
+        while messages < MESSAGES_A_FRAME
+            && edits < EDITS_A_FRAME
+            && self.session.changes().len() < CHANGES_A_FRAME
         {
             let Some(Came { at, from, message: sent }) = tracker.take_heard() else { return true };
             let mut in_room = self.room.message_to_room(sent);
-            self.watch.note(at, &sent, &in_room);
-            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.is_calibrating) {
+            self.input.watch.note(at, &sent, &in_room);
+            if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.input.is_calibrating) {
                 // It touches the corners of a screen.
                 *pressure = 0.0;
             }
@@ -65,16 +66,18 @@ impl Studio {
                 self.part_eraser_step();
             }
             let message = self.room.message_to_world(&self.navigator, in_room);
-            let Subject::Sketch(document) = &self.subject else { continue };
-            if document.is_read_only() {
-                self.hands.look(&message);
+            if self.session.is_replay() {
+                continue;
+            }
+            if self.session.is_read_only() {
+                self.input.hands.look(&message);
                 continue;
             }
             let first = self.events.len();
             let Some((author, erased)) = self.take_message(t, from, &message) else { continue };
             let mut begins = false;
             let who = if author.is_sole() { self.author() } else { author };
-            let layer = self.brush.layer;
+            let layer = self.input.brush.layer;
             let may_touch = self.scene().may_touch(who, layer);
             for event in &mut self.events[first..] {
                 if let Event::Begin { paint, .. } = event {
@@ -122,20 +125,20 @@ impl Studio {
         from: Option<SocketAddr>,
         message: &Message,
     ) -> Option<(Author, Option<Vec3>)> {
-        let Subject::Sketch(document) = &mut self.subject else { return None };
-        let is_of_several = document.knows_authors() && !document.is_shared();
-        let Some((senders, from)) = self.senders.as_mut().zip(from).filter(|_| is_of_several) else {
-            let next = || document.new_stroke();
-            let erased = self.hands.take(t, message, next, &mut self.events);
-            if self.senders.is_some() && !is_of_several {
+        let session = &mut self.session;
+        let is_of_several = session.knows_authors() && !session.is_shared();
+        let Some((senders, from)) = self.input.senders.as_mut().zip(from).filter(|_| is_of_several) else {
+            let next = || session.new_stroke();
+            let erased = self.input.hands.take(t, message, next, &mut self.events);
+            if self.input.senders.is_some() && !is_of_several {
                 self.say_once("tracker: this session is of one author: all senders draw as one");
             }
             return Some((Author::SOLE, erased));
         };
-        let taken = senders.take((from, Instant::now()), t, message, document.scene(), &mut self.events);
+        let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
             // The screens show what one of them sees.
-            self.hands.look(message);
+            self.input.hands.look(message);
         }
         if taken.is_none() {
             self.say_once(
@@ -146,27 +149,20 @@ impl Studio {
     }
 
     /// Strokes of a tracker end in the session that they began in, and its senders leave it.
-    pub(super) fn end_hands_strokes(&mut self) {
+    pub(crate) fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
-        self.hands.stop(t, &mut self.events);
-        if let Some(senders) = &mut self.senders {
+        self.input.hands.stop(t, &mut self.events);
+        if let Some(senders) = &mut self.input.senders {
             senders.stop(t, &mut self.events);
         }
         self.apply_events();
     }
 
     /// A session that is new, to draw on.
-    pub(super) fn new_document(&self) -> Document {
-        match &self.senders {
-            Some(_) => Document::of_several(&self.autosaves),
-            None => Document::new(&self.autosaves),
-        }
-    }
-
-    fn changes_waiting(&self) -> usize {
-        match &self.subject {
-            Subject::Sketch(document) => document.changes().len(),
-            Subject::Replay(_) => 0,
+    pub(crate) fn new_session(&self) -> Session {
+        match &self.input.senders {
+            Some(_) => Session::of_several(&self.autosaves),
+            None => Session::new(&self.autosaves),
         }
     }
 
@@ -174,9 +170,8 @@ impl Studio {
     fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
         /// How far from the point a stroke may be, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
-        let Subject::Sketch(document) = &self.subject else { return };
-        let nearest = self.culling.nearest_box(document.scene(), document.changes(), p, REACH_M);
-        let scene = document.scene();
+        let scene = self.session.scene();
+        let nearest = self.culling.nearest_box(scene, self.session.changes(), p, REACH_M);
         let stroke =
             nearest.map(|id| scene.stroke_of(id)).filter(|stroke| !self.is_layer_held(stroke.layer()));
         if let Some(stroke) = stroke.and_then(|stroke| stroke.id()) {

@@ -1,13 +1,16 @@
 use osp::{math::Aabb, polygon::Change};
 use osp_session::{
     export::PolygonTimes,
-    recording::{Event, Tally},
+    recording::{Event, StrokeId, Tally},
     scene::Scene,
 };
 
-/// What the events of a session have made so far.
+/// Events that the model takes at once.
+pub(super) const PIECE: usize = 1024;
+
+/// What the events of a session have made so far. A replay leaves the counts alone: it plays frames, to and fro.
 #[derive(Debug)]
-pub(crate) struct Drawn {
+pub(super) struct Model {
     pub(super) scene: Scene,
     /// Since they were last taken.
     pub(super) changes: Vec<Change>,
@@ -22,7 +25,7 @@ pub(crate) struct Drawn {
     pub(super) tally: Tally,
 }
 
-impl Default for Drawn {
+impl Default for Model {
     fn default() -> Self {
         Self {
             scene: Scene::keeping_groups_whole(),
@@ -37,11 +40,20 @@ impl Default for Drawn {
     }
 }
 
-impl Drawn {
-    /// The model.
-    #[cfg(feature = "live")]
-    pub(crate) fn scene(&self) -> &Scene {
-        &self.scene
+impl Model {
+    /// A stroke number up to `last` that was not used yet; `last` is a power of two less one.
+    pub(super) fn new_stroke(&mut self, last: u32) -> StrokeId {
+        self.next_stroke &= last;
+        // A session may have used the last number that there is: then those that it left out are next.
+        for _ in 0..last {
+            if !self.scene.is_used(StrokeId(self.next_stroke)) {
+                break;
+            }
+            self.next_stroke = self.next_stroke.wrapping_add(1) & last;
+        }
+        let id = StrokeId(self.next_stroke);
+        self.next_stroke = self.next_stroke.wrapping_add(1) & last;
+        id
     }
 
     /// Applies events to the model.

@@ -1,26 +1,24 @@
+//! A recorded session that can be played, stopped, and entered at any frame.
+
 mod reader;
 mod recorded;
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::sync::Arc;
 
+use super::model::Model;
 use recorded::Recorded;
 
-pub use reader::PlayerReader;
+pub use reader::ReplayReader;
 
 use osp::{
-    math::Aabb,
     polygon::{Change, Geometry, PolygonId},
     view::View,
 };
 use osp_session::{
     export::PolygonTimes,
-    recording::{Event, Header, OpenOptions, Pace, RecordingError},
-    replay::{CameraChoice, CameraPath, SessionState},
-    scene::{GroupNode, Scene},
+    recording::Event,
+    replay::{CameraPath, Moment, SessionState},
+    scene::Scene,
 };
 
 /// The changes that a jump to another frame makes to an index and a GPU scene.
@@ -47,20 +45,19 @@ impl Snapshot {
     }
 }
 
-/// A recorded session that can be played, stopped, and entered at any frame.
+/// A recorded session, the frames that were played of it, and how it goes on.
 #[derive(Debug)]
-pub struct Player {
-    path: PathBuf,
-    header: Header,
+pub struct Replay {
     recorded: Arc<Recorded>,
     /// Frames in which a stroke begins, ascending.
     stroke_starts: Vec<u64>,
     snapshots: Vec<Snapshot>,
-    bounds: Aabb,
     background: [f64; 3],
     camera: CameraPath,
     remarks: Vec<String>,
-    state: SessionState,
+    /// Of the model: poses, and the number of frames played.
+    moment: Moment,
+    /// On the way of a jump.
     changes: Vec<Change>,
     is_playing: bool,
     speed: f64,
@@ -68,59 +65,7 @@ pub struct Player {
     due: f64,
 }
 
-impl Player {
-    /// Reads a session of any format, whole, and stands before its first frame. A damaged one is played up to the
-    /// damage, which is in the remarks.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is of no known format.
-    pub fn open(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
-        Self::open_with(path, pace, camera, &OpenOptions::default())
-    }
-
-    /// [`Player::open`] with options for the reader.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is of no known format.
-    pub fn open_with(
-        path: &Path,
-        pace: Pace,
-        camera: CameraChoice,
-        options: &OpenOptions,
-    ) -> Result<Self, RecordingError> {
-        Self::open_watched(path, pace, camera, options, &|_| true)
-    }
-
-    /// [`Player::open_with`]; `go_on` is asked before each step of a [`PlayerReader`], with the number of events that were read.
-    ///
-    /// # Errors
-    /// As there; of kind `Interrupted` if `go_on` said no.
-    pub fn open_watched(
-        path: &Path,
-        pace: Pace,
-        camera: CameraChoice,
-        options: &OpenOptions,
-        go_on: &dyn Fn(u64) -> bool,
-    ) -> Result<Self, RecordingError> {
-        let mut reader = PlayerReader::new(path, pace, camera, options);
-        while go_on(reader.events()) {
-            if let Some(player) = reader.step()? {
-                return Ok(player);
-            }
-        }
-        Err(RecordingError::io(path, io::ErrorKind::Interrupted.into()))
-    }
-
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// The session's header.
-    pub fn header(&self) -> &Header {
-        &self.header
-    }
-
+impl Replay {
     /// The reader's remarks, one line each.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
@@ -131,21 +76,6 @@ impl Player {
         self.background
     }
 
-    /// Box of everything in the session.
-    pub fn bounds(&self) -> Aabb {
-        self.bounds
-    }
-
-    /// The model at this frame.
-    pub fn scene(&self) -> &Scene {
-        &self.state.scene
-    }
-
-    /// The groups of the model as a tree.
-    pub fn group_tree(&mut self) -> Vec<GroupNode> {
-        self.state.scene.group_tree()
-    }
-
     /// Frames of the session.
     pub fn frame_count(&self) -> u64 {
         self.recorded.frame_ends.len() as u64
@@ -153,7 +83,7 @@ impl Player {
 
     /// Frames played: 0 before the first.
     pub fn position(&self) -> u64 {
-        self.state.moment.frame
+        self.moment.frame
     }
 
     /// The frames in which a stroke begins, ascending.
@@ -184,44 +114,47 @@ impl Player {
     }
 
     /// Sets how many recorded frames are played for each one shown.
-    pub fn set_speed(&mut self, speed: f64) {
+    pub(super) fn set_speed(&mut self, speed: f64) {
         self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
     }
 
     /// Plays or pauses. At the end, playing starts again from the first frame.
-    pub fn play(&mut self, run: bool) -> Option<Jump> {
+    pub(super) fn play(&mut self, model: &mut Model, run: bool) -> Option<Jump> {
         self.is_playing = run && self.frame_count() > 0;
-        (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(0))
+        (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(model, 0))
     }
 
     /// The replay camera's view here.
     pub fn view(&self) -> View {
-        self.camera.view(&self.state.moment)
+        self.camera.view(&self.moment)
     }
 
-    /// Plays the frames for one shown frame. The changes are appended to `out`.
-    pub fn advance(&mut self, out: &mut Vec<Change>) {
+    /// Plays the frames for one shown frame. Returns how many changes they have made.
+    pub(super) fn advance(&mut self, model: &mut Model) -> usize {
         if !self.is_playing {
-            return;
+            return 0;
         }
-        self.state.scene.let_go();
+        let before = model.changes.len();
         self.due += self.speed;
         while self.due >= 1.0 {
             self.due -= 1.0;
-            if !self.step(out) {
+            if !self.step(model) {
                 self.is_playing = false;
                 self.due = 0.0;
             }
         }
+        model.changes.len() - before
     }
 
     /// Plays one frame; `false` at the end.
-    pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
-        let frame = self.position();
-        if frame == self.frame_count() {
+    pub(super) fn step(&mut self, model: &mut Model) -> bool {
+        if self.position() == self.frame_count() {
             return false;
         }
-        self.state.play(self.recorded.of(frame), out);
+        let events = self.recorded.of(self.position());
+        events.iter().for_each(|event| self.moment.note(event));
+        model.scene.apply_all(events, &mut model.changes);
+        self.moment.frame += 1;
         true
     }
 
@@ -245,13 +178,13 @@ impl Player {
     }
 
     /// Goes to the model as it is after `frames` frames.
-    pub fn seek(&mut self, frames: u64) -> Jump {
+    pub(super) fn seek(&mut self, model: &mut Model, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());
         let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames() <= frames);
         let is_ahead = frames >= self.position();
         let mut state = match best {
             Some(snapshot) if !(is_ahead && snapshot.frames() <= self.position()) => snapshot.state.clone(),
-            _ if is_ahead => self.state.clone(),
+            _ if is_ahead => SessionState { scene: model.scene.clone(), moment: self.moment },
             _ => SessionState::keeping_groups_whole(),
         };
         while state.moment.frame < frames {
@@ -260,8 +193,8 @@ impl Player {
             state.scene.let_go();
             state.play(self.recorded.of(state.moment.frame), &mut self.changes);
         }
-        let jump = difference(&self.state.scene, &state.scene);
-        (self.state, self.due) = (state, 0.0);
+        let jump = difference(&model.scene, &state.scene);
+        (model.scene, self.moment, self.due) = (state.scene, state.moment, 0.0);
         jump
     }
 }
@@ -305,24 +238,36 @@ mod tests {
         reader::{FirstPlay, MAX_SNAPSHOTS},
         *,
     };
+    use crate::{
+        journal::{Autosaves, Journal},
+        session::Session,
+    };
     use glam::{Quat, Vec3};
     use osp::{
         frame::{Pipeline, StageClock},
         index::{BruteForce, SpatialIndex},
         view::{Projection, View},
     };
-    use osp_session::recording::{Author, GroupId, NormalRule, StrokeId, Tool, Transform};
+    use osp_session::{
+        recording::{Author, GroupId, Header, NormalRule, StrokeId, Tool, Transform},
+        replay::CameraChoice,
+    };
+    use std::path::Path;
 
-    fn player_of(events: Vec<Event>, frame_ends: Vec<usize>) -> Player {
+    fn replay(session: &Session) -> &Replay {
+        session.replay().expect("a replay")
+    }
+
+    fn player_of(events: Vec<Event>, frame_ends: Vec<usize>) -> Session {
         let recorded = Recorded { events, frame_ends };
-        let mut play =
-            FirstPlay::new(PathBuf::new(), Header::new("", ""), recorded, CameraChoice::Orbit, Vec::new());
+        let journal = Journal::of_reader(Path::new(""), Header::new("", ""), &Autosaves::new(None));
+        let mut play = FirstPlay::new(journal.expect("a header"), recorded, CameraChoice::Orbit, Vec::new());
         while play.step() {}
         play.finish()
     }
 
     /// A session with everything that changes a model.
-    fn player() -> Player {
+    fn player() -> Session {
         let t = 0.0;
         let mut events = Vec::new();
         for number in 0..30u32 {
@@ -388,16 +333,16 @@ mod tests {
     #[test]
     fn a_jump_leads_where_playing_leads() {
         let mut player = player();
-        let frames = player.frame_count();
-        assert!(player.snapshots.len() > 8 && player.snapshots.len() <= MAX_SNAPSHOTS);
+        let frames = replay(&player).frame_count();
+        assert!(replay(&player).snapshots.len() > 8 && replay(&player).snapshots.len() <= MAX_SNAPSHOTS);
         let mut index = BruteForce::new();
         // The polygons that a GPU scene would hold.
         let mut held: Vec<osp::polygon::ConvexPolygon> = Vec::new();
         let mut position = 0;
         for round in 0..60u64 {
             position = (position * 7 + round * 31 + 5) % (frames + 1);
-            let jump = player.seek(position);
-            assert_eq!(player.position(), position);
+            let jump = player.seek(position).expect("a replay");
+            assert_eq!(replay(&player).position(), position);
             follow(&mut index, player.scene(), &jump.changes);
             held.truncate(jump.polygon_count);
             for id in &jump.moved {
@@ -419,12 +364,12 @@ mod tests {
             let scene = player.scene();
             held.extend((held.len()..scene.polygon_count()).map(|i| scene.polygon(PolygonId(i as u32))));
             let mut fresh = SessionState::default();
-            for frame in 0..player.position() {
-                fresh.play(player.recorded.of(frame), &mut Vec::new());
+            for frame in 0..replay(&player).position() {
+                fresh.play(replay(&player).recorded.of(frame), &mut Vec::new());
             }
             assert_same(&index, scene, &fresh.scene);
             assert!(scene.visible_ids().all(|id| held[id.index()] == scene.polygon(id)), "at {position}");
-            position = player.position();
+            position = replay(&player).position();
         }
     }
 
@@ -456,7 +401,7 @@ mod tests {
             Projection::symmetric(5.0, 1.0, 0.1, 10.0),
         );
         for frame in [2, 3, 2, 3] {
-            let jump = player.seek(frame);
+            let jump = player.seek(frame).expect("a replay");
             let record = pipeline.frame(player.scene(), &jump.changes, &view);
             assert!(player.scene().space(PolygonId(0)).is_some());
             assert_eq!((record.polygons, record.visible), (1, 1), "at {frame}");
@@ -469,13 +414,13 @@ mod tests {
         assert_eq!(player.play(true), None);
         player.set_speed(2.5);
         let mut shown = 0;
-        while player.is_playing() {
-            player.advance(&mut Vec::new());
+        while replay(&player).is_playing() {
+            player.advance();
             shown += 1;
         }
-        assert_eq!(player.position(), player.frame_count());
-        assert!((shown as f64 - player.frame_count() as f64 / 2.5).abs() < 2.0);
+        assert_eq!(replay(&player).position(), replay(&player).frame_count());
+        assert!((shown as f64 - replay(&player).frame_count() as f64 / 2.5).abs() < 2.0);
         assert!(player.play(true).is_some_and(|jump| jump.polygon_count == 0));
-        assert_eq!(player.position(), 0);
+        assert_eq!(replay(&player).position(), 0);
     }
 }

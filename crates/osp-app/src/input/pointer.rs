@@ -2,13 +2,13 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{
+use crate::{
     altering::Altering,
     gestures::{Button, Gesture, Held, Input},
     handles::dragged,
+    navigator::on_plane_through,
     pen::{Pen, PenPoint, Snap},
     studio::Studio,
-    subject::Subject,
     tool::ToolChoice,
 };
 use osp::view::View;
@@ -30,20 +30,20 @@ impl Studio {
         }
         let aspect = size_px.x / size_px.y.max(1.0);
         match input {
-            Input::Pressure(pressure) => self.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
+            Input::Pressure(pressure) => self.input.gestures.pressure = Some(pressure.clamp(0.0, 1.0)),
             Input::Wheel(steps) if held.shift => {
-                self.brush.widen(steps);
+                self.input.brush.widen(steps);
                 self.take_width();
             }
             Input::Wheel(steps) => self.navigator.zoom(steps),
             Input::Leave => {
-                if self.gestures.gesture.is_none() {
-                    self.gestures.pointer = None;
+                if self.input.gestures.gesture.is_none() {
+                    self.input.gestures.pointer = None;
                 }
             }
             Input::Press(button) => self.press(button, held, size_px, aspect),
             Input::Move(at) => {
-                let before = self.gestures.pointer.replace(at).unwrap_or(at);
+                let before = self.input.gestures.pointer.replace(at).unwrap_or(at);
                 // In heights of the window, y downwards.
                 let by = Vec2::new((at.x - before.x) * 0.5 * aspect, (before.y - at.y) * 0.5);
                 self.drag(before, by, held, size_px, aspect);
@@ -55,12 +55,12 @@ impl Studio {
 
     fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
         // How hard a pen is pressed is said before that it is.
-        let pressure = self.gestures.pressure;
+        let pressure = self.input.gestures.pressure;
         self.finish_gestures();
-        self.gestures.pressure = pressure;
-        let Some(at) = self.gestures.pointer else { return };
-        self.gestures.pressed_at = at;
-        self.gestures.is_touch = false;
+        self.input.gestures.pressure = pressure;
+        let Some(at) = self.input.gestures.pointer else { return };
+        self.input.gestures.pressed_at = at;
+        self.input.gestures.is_touch = false;
         let gesture = match (button, held) {
             (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
@@ -68,11 +68,11 @@ impl Studio {
             (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
             (Button::Secondary, _) => Some(Gesture::Orbit),
         };
-        self.gestures.gesture = gesture;
+        self.input.gestures.gesture = gesture;
     }
 
     fn press_tool(&mut self, at: Vec2, size_px: Vec2, aspect: f32) -> Option<Gesture> {
-        match self.tool {
+        match self.input.tool {
             ToolChoice::Draw(_) => {
                 let (view, on_screen) = self.view_at(at, aspect)?;
                 let surface = self.surface_under(&view, on_screen);
@@ -82,20 +82,20 @@ impl Studio {
                 let stroke = self.new_stroke()?;
                 let t = self.now_secs();
                 let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                let brush = self.brush_at(&view, Pen::aim(&point, self.snap), size_px.y);
-                self.pen.press(t, stroke, brush, self.snap, &point, &mut self.events);
+                let brush = self.brush_at(&view, Pen::aim(&point, self.input.snap), size_px.y);
+                self.input.pen.press(t, stroke, brush, self.input.snap, &point, &mut self.events);
                 Some(Gesture::Draw)
             }
             ToolChoice::Erase => {
-                self.gestures.gesture = Some(Gesture::Erase { is_step_open: false });
+                self.input.gestures.gesture = Some(Gesture::Erase { is_step_open: false });
                 self.erase_along(at, at, size_px);
-                self.gestures.gesture
+                self.input.gestures.gesture
             }
             ToolChoice::Select => match self.stroke_under(at, size_px) {
                 _ if let Some((handle, ring, from)) = self.handle_under(at, size_px) => {
                     Some(Gesture::Handle { handle, ring, from, motion: Motion::STAY })
                 }
-                Some((stroke, from)) if self.selection.has(stroke) => {
+                Some((stroke, from)) if self.input.selection.has(stroke) => {
                     Some(Gesture::Move { from, by: Vec3::ZERO })
                 }
                 _ => Some(Gesture::Click),
@@ -108,16 +108,21 @@ impl Studio {
     }
 
     fn drag(&mut self, before: Vec2, by: Vec2, held: Held, size_px: Vec2, aspect: f32) {
-        let (Some(gesture), Some(at)) = (self.gestures.gesture, self.gestures.pointer) else { return };
+        let (Some(gesture), Some(at)) = (self.input.gestures.gesture, self.input.gestures.pointer) else {
+            return;
+        };
         match gesture {
             Gesture::Draw => {
                 let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
-                let surface =
-                    if self.snap == Snap::Surface { self.surface_under(&view, on_screen) } else { None };
+                let surface = if self.input.snap == Snap::Surface {
+                    self.surface_under(&view, on_screen)
+                } else {
+                    None
+                };
                 let t = self.now_secs();
                 let point = self.pen_point(&view, on_screen, size_px.y, surface);
-                let (is_straight, first) = (held.shift || self.aids.straight, self.events.len());
-                self.pen.drag(t, self.snap, is_straight, &point, &mut self.events);
+                let (is_straight, first) = (held.shift || self.input.aids.straight, self.events.len());
+                self.input.pen.drag(t, self.input.snap, is_straight, &point, &mut self.events);
                 self.mirror_events(first);
             }
             Gesture::Erase { .. } => self.erase_along(before, at, size_px),
@@ -127,39 +132,40 @@ impl Studio {
             Gesture::Move { from, .. } => {
                 let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
                 let to = on_plane_through(&view, on_screen, from);
-                self.gestures.gesture = Some(Gesture::Move { from, by: to - from });
+                self.input.gestures.gesture = Some(Gesture::Move { from, by: to - from });
             }
             Gesture::Handle { handle, ring, from, .. } => {
                 let Some((view, on_screen)) = self.view_at(at, aspect) else { return };
                 let to = on_plane_through(&view, on_screen, ring.middle);
                 let motion = dragged(handle, &ring, from, to, held.shift);
-                self.gestures.gesture = Some(Gesture::Handle { handle, ring, from, motion });
+                self.input.gestures.gesture = Some(Gesture::Handle { handle, ring, from, motion });
             }
             Gesture::Span { span, from, .. } => {
                 let Some(to) = self.span_point(at, size_px, Some(from)) else { return };
-                self.gestures.gesture = Some(Gesture::Span { span, from, to });
+                self.input.gestures.gesture = Some(Gesture::Span { span, from, to });
             }
             Gesture::Click => {}
         }
     }
 
     fn release(&mut self, held: Held, size_px: Vec2) {
-        let Some(gesture) = self.gestures.gesture else { return };
-        let at = self.gestures.pointer.unwrap_or(self.gestures.pressed_at);
-        let wandered = (at - self.gestures.pressed_at) * Vec2::new(0.5 * size_px.x / size_px.y.max(1.0), 0.5);
+        let Some(gesture) = self.input.gestures.gesture else { return };
+        let at = self.input.gestures.pointer.unwrap_or(self.input.gestures.pressed_at);
+        let wandered =
+            (at - self.input.gestures.pressed_at) * Vec2::new(0.5 * size_px.x / size_px.y.max(1.0), 0.5);
         let is_click = wandered.length() <= CLICK;
         match gesture {
             Gesture::Click | Gesture::Move { .. } | Gesture::Handle { .. } if is_click => {
-                self.gestures.gesture = None;
+                self.input.gestures.gesture = None;
                 match self.stroke_under(at, size_px) {
-                    Some((stroke, _)) if held.shift => self.selection.toggle(stroke),
-                    Some((stroke, _)) => self.selection.set([stroke]),
+                    Some((stroke, _)) if held.shift => self.input.selection.toggle(stroke),
+                    Some((stroke, _)) => self.input.selection.set([stroke]),
                     None if held.shift => {}
-                    None => self.selection.clear(),
+                    None => self.input.selection.clear(),
                 }
             }
             Gesture::Span { span, from, to } => {
-                self.gestures.gesture = None;
+                self.input.gestures.gesture = None;
                 self.end_span(span, from, to, held.shift);
             }
             _ => {}
@@ -171,9 +177,9 @@ impl Studio {
     pub fn finish_gestures(&mut self) {
         let t = self.now_secs();
         let first = self.events.len();
-        self.pen.release(t, &mut self.events);
+        self.input.pen.release(t, &mut self.events);
         self.mirror_events(first);
-        let gesture = self.gestures.gesture.take();
+        let gesture = self.input.gestures.gesture.take();
         if gesture == Some(Gesture::Erase { is_step_open: true }) {
             self.end_step();
         }
@@ -184,13 +190,13 @@ impl Studio {
         }
         if let Some(Gesture::Move { by, .. }) = gesture
             && by != Vec3::ZERO
-            && !self.selection.is_empty()
+            && !self.input.selection.is_empty()
         {
             if let Some(placed) = self.moved_group(by) {
                 self.events.push(placed);
             } else {
                 // One edit, unless they are more than a line of the file can name.
-                let parts = self.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
+                let parts = self.input.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
                 self.events.extend(parts.map(|strokes| Event::Move {
                     author: Author::SOLE,
                     t,
@@ -199,21 +205,12 @@ impl Studio {
                 }));
             }
         }
-        self.gestures.pressure = None;
+        self.input.gestures.pressure = None;
         self.apply_events();
     }
 
-    /// See [`Document::may_have_open_step`](super::document::Document::may_have_open_step).
-    pub(super) fn may_have_open_step(&self) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if document.may_have_open_step())
-    }
-
-    fn is_erasing(&self, stroke: StrokeId) -> bool {
-        matches!(&self.subject, Subject::Sketch(document) if document.is_erasing(stroke))
-    }
-
     fn end_step(&mut self) {
-        if self.may_have_open_step() {
+        if self.session.may_have_open_step() {
             let t = self.now_secs();
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
@@ -221,8 +218,8 @@ impl Studio {
     }
 
     /// An edit of somebody else comes between: what the eraser takes from now on is another step.
-    pub(super) fn part_eraser_step(&mut self) {
-        if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.gestures.gesture {
+    pub(crate) fn part_eraser_step(&mut self) {
+        if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.input.gestures.gesture {
             *is_open = false;
             self.end_step();
         }
@@ -230,7 +227,7 @@ impl Studio {
 
     /// Sets where to fly: right, up, back, -1 to 1 each; zero stands still.
     pub fn set_flight(&mut self, direction: Vec3) {
-        self.gestures.flight = direction;
+        self.input.gestures.flight = direction;
     }
 
     /// Turns about the eye. `turn` is in heights of the window.
@@ -238,40 +235,40 @@ impl Studio {
         self.navigator.look(turn);
     }
 
-    pub(super) fn fly(&mut self, frame_secs: f32) {
+    pub(crate) fn fly(&mut self, frame_secs: f32) {
         /// Speed of flying: distances to the centre of the view, a second.
         const SPEED: f32 = 0.9;
         // A frame that hung must not throw the eye out of the model.
-        self.navigator.fly(self.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
+        self.navigator.fly(self.input.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
     }
 
     /// The view under the pointer and the place where a stroke would begin there.
-    pub(super) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
+    pub(crate) fn aim(&mut self, at: Vec2, height_px: f32, aspect: f32) -> Option<(View, Vec3)> {
         let (view, on_screen) = self.view_at(at, aspect)?;
         let surface = self.surface_under(&view, on_screen);
         let point = self.pen_point(&view, on_screen, height_px, surface);
-        let aim = match self.pen.anchor() {
-            Some(anchor) if self.snap != Snap::Surface || surface.is_none() => {
+        let aim = match self.input.pen.anchor() {
+            Some(anchor) if self.input.snap != Snap::Surface || surface.is_none() => {
                 on_plane_through(&view, on_screen, anchor)
             }
-            _ => Pen::aim(&point, self.snap),
+            _ => Pen::aim(&point, self.input.snap),
         };
         Some((view, aim))
     }
 
     fn pen_point<'v>(&self, view: &'v View, at: Vec2, height_px: f32, surface: Option<Vec3>) -> PenPoint<'v> {
-        let pressure = self.gestures.pressure.unwrap_or(1.0);
+        let pressure = self.input.gestures.pressure.unwrap_or(1.0);
         PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
     }
 
     /// The point of the model under a point of a screen. The stroke in the making does not count: it would come nearer
     /// and nearer by lying on itself.
     fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
-        if self.snap == Snap::Off {
+        if self.input.snap == Snap::Off {
             return None;
         }
         let ray = view.ray_through(at);
-        let without = self.pen.stroke();
+        let without = self.input.pen.stroke();
         let twin = self.twin_of(without);
         let (_, t) = self.pick(&ray, |stroke| {
             without.is_none() || stroke.id() != without && (twin.is_none() || stroke.id() != twin)
@@ -280,7 +277,7 @@ impl Studio {
     }
 
     /// The stroke under a point of the window or close beside it, and where on it. Those on locked layers do not count.
-    pub(super) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
+    pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
         /// The point itself, then around it.
         const BESIDE: [(f32, f32); 9] = [
             (0.0, 0.0),
@@ -314,11 +311,13 @@ impl Studio {
         for step in 1..=steps as u32 {
             let at = from.lerp(to, step as f32 / steps);
             if let Some((stroke, _)) = self.stroke_under(at, size_px)
-                && !self.is_erasing(stroke)
+                && !self.session.is_erasing(stroke)
             {
                 let t = self.now_secs();
                 // What one way of the pointer erases is one step, which ends with the gesture.
-                if let Some(Gesture::Erase { is_step_open: is_open @ false }) = &mut self.gestures.gesture {
+                if let Some(Gesture::Erase { is_step_open: is_open @ false }) =
+                    &mut self.input.gestures.gesture
+                {
                     *is_open = true;
                     self.events.push(Event::Step { author: Author::SOLE, t, edits: u32::MAX });
                 }
@@ -329,8 +328,9 @@ impl Studio {
     }
 
     /// Looks at what is under the pointer from where the eye is.
-    pub(super) fn look_at_pointer(&mut self, aspect: f32) {
-        let Some((view, on_screen)) = self.gestures.pointer.and_then(|at| self.view_at(at, aspect)) else {
+    pub(crate) fn look_at_pointer(&mut self, aspect: f32) {
+        let Some((view, on_screen)) = self.input.gestures.pointer.and_then(|at| self.view_at(at, aspect))
+        else {
             return;
         };
         let ray = view.ray_through(on_screen);
@@ -338,10 +338,4 @@ impl Studio {
             self.navigator.look_at(ray.origin + ray.direction * t);
         }
     }
-}
-
-pub(super) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
-    let ray = view.ray_through(at);
-    let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);
-    ray.origin + ray.direction * distance_m
 }

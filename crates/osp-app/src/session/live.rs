@@ -1,8 +1,9 @@
 //! A session that several people draw at once, in the window: own events go to the others and come back in the order that
 //! counts for all; until then they are shown over the model.
 
-mod continued;
 mod inbox;
+mod joining;
+mod known;
 mod overlay;
 
 use std::{
@@ -16,16 +17,14 @@ use std::{
 
 use glam::Vec3;
 
-use super::{
-    document::Document,
-    journal::{Autosaves, Journal, Unwritten},
-    threads,
-    working::Turns,
+use crate::{
+    journal::{Autosaves, Journal},
+    turns::Turns,
 };
-use continued::Known;
-pub use continued::Unjoined;
 use inbox::Inbox;
-use osp_net::live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status, header};
+pub use joining::Unjoined;
+use known::Known;
+use osp_net::live::{Address, Connection, Link, LinkOptions, LiveError, ME, News, Role, Status};
 use osp_session::{
     platform::time::Instant,
     recording::{Author, Event, Header, ONE_AUTHOR_FORMAT, RecordingError, StrokeId},
@@ -33,14 +32,8 @@ use osp_session::{
 };
 pub use overlay::Overlay;
 
-/// Events of the session that a frame takes at most: a long one comes in beside the window.
-const EVENTS_A_FRAME: usize = 8192;
-/// Changed polygons after which a frame takes no more events.
-const CHANGES_A_FRAME: usize = 1 << 16;
 /// How often the files are looked after.
 const TEND: Duration = Duration::from_millis(500);
-/// How long a window that closes waits until all that was drawn is in the session.
-const FAREWELL: Duration = Duration::from_secs(3);
 
 /// What somebody else draws with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,9 +44,9 @@ pub struct OtherPen {
     pub at: Vec3,
 }
 
-/// The connection of a document to the session that it is of.
+/// The connection to the others who draw in a session.
 #[derive(Debug)]
-pub struct Shared {
+pub struct Live {
     link: Link,
     has_news: Arc<AtomicBool>,
     /// Something was taken after the panels of that frame were laid out.
@@ -91,7 +84,7 @@ pub struct Shared {
     has_left: bool,
 }
 
-impl Shared {
+impl Live {
     /// Begins to take part.
     ///
     /// # Errors
@@ -131,7 +124,7 @@ impl Shared {
     }
 
     /// Whether something has come, or was taken, or the connection is another one, since the last call.
-    pub(super) fn take_note(&mut self) -> bool {
+    pub(crate) fn take_note(&mut self) -> bool {
         let status = self.link.status();
         let of = |status: &Status| (status.connection.clone(), status.trouble.clone(), status.authors);
         let is_other = of(&status) != of(&self.told);
@@ -176,7 +169,7 @@ impl Shared {
     }
 
     /// Own strokes that are on their way.
-    pub(super) fn overlay_mut(&mut self) -> &mut Overlay {
+    pub(crate) fn overlay_mut(&mut self) -> &mut Overlay {
         &mut self.overlay
     }
 
@@ -192,7 +185,7 @@ impl Shared {
         number
     }
 
-    /// Takes an own event, which [`Shared::send`] sends.
+    /// Takes an own event, which [`Live::send`] sends.
     ///
     /// # Errors
     /// No session can hold it.
@@ -429,130 +422,6 @@ impl Shared {
     /// Whether something of one's own is not in the session.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
-    }
-}
-
-impl Document {
-    /// A document of the session, empty until it comes in.
-    ///
-    /// # Errors
-    /// No recording can have the session's name.
-    pub fn joining(shared: Shared, autosaves: &Autosaves) -> Result<Self, RecordingError> {
-        let journal = Journal::unnamed(autosaves, shared.session(), header(shared.session()))?;
-        let mut document = Self::around(journal);
-        document.shared = Some(shared);
-        Ok(document)
-    }
-
-    /// The session that it is of, if others draw in it, too.
-    pub fn shared(&self) -> Option<&Shared> {
-        self.shared.as_ref()
-    }
-
-    pub(super) fn shared_mut(&mut self) -> Option<&mut Shared> {
-        self.shared.as_mut()
-    }
-
-    /// Applies a slice of the events in the session's order, as of a file that is read between frames. A slice lasts `least`,
-    /// longer where frames are slow, and is at least a piece.
-    pub(super) fn follow_session_for(&mut self, least: Duration) {
-        if let Some(shared) = &mut self.shared {
-            shared.turns.set_least(least);
-            self.follow_session();
-        }
-    }
-
-    fn follow_session(&mut self) {
-        let Some(shared) = &mut self.shared else { return };
-        let since = Instant::now();
-        let turn = shared.turns.next(since);
-        let (mut events, mut taken, changes) = (Vec::new(), 0, self.changes().len());
-        let mut is_behind = false;
-        while let Some(shared) = &mut self.shared
-            && shared.take_piece(&mut events, &mut self.news)
-        {
-            taken += events.len();
-            self.take_ordered(&events);
-            if let Some(shared) = &mut self.shared {
-                self.news.extend(shared.note_left_out(&events, self.drawn.scene()));
-            }
-            is_behind = taken >= EVENTS_A_FRAME
-                || self.changes().len() - changes >= CHANGES_A_FRAME
-                || since.elapsed() >= turn;
-            if is_behind {
-                break;
-            }
-        }
-        if let Some(shared) = &mut self.shared {
-            shared.show_own(self.drawn.scene());
-            shared.turns.end();
-            shared.is_behind = is_behind;
-        }
-    }
-
-    /// Writes everything of the session, and of what is on its way to it.
-    ///
-    /// # Errors
-    /// A part of it could not be written.
-    pub(super) fn settle(&mut self) -> Result<(), Unwritten> {
-        self.journal_mut().settle()?;
-        match &mut self.shared {
-            Some(shared) if shared.is_waiting() => shared.own.settle(),
-            _ => Ok(()),
-        }
-    }
-
-    /// Writes the events that are not in the model. Own events among them count as missing: they are kept elsewhere, too.
-    fn write_rest(&mut self) {
-        let since = Instant::now();
-        // The others may go on for ever.
-        while since.elapsed() < FAREWELL
-            && let Some(shared) = &mut self.shared
-            && let Some(rest) = shared.take_rest(&mut self.news)
-        {
-            self.write_ordered(&rest);
-        }
-    }
-
-    /// Leaves the session: waits a little until all that was drawn is in it. Returns what to tell of the rest.
-    ///
-    /// # Errors
-    /// A part of the rest could not be written.
-    pub(super) fn leave_session(&mut self) -> Result<Vec<String>, Unwritten> {
-        let Some(shared) = &self.shared else { return Ok(Vec::new()) };
-        let status = shared.link.status();
-        // Nobody answers a watcher, nor in a session that is full; who is nobody yet has nothing to leave.
-        let is_answered = !shared.is_watcher
-            && status.connection != Connection::Full
-            && (status.author.is_some() || shared.is_waiting());
-        shared.link.hand().leave();
-        let since = Instant::now();
-        while is_answered
-            && since.elapsed() < FAREWELL
-            && self.shared.as_ref().is_some_and(|shared| !shared.has_left && shared.ended.is_none())
-        {
-            self.follow_session();
-            threads::pause(Duration::from_millis(5));
-        }
-        self.follow_session();
-        self.write_rest();
-        let is_kept = self.journal_mut().settle().is_ok();
-        let mut said = std::mem::take(&mut self.news);
-        let Some(Shared { own, waiting, refused, .. }) = self.shared.take() else { return Ok(said) };
-        let missing = waiting.len() + refused;
-        if missing == 0 && is_kept {
-            own.remove();
-            return Ok(said);
-        }
-        if own.is_changed() {
-            let path = own.path().to_owned();
-            own.leave_open()?;
-            let path = path.display();
-            said.push(format!(
-                "{missing} of your events are not in the session, or came too late; all that you have drawn is in {path}"
-            ));
-        }
-        Ok(said)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use crate::document::PIECE;
+use super::super::model::PIECE;
 use osp_session::recording::Event;
 
 /// Events in their order, as they came. More comes when the last of them is taken.

@@ -5,13 +5,16 @@ use std::{
     sync::Arc,
 };
 
-use super::{Player, Recorded, Snapshot};
+use super::{Recorded, Replay, Snapshot};
+use crate::{
+    journal::{Autosaves, Journal},
+    session::{Session, Source},
+};
 use osp::{math::Aabb, polygon::Change};
 use osp_render::background_for;
 use osp_session::{
-    recording::{self, Event, Header, OpenOptions, Pace, Pacer, RecordingError, Session},
-    replay::{CameraChoice, CameraPath, SessionState},
-    scene::Scene,
+    recording::{self, Event, OpenOptions, Pace, Pacer, RecordingError},
+    replay::{CameraChoice, CameraPath, Moment, SessionState},
 };
 
 /// Snapshots kept at most.
@@ -19,9 +22,38 @@ pub(super) const MAX_SNAPSHOTS: usize = 32;
 /// Largest weight of all snapshots together; 1 is about a hundred bytes.
 const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
-/// A session on its way to a [`Player`]. A step opens the file, reads a frame, or plays one.
+impl Session {
+    /// Reads a session of any format, whole, to play it, and stands before its first frame. A damaged one is played up to the
+    /// damage, which is in the remarks.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known format.
+    pub fn to_play(path: &Path, pace: Pace, camera: CameraChoice) -> Result<Self, RecordingError> {
+        Self::to_play_with(path, pace, camera, &OpenOptions::default())
+    }
+
+    /// [`Session::to_play`] with options for the reader.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn to_play_with(
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+    ) -> Result<Self, RecordingError> {
+        let mut reader = ReplayReader::new(path, pace, camera, options);
+        loop {
+            if let Some(session) = reader.step()? {
+                return Ok(session);
+            }
+        }
+    }
+}
+
+/// A session on its way to a replay. A step opens the file, reads a frame, or plays one.
 #[derive(Debug)]
-pub struct PlayerReader {
+pub struct ReplayReader {
     path: PathBuf,
     camera: CameraChoice,
     events: u64,
@@ -39,14 +71,14 @@ enum Stage {
 /// The events, cut into frames.
 #[derive(Debug)]
 struct Reading {
-    pacer: Pacer<Session>,
-    header: Header,
+    pacer: Pacer<recording::Session>,
+    journal: Journal,
     frame: Vec<Event>,
     recorded: Recorded,
     remarks: Vec<String>,
 }
 
-impl PlayerReader {
+impl ReplayReader {
     /// Reads this file, of which nothing is asked yet.
     pub fn new(path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) -> Self {
         let stage = Stage::Closed(pace, *options);
@@ -58,15 +90,17 @@ impl PlayerReader {
         self.events
     }
 
-    /// Takes a step. Returns the player once it is there, which is once; a further step returns nothing.
+    /// Takes a step. Returns the session once it is there, which is once; a further step returns nothing.
     ///
     /// # Errors
     /// The file cannot be read, or is of no known format.
-    pub fn step(&mut self) -> Result<Option<Player>, RecordingError> {
+    pub fn step(&mut self) -> Result<Option<Session>, RecordingError> {
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {
             Stage::Closed(pace, options) => {
                 let session = recording::open(&self.path, &options)?;
-                Stage::Reading(Box::new(Reading::new(session, pace)))
+                // A replay has no autosaves.
+                let journal = Journal::of_reader(&self.path, session.header.clone(), &Autosaves::new(None))?;
+                Stage::Reading(Box::new(Reading::new(session, journal, pace)))
             }
             Stage::Reading(mut reading) => {
                 let goes_on = reading.step();
@@ -74,10 +108,9 @@ impl PlayerReader {
                 if goes_on {
                     Stage::Reading(reading)
                 } else {
-                    let Reading { pacer, header, recorded, mut remarks, .. } = *reading;
+                    let Reading { pacer, journal, recorded, mut remarks, .. } = *reading;
                     remarks.extend(pacer.into_events().events.notes().warnings);
-                    let path = self.path.clone();
-                    Stage::Playing(Box::new(FirstPlay::new(path, header, recorded, self.camera, remarks)))
+                    Stage::Playing(Box::new(FirstPlay::new(journal, recorded, self.camera, remarks)))
                 }
             }
             Stage::Playing(mut play) => match play.step() {
@@ -91,11 +124,10 @@ impl PlayerReader {
 }
 
 impl Reading {
-    fn new(session: Session, pace: Pace) -> Self {
-        let header = session.header.clone();
+    fn new(session: recording::Session, journal: Journal, pace: Pace) -> Self {
         let recorded = Recorded { events: Vec::new(), frame_ends: Vec::new() };
         let pacer = Pacer::new(session, pace);
-        Self { pacer, header, frame: Vec::new(), recorded, remarks: Vec::new() }
+        Self { pacer, journal, frame: Vec::new(), recorded, remarks: Vec::new() }
     }
 
     /// Reads a frame; `false` after the last one.
@@ -116,8 +148,13 @@ impl Reading {
 /// Plays a whole session once; keeps the model at evenly spaced frames, where strokes begin, and the box of everything.
 #[derive(Debug)]
 pub(super) struct FirstPlay {
-    player: Player,
+    journal: Journal,
+    recorded: Recorded,
     choice: CameraChoice,
+    remarks: Vec<String>,
+    stroke_starts: Vec<u64>,
+    snapshots: Vec<Snapshot>,
+    bounds: Aabb,
     state: SessionState,
     changes: Vec<Change>,
     spacing: u64,
@@ -127,40 +164,34 @@ pub(super) struct FirstPlay {
 
 impl FirstPlay {
     pub(super) fn new(
-        path: PathBuf,
-        header: Header,
+        journal: Journal,
         recorded: Recorded,
         choice: CameraChoice,
         remarks: Vec<String>,
     ) -> Self {
-        let player = Player {
-            path,
-            recorded: Arc::new(recorded),
+        Self {
+            journal,
+            recorded,
+            choice,
+            remarks,
             stroke_starts: Vec::new(),
             snapshots: Vec::new(),
             bounds: Aabb::EMPTY,
-            background: background_for(&Scene::new()),
-            camera: CameraPath::new(choice, header.camera, &Aabb::EMPTY),
-            header,
-            remarks,
             state: SessionState::keeping_groups_whole(),
             changes: Vec::new(),
-            is_playing: false,
-            speed: 1.0,
-            due: 0.0,
-        };
-        let (state, changes) = (SessionState::keeping_groups_whole(), Vec::new());
-        Self { player, choice, state, changes, spacing: 1, kept_weight: 0, edit_weight: 0 }
+            spacing: 1,
+            kept_weight: 0,
+            edit_weight: 0,
+        }
     }
 
     /// Plays a frame; `false` if there is no further one.
     pub(super) fn step(&mut self) -> bool {
-        let Self { player, state, changes, .. } = self;
+        let Self { state, changes, snapshots, .. } = self;
         let frame = state.moment.frame;
-        if frame == player.frame_count() {
+        if frame == self.recorded.frame_ends.len() as u64 {
             return false;
         }
-        let snapshots = &mut player.snapshots;
         if frame.is_multiple_of(self.spacing) {
             // A stroke weighs as much as three polygons, and what undo keeps of an edit a part of one.
             let scene = &state.scene;
@@ -176,25 +207,38 @@ impl FirstPlay {
             self.kept_weight = snapshots.iter().map(|snapshot| snapshot.weight).sum();
         }
         changes.clear();
-        let events = player.recorded.of(frame);
+        let events = self.recorded.of(frame);
         if events.iter().any(begins) {
-            player.stroke_starts.push(frame);
+            self.stroke_starts.push(frame);
         }
         self.edit_weight += events.iter().map(kept_by_undo).sum::<usize>();
         state.scene.let_go();
         state.play(events, changes);
         for change in changes {
-            player.bounds = player.bounds.union(&state.scene.bounds_of_change(*change));
+            self.bounds = self.bounds.union(&state.scene.bounds_of_change(*change));
         }
         true
     }
 
-    /// The player, before its first frame.
-    pub(super) fn finish(self) -> Player {
-        let Self { mut player, choice, state, .. } = self;
-        player.background = background_for(&state.scene);
-        player.camera = CameraPath::new(choice, player.header.camera, &player.bounds);
-        player
+    /// The session, before its first frame.
+    pub(super) fn finish(self) -> Session {
+        let Self { journal, recorded, choice, remarks, stroke_starts, snapshots, bounds, state, .. } = self;
+        let replay = Replay {
+            recorded: Arc::new(recorded),
+            stroke_starts,
+            snapshots,
+            background: background_for(&state.scene),
+            camera: CameraPath::new(choice, journal.header().camera, &bounds),
+            remarks,
+            moment: Moment::default(),
+            changes: Vec::new(),
+            is_playing: false,
+            speed: 1.0,
+            due: 0.0,
+        };
+        let mut session = Session { source: Source::Replay(Box::new(replay)), ..Session::around(journal) };
+        session.model.bounds = bounds;
+        session
     }
 }
 

@@ -1,0 +1,199 @@
+//! Asks a person before something is lost, and does what the answer says.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    journal::{OpenElsewhere, Unwritten},
+    question::{Answer, Question, Then},
+    session::{Access, OpenError, Opening},
+    studio::Studio,
+    working::check_model,
+};
+use osp_session::{
+    output_file::{OutputKind, check_output},
+    platform::fs,
+};
+
+impl Studio {
+    /// The question that the window shows.
+    pub fn question(&self) -> Option<&Question> {
+        self.work.question.as_ref()
+    }
+
+    /// Makes the window show a question.
+    pub fn ask(&mut self, question: Question) {
+        self.work.question = Some(question);
+    }
+
+    /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
+    pub(crate) fn offer_edits(&mut self) {
+        if self.work.question.is_none()
+            && let Some(edits) = self.session.take_earlier()
+        {
+            self.ask(Question::Edits(edits));
+        }
+    }
+
+    /// Whether a person has asked for the end, and nothing keeps it.
+    pub fn is_closing(&self) -> bool {
+        self.work.is_closing
+    }
+
+    /// Ends the session if all of it is written, else asks.
+    pub fn ask_to_close(&mut self) {
+        self.leave(Then::Close);
+    }
+
+    /// Closes the current session for another one, or asks if a part of it could not be written.
+    pub(crate) fn leave(&mut self, then: Then) {
+        self.finish_gestures();
+        if matches!(then, Then::Open(..)) && self.is_busy() {
+            return;
+        }
+        self.work.question = None;
+        if let Err(unwritten) = self.session.settle() {
+            self.tend();
+            let Unwritten { kept_in, .. } = &unwritten;
+            let is_kept = kept_in.is_some();
+            self.ask(Question::Unwritten { reason: unwritten.to_string(), is_kept, then });
+            return;
+        }
+        self.go(then);
+    }
+
+    fn go(&mut self, then: Then) {
+        match then {
+            Then::Close => self.work.is_closing = true,
+            Then::New => self.begin(),
+            Then::Open(path, how) => self.open_or_ask(&path, how),
+        }
+    }
+
+    fn begin(&mut self) {
+        self.replace(self.new_session(), None);
+    }
+
+    fn open_or_ask(&mut self, path: &Path, how: Opening) {
+        let journal = self.session.journal();
+        if !self.session.is_replay() && journal.is_at(path) && how.access == Access::Write {
+            if journal.trouble().is_none() {
+                self.tell_of_file(Ok(format!("{}: is open already", path.display())));
+                return;
+            }
+            // Another file lies there now, and our own session keeps it from being opened.
+            self.begin();
+        }
+        self.open_beside(path, how);
+    }
+
+    /// Asks what to do with a session that could not be opened, or says why.
+    pub(crate) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
+        match error {
+            OpenError::Held(held) => {
+                // Another window still has it: this one keeps showing it, read-only.
+                let is_shown = !self.session.is_replay()
+                    && self.session.is_read_only()
+                    && self.session.path() == held.session();
+                self.ask(Question::Held { held, is_shown });
+            }
+            error if error.is_damage() && !how.lenient => {
+                self.ask(Question::Damaged { path: path.to_owned(), damage: error.to_string() });
+            }
+            error => self.tell_of_file(Err(error.to_string())),
+        }
+    }
+
+    pub(crate) fn ask_to_save_as(&mut self, path: PathBuf) {
+        let journal = self.session.journal();
+        let is_own = !self.session.is_replay() && journal.is_at(&path) && journal.trouble().is_none();
+        if !is_own && fs::is_file(&path) {
+            self.ask(Question::SaveOver(path));
+        } else {
+            self.save_as(&path);
+        }
+    }
+
+    /// A model may replace a model if the person agrees; the export refuses to replace any other file.
+    pub(crate) fn ask_to_export(&mut self, path: PathBuf) {
+        if fs::is_file(&path) && check_model(&path).is_ok() {
+            self.ask(Question::ExportOver(path));
+        } else {
+            self.export_gltf(&path);
+        }
+    }
+
+    /// A picture may replace a picture if the person agrees.
+    pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
+        match check_output(&path, OutputKind::Png, false) {
+            Err(error) => self.tell_of_file(Err(error.to_string())),
+            Ok(()) if fs::is_file(&path) => self.ask(Question::PictureOver(path)),
+            Ok(()) => self.work.picture = Some(path),
+        }
+    }
+
+    /// A picture may replace a picture and no other file.
+    pub(crate) fn picture_over(&mut self, path: PathBuf) {
+        match check_output(&path, OutputKind::Png, false) {
+            Ok(()) => self.work.picture = Some(path),
+            Err(error) => self.tell_of_file(Err(error.to_string())),
+        }
+    }
+
+    pub(crate) fn ask_to_discard(&mut self) {
+        self.finish_gestures();
+        let events = self.session.journal().new_events();
+        if events > 0 && !self.session.is_shared() {
+            let is_all = self.session.event_count() == events;
+            self.ask(Question::Discard { events, is_all });
+        }
+    }
+
+    /// Takes a person's answer to the question that is asked.
+    pub(crate) fn answer(&mut self, answer: Answer) {
+        let may_open = |question: &Question| {
+            matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
+        };
+        if self.work.question.as_ref().is_some_and(may_open) && self.is_busy() {
+            return;
+        }
+        let Some(question) = self.work.question.take() else { return };
+        match (question, answer) {
+            (Question::Held { held, is_shown }, _) => self.answer_held(&held, is_shown, answer),
+            (Question::Edits(edits), Answer::GoOn) => {
+                self.leave(Then::Open(edits.path().to_owned(), Opening::default()));
+            }
+            (Question::Damaged { path, .. }, Answer::Lenient) => {
+                self.leave(Then::Open(path, Opening { lenient: true, ..Opening::with(Access::Copy) }));
+            }
+            (Question::SaveOver(path), Answer::Replace) => self.save_as(&path),
+            (Question::ExportOver(path), Answer::Replace) => self.export_gltf(&path),
+            (Question::PictureOver(path), Answer::Replace) => self.picture_over(path),
+            (Question::Unwritten { then, .. }, Answer::GoOn) => self.go(then),
+            (Question::Discard { .. }, Answer::Discard) => self.discard(),
+            _ => {}
+        }
+    }
+
+    fn answer_held(&mut self, held: &OpenElsewhere, is_shown: bool, answer: Answer) {
+        let access = match answer {
+            Answer::Look if is_shown => return,
+            Answer::Look => Access::ReadOnly,
+            Answer::Copy => Access::Copy,
+            Answer::TryAgain => Access::Write,
+            _ => return,
+        };
+        self.leave(Then::Open(held.session().to_owned(), Opening::with(access)));
+    }
+
+    fn discard(&mut self) {
+        // What the hands draw next begins anew, and their senders join anew.
+        self.end_hands_strokes();
+        let events = self.session.journal().new_events();
+        match self.session.discard() {
+            Ok(()) => self.say(format!("{events} events discarded")),
+            Err(error) => self.say(error.to_string()),
+        }
+        self.take_up_time();
+        self.meet_session(None);
+    }
+}

@@ -1,0 +1,308 @@
+use std::path::Path;
+
+use crate::{
+    command::Command,
+    question::Then,
+    session::{Jump, Opening, Replay},
+    studio::Studio,
+    tool::{Span, ToolChoice},
+};
+use osp::occlusion::Occlusion;
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{Author, Event, Tool},
+    scene::Stroke,
+};
+
+impl Studio {
+    /// Who draws in this window: in a session of one author, the only one.
+    pub(crate) fn author(&self) -> Author {
+        #[cfg(feature = "live")]
+        if let Some(live) = self.session.live() {
+            return live.status().author.unwrap_or(Author::SOLE);
+        }
+        Author::SOLE
+    }
+
+    /// Whether a command would do anything now. What gives a command that would not is to be shown as disabled.
+    pub fn can(&self, command: &Command) -> bool {
+        let scene = self.session.scene();
+        match command {
+            Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
+            Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
+            // Looking and measuring changes nothing.
+            Command::Tool(ToolChoice::Span(Span::Distance)) => true,
+            Command::Tool(_)
+            | Command::Widen(_)
+            | Command::Width(_)
+            | Command::Paint(_)
+            | Command::Color(_)
+            | Command::Snap(_)
+            | Command::Aids(_)
+            | Command::NameGroup(..)
+            | Command::PlaceGroup(..) => self.can_draw(),
+            Command::EraseSelected
+            | Command::GroupSelected
+            | Command::Alter(_)
+            | Command::Copy
+            | Command::Cut
+            | Command::Duplicate => self.can_draw() && !self.input.selection.is_empty(),
+            Command::Paste => self.can_draw() && self.has_clip(),
+            Command::Layer(edit) => self.can_edit_layers(edit),
+            Command::KeepView(_) => self.can_draw(),
+            Command::GoToView(slot) => scene.views().contains_key(slot),
+            Command::SelectAll => self.can_draw() && scene.counts().visible > 0,
+            Command::CancelWork => self.is_working(),
+            Command::SelectNone => !self.input.selection.is_empty(),
+            Command::Save | Command::SaveAs(_) | Command::SaveOver(_) => !self.session.is_replay(),
+            Command::SwapEyes(_)
+            | Command::EyeSeparation(_)
+            | Command::TestPattern(_)
+            | Command::Calibrate(_) => self.room.rig().is_some(),
+            Command::Discard => self.session.journal().is_changed() && !self.session.is_shared(),
+            Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
+                self.session.is_replay()
+            }
+            _ => true,
+        }
+    }
+
+    /// Carries out a command; [`Studio::messages`] gets a message if that fails.
+    pub fn command(&mut self, command: Command) {
+        let goes_on = matches!(command, Command::CancelWork | Command::Quit | Command::Answer(_));
+        if self.is_reading() && !goes_on {
+            return;
+        }
+        let t = self.now_secs();
+        match command {
+            Command::Undo => {
+                self.finish_gestures();
+                self.events.push(Event::Undo { author: Author::SOLE, t });
+                self.apply_events();
+                self.follow_selection(true);
+            }
+            Command::Redo => {
+                self.finish_gestures();
+                self.events.push(Event::Redo { author: Author::SOLE, t });
+                self.apply_events();
+                self.follow_selection(false);
+            }
+            Command::Tool(tool) => {
+                self.finish_gestures();
+                self.input.tool = tool;
+                if let ToolChoice::Draw(tool) = tool {
+                    self.input.brush.tool = tool;
+                }
+            }
+            Command::Widen(steps) => {
+                self.input.brush.widen(steps);
+                self.take_width();
+            }
+            Command::Aids(aids) => self.set_aids(aids),
+            Command::Width(width_m) if width_m.is_finite() => {
+                let (narrowest, widest) = crate::pen::Brush::WIDTHS_M;
+                self.input.brush.width_m = width_m.clamp(narrowest, widest);
+                self.take_width();
+            }
+            Command::Width(_) => {}
+            Command::Paint(paint) => {
+                self.finish_gestures();
+                self.input.tool = ToolChoice::Draw(Tool::Ribbon);
+                (self.input.brush.tool, self.input.brush.paint) = (Tool::Ribbon, paint);
+            }
+            Command::Color(color) => self.input.brush.color = color.map(|c| c.clamp(0.0, 1.0)),
+            Command::Snap(snap) => self.input.snap = snap,
+            Command::EraseSelected => self.erase_selected(),
+            Command::Alter(altering) => self.alter_selection(altering),
+            Command::Layer(edit) => self.edit_layers(edit),
+            Command::Copy => {
+                self.copy_selection();
+            }
+            Command::Cut => {
+                if self.copy_selection() {
+                    self.erase_selected();
+                }
+            }
+            Command::Paste => self.paste(),
+            Command::Duplicate => self.duplicate(),
+            Command::SelectAll => {
+                let all = self.session.scene().strokes().iter();
+                self.input.selection.set(all.filter_map(Stroke::id));
+                self.deselect_locked();
+            }
+            Command::CancelWork => self.cancel_work(),
+            Command::SelectNone => self.input.selection.clear(),
+            Command::GroupSelected => {
+                self.finish_gestures();
+                self.group_selection();
+            }
+            Command::SelectGroup(group) => self.select_group(group),
+            Command::NameGroup(group, name) => self.name_group(group, &name),
+            Command::PlaceGroup(group, placing) => {
+                self.finish_gestures();
+                self.place_group(group, &placing);
+            }
+            Command::KeepView(slot) => {
+                let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
+                let distance = self.navigator.distance_m();
+                self.events.push(Event::View { author: Author::SOLE, t, slot, p, q, distance });
+                self.say(format!("view {} is kept", slot + 1));
+            }
+            Command::GoToView(slot) => {
+                if let Some(view) = self.session.scene().views().get(&slot).copied() {
+                    self.follows_replay_camera = false;
+                    self.navigator.go_to_from(view.eye, view.world_from_view, view.distance_m);
+                }
+            }
+            Command::Frames => self.toggle_frames(),
+            Command::ShowAll => {
+                let bounds = self.session.bounds();
+                self.navigator.show_all(&bounds);
+            }
+            Command::LookAtPointer => self.look_at_pointer(self.last_aspect),
+            Command::Freeze(freeze) => {
+                self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());
+            }
+            Command::Index(kind) => {
+                self.switch_index(kind, self.culling.occlusion());
+                self.tell_of_reindexing();
+            }
+            Command::Occlusion(choice) => self.switch_index(self.culling.kind(), choice),
+            Command::Occluders(most) => self.culling.set_occluders(most),
+            Command::Stages(stages) => self.culling.set_stages(stages),
+            Command::Moment(moment_s) => self.moment_s = moment_s,
+            Command::Layers(layers) => self.layers = layers,
+            Command::Stereo(stereo) => self.room.set_stereo(stereo),
+            Command::SwapEyes(swaps) => self.room.set_swaps_eyes(swaps),
+            Command::EyeSeparation(separation_m) => self.room.set_eye_separation_m(separation_m),
+            Command::TestPattern(shows) => self.room.show_pattern(shows),
+            Command::Calibrate(room_from_tracker) => self.room.calibrate(room_from_tracker),
+            Command::New => self.leave(Then::New),
+            Command::Open(path) => self.leave(Then::Open(path, Opening::default())),
+            Command::OpenAs(path, how) => self.leave(Then::Open(path, how)),
+            Command::Save => self.save(),
+            Command::SaveAs(path) => self.ask_to_save_as(path),
+            Command::SaveOver(path) => self.save_as(&path),
+            Command::RetrySaving => self.session.retry(),
+            Command::Discard => self.ask_to_discard(),
+            Command::ExportGltf(path) => self.ask_to_export(path),
+            Command::ExportOver(path) => self.export_gltf(&path),
+            Command::Picture(path) => self.ask_for_picture(path),
+            Command::PictureOver(path) => self.picture_over(path),
+            Command::Quit if cfg!(target_arch = "wasm32") => {
+                self.say("a page is closed with its tab".to_owned())
+            }
+            Command::Quit => self.ask_to_close(),
+            Command::Answer(answer) => self.answer(answer),
+            Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
+                self.control(&command)
+            }
+        }
+        self.apply_events();
+    }
+
+    fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
+        // The whole scene is inserted below; it includes the changes that were waiting for the old index.
+        self.session.take_changes(&mut self.pending.changes);
+        let bounds = self.session.bounds();
+        self.culling.reindex(kind, occlusion, self.session.scene(), &bounds);
+    }
+
+    fn tell_of_reindexing(&mut self) {
+        if let Some(done) = self.culling.reindexed() {
+            self.say(format!(
+                "{}: {} polygons inserted in {:.1} ms",
+                done.kind.name(),
+                done.polygons,
+                done.took.as_secs_f64() * 1.0e3
+            ));
+        }
+    }
+
+    /// Every event is in the file already, or soon is: what waits is written at once, and it is said where all of it is.
+    fn save(&mut self) {
+        self.finish_gestures();
+        self.apply_events();
+        if self.session.is_replay() {
+            return;
+        }
+        if self.session.event_count() == 0 {
+            self.say("nothing is drawn yet: the file is made with the first stroke".to_owned());
+            return;
+        }
+        let outcome = self.session.settle();
+        let missing = self.session.on_their_way();
+        let path = self.session.path().display().to_string();
+        match outcome {
+            Ok(()) if missing > 0 => {
+                self.say(format!(
+                    "{missing} of your events have not come back from the others yet; all else is in {path}"
+                ));
+            }
+            Ok(()) => self.say(format!("saved: all of it is in {path}")),
+            Err(unwritten) => self.say(unwritten.to_string()),
+        }
+    }
+
+    pub(crate) fn save_as(&mut self, path: &Path) {
+        self.finish_gestures();
+        let outcome = match self.session.is_replay() {
+            true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
+            false => self.session.save_as(path).map_err(|error| error.to_string()),
+        };
+        let done = format!("saved as {}; it goes on there", path.display());
+        self.tell_of_file(outcome.map(|()| done));
+    }
+
+    /// Says how a file was read or written, and lets the dialog know that asked for it.
+    pub(crate) fn tell_of_file(&mut self, outcome: Result<String, String>) {
+        self.work.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
+        match outcome {
+            Ok(said) | Err(said) if !said.is_empty() => self.say(said),
+            _ => {}
+        }
+    }
+
+    /// How the file was read or written that a command named, once; of the last such command.
+    pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
+        self.work.file_outcome.take()
+    }
+
+    /// The file for a picture of the window's model that a command asked for, once.
+    pub(crate) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
+        self.work.picture.take()
+    }
+
+    fn control(&mut self, command: &Command) {
+        let Some(position) = self.session.replay().map(Replay::position) else { return };
+        let jump = match *command {
+            Command::Play(run) => self.session.play(run),
+            Command::Seek(frame) => self.session.seek(frame),
+            Command::Step(by) => {
+                self.session.play(false);
+                self.session.seek(position.saturating_add_signed(by))
+            }
+            Command::Speed(speed) => {
+                self.session.set_speed(speed);
+                None
+            }
+            _ => None,
+        };
+        if self.follows_replay_camera
+            && let Some(view) = self.session.replay().map(Replay::view)
+        {
+            self.navigator.go_to(view.eye_in_world, view.world_from_view);
+        }
+        if let Some(jump) = jump {
+            self.take_jump(jump);
+        }
+    }
+
+    fn take_jump(&mut self, jump: Jump) {
+        // At once: after another jump the scene may not have these polygons any more.
+        self.culling.follow(self.session.scene(), &jump.changes);
+        let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
+        self.pending.keep = Some(keep);
+        self.pending.changes.extend(jump.moved.into_iter().map(osp::polygon::Change::Update));
+    }
+}

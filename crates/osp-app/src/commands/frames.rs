@@ -1,0 +1,54 @@
+//! Begins and ends the writing of frames.
+
+use crate::{
+    frames::{FrameWriter, VIDEO_RATE},
+    studio::Studio,
+};
+use osp_render::{Image, RenderError, ffmpeg_command};
+
+impl Studio {
+    /// Whether frames are being written.
+    pub fn writes_frames(&self) -> bool {
+        self.work.frames.is_some()
+    }
+
+    /// Begins to write each frame to a new folder beside the session, or ends it.
+    pub(crate) fn toggle_frames(&mut self) {
+        if self.work.frames.is_some() {
+            self.end_frames(None);
+            return;
+        }
+        if cfg!(target_arch = "wasm32") {
+            self.say("a page cannot write frames".to_owned());
+            return;
+        }
+        match FrameWriter::beside(self.session.path()) {
+            Ok(frames) => {
+                let folder = frames.folder().display().to_string();
+                self.work.frames = Some(frames);
+                self.say(format!("each frame is written to {folder}; F9 ends it"));
+            }
+            Err(error) => self.say(error.to_string()),
+        }
+    }
+
+    /// Takes a frame, if frames are being written.
+    pub fn take_frame(&mut self, image: Image) {
+        if let Some(frames) = &mut self.work.frames
+            && let Err(error) = frames.take(image)
+        {
+            self.end_frames(Some(error));
+        }
+    }
+
+    fn end_frames(&mut self, why: Option<RenderError>) {
+        let Some(mut frames) = self.work.frames.take() else { return };
+        let (count, failed) = frames.finish();
+        if let Some(error) = why.or(failed) {
+            self.say(format!("not all frames are written: {error}"));
+            return;
+        }
+        let command = ffmpeg_command(frames.folder(), "", VIDEO_RATE);
+        self.say(format!("{count} frames are in {}; a video of them: {command}", frames.folder().display()));
+    }
+}

@@ -1,0 +1,117 @@
+//! Carries out what is done to groups.
+
+use std::collections::BTreeSet;
+
+use glam::Vec3;
+
+use crate::{
+    groups::{Placing, whole_groups},
+    studio::Studio,
+};
+use osp_session::{
+    recording::{Author, Event, GroupId, StrokeId, Transform},
+    scene::GroupNode,
+};
+
+impl Studio {
+    /// The groups of the model as a tree.
+    pub fn group_tree(&mut self) -> Vec<GroupNode> {
+        self.session.group_tree()
+    }
+
+    /// The group that is selected as a whole, and nothing else; of several around the same strokes the outermost.
+    pub fn selected_group(&self) -> Option<GroupId> {
+        match whole_groups(self.scene(), self.input.selection.strokes()) {
+            (groups, loose) if loose.is_empty() && groups.len() == 1 => groups.first().copied(),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn select_group(&mut self, group: GroupId) {
+        self.input.selection.set(self.session.scene().strokes_below(group));
+        self.deselect_locked();
+    }
+
+    /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
+    pub(crate) fn group_selection(&mut self) {
+        let scene = self.session.scene();
+        let (groups, loose) = whole_groups(scene, self.input.selection.strokes());
+        let parent_of_loose =
+            |id: &StrokeId| scene.stroke(*id).and_then(|stroke| scene.groups_of(stroke).first().copied());
+        let parents: BTreeSet<Option<GroupId>> = groups
+            .iter()
+            .map(|&group| scene.parent_of(group))
+            .chain(loose.iter().map(parent_of_loose))
+            .collect();
+        let Some(&parent) = parents.first() else { return };
+        if parents.len() > 1 {
+            self.say(
+                "the selection takes parts of several groups: select whole groups, or strokes of one"
+                    .to_owned(),
+            );
+            return;
+        }
+        let Some(group) = self.session.new_groups(1).pop() else { return };
+        let t = self.now_secs();
+        let name = Some(format!("group {}", group.0 & ((1 << Author::NUMBER_BITS) - 1)));
+        let mut events: Vec<Event> = Event::grouping(t, group, &loose, parent, name).collect();
+        events.extend(groups.into_iter().map(|below| Event::Group {
+            author: Author::SOLE,
+            t,
+            group: below,
+            strokes: Vec::new(),
+            parent: Some(group),
+            name: None,
+        }));
+        self.take_step(events.len(), events);
+    }
+
+    pub(crate) fn name_group(&mut self, group: GroupId, name: &str) {
+        let end =
+            (0..=name.len().min(Event::MAX_GROUP_NAME_BYTES)).rev().find(|&end| name.is_char_boundary(end));
+        let scene = self.session.scene();
+        if scene.group_transform(group).is_none() {
+            return;
+        }
+        let (t, parent) = (self.now_secs(), scene.parent_of(group));
+        let name = Some(name[..end.unwrap_or(0)].to_owned());
+        self.events.push(Event::Group { author: Author::SOLE, t, group, strokes: Vec::new(), parent, name });
+    }
+
+    pub(crate) fn place_group(&mut self, group: GroupId, placing: &Placing) {
+        let scene = self.session.scene();
+        let is_held = |id: &StrokeId| {
+            scene
+                .stroke(*id)
+                .is_some_and(|stroke| !stroke.is_taken_away() && self.is_layer_held(stroke.layer()))
+        };
+        if scene.strokes_below(group).iter().any(is_held) {
+            self.say_once(
+                "this group holds strokes of a locked layer, or of one that is another author's alone",
+            );
+            return;
+        }
+        let bounds = self.group_tree().into_iter().find(|node| node.id == group).map(|node| node.bounds);
+        let scene = self.session.scene();
+        let middle = bounds
+            .filter(|bounds| !bounds.is_empty())
+            .and_then(|bounds| scene.in_parent_of(group, bounds.center()));
+        let (Some(before), Some(middle)) = (scene.group_transform(group), middle) else { return };
+        self.events.push(Event::Place {
+            author: Author::SOLE,
+            t: self.now_secs(),
+            group,
+            to: placing.after(&before, middle),
+        });
+    }
+
+    /// The event that moves what is selected, if it is a whole group: that costs a line and an edit, not all of its strokes.
+    pub(crate) fn moved_group(&self, by: Vec3) -> Option<Event> {
+        let (group, scene) = (self.selected_group()?, self.scene());
+        let before = scene.group_transform(group)?;
+        let from = scene.in_parent_of(group, Vec3::ZERO)?;
+        let way = scene.in_parent_of(group, by)? - from;
+        let to = Transform { p: before.p + way, ..before };
+        Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
+    }
+}

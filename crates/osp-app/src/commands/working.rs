@@ -1,0 +1,268 @@
+//! Reads sessions and writes models beside the window.
+
+use std::{
+    io::{self, Write},
+    path::Path,
+    time::Duration,
+};
+
+use crate::{
+    session::{OpenError, Opening},
+    studio::Studio,
+    working::{
+        Done, Kind, Progress, ReadSession, Reading, TURN, Task, ToDraw, Way, Whole, WorkShown, Working,
+        check_model, reading, to_play,
+    },
+};
+use osp_session::{
+    atomic_file::AtomicFile,
+    export::{ExportError, ExportOptions, GltfCounts, write_glb_watched},
+    recording::{OpenOptions, Pace},
+    replay::CameraChoice,
+};
+
+impl Studio {
+    /// Reads and writes beside the window from now on; until then a command has done what it says when it returns.
+    pub fn work_beside(&mut self) {
+        self.work.way = match cfg!(target_arch = "wasm32") {
+            true => Way::Turns(TURN),
+            false => Way::Thread,
+        };
+    }
+
+    /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] goes on with it for so long.
+    pub fn work_in_turns(&mut self, turn: Duration) {
+        self.work.way = Way::Turns(turn);
+    }
+
+    /// The work that has been going on for a while.
+    pub fn work_shown(&self) -> Option<WorkShown> {
+        self.work.working.as_ref()?.shown()
+    }
+
+    /// Whether something is done beside the window.
+    pub fn is_working(&self) -> bool {
+        self.work.working.is_some()
+    }
+
+    /// Whether it is done in turns, so that whoever has time for it should come soon.
+    pub(crate) fn works_in_turns(&self) -> bool {
+        self.work.working.as_ref().is_some_and(Working::is_in_turns)
+    }
+
+    /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
+    pub fn is_reading(&self) -> bool {
+        self.work.working.as_ref().is_some_and(Working::is_reading)
+    }
+
+    /// Refuses what cannot be done beside other work, and says so.
+    pub(crate) fn is_busy(&mut self) -> bool {
+        let Some(work) = &self.work.working else { return false };
+        let busy = format!("{}: wait until this is done, or cancel it", work.what());
+        self.tell_of_file(Err(busy));
+        true
+    }
+
+    /// Ends the work beside the window; what it has written so far is removed.
+    pub(crate) fn cancel_work(&mut self) {
+        if let Some(work) = &self.work.working {
+            work.cancel();
+        }
+    }
+
+    /// Takes the outcome of the work beside the window, if it is there. What is done in turns gets one.
+    pub(crate) fn take_work(&mut self) -> bool {
+        let Some(work) = &mut self.work.working else { return false };
+        let Some(outcome) = work.poll() else { return false };
+        let is_cancelled = work.is_cancelled();
+        self.work.working = None;
+        match outcome {
+            // It was read to its end before it heard of that.
+            Ok(Done::Opened { path, outcome: Ok(read), .. }) if is_cancelled => {
+                let closed = read.session.close();
+                debug_assert!(closed.is_ok(), "nothing was drawn in it");
+                self.tell_of_file(Err(OpenError::Cancelled(path).to_string()));
+            }
+            Ok(Done::Played { path, is_sole, .. }) if is_cancelled => {
+                self.end_unread(OpenError::Cancelled(path), is_sole);
+            }
+            Ok(done) => self.take_done(done),
+            Err(failed) => self.tell_of_file(Err(failed)),
+        }
+        true
+    }
+
+    /// Waits for a model that is being written, and for a session that is being read to be given back. Returns why there is
+    /// no model.
+    pub(crate) fn end_work(&mut self) -> Result<(), String> {
+        let Some(work) = self.work.working.take() else { return Ok(()) };
+        if work.is_reading() {
+            work.cancel();
+        }
+        match work.finish()? {
+            Done::Opened { outcome: Ok(read), .. } => {
+                // There is no window any more to say it.
+                for remark in read.opened.remarks {
+                    let _ = writeln!(io::stderr().lock(), "{remark}");
+                }
+                read.session.close().map_err(|error| error.to_string())
+            }
+            Done::Opened { .. } | Done::Played { .. } => Ok(()),
+            Done::Exported { path, outcome } => {
+                outcome.map(drop).map_err(|error| format!("{}: {error}", path.display()))
+            }
+        }
+    }
+
+    fn start(&mut self, what: String, kind: Kind, task: Box<dyn Task>) {
+        match self.work.way {
+            Way::AtOnce => {
+                let done = task.run(&Progress::default());
+                self.take_done(done);
+                return;
+            }
+            Way::Thread => match Working::on_thread(what, kind, task) {
+                Ok(working) => self.wait_for(working),
+                Err(error) => self.tell_of_file(Err(error)),
+            },
+            Way::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
+        }
+        // What is short may be done.
+        self.take_work();
+    }
+
+    fn take_done(&mut self, done: Done) {
+        match done {
+            Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
+            Done::Played { outcome: Ok(session), .. } => {
+                session.remarks().iter().for_each(|remark| self.say(remark.clone()));
+                self.replace(*session, None);
+                self.tell_of_file(Ok(String::new()));
+            }
+            Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
+            Done::Exported { path, outcome } => self.take_exported(&path, outcome),
+        }
+    }
+
+    /// A window that was opened for this session only has nothing to show.
+    fn end_unread(&mut self, error: OpenError, is_sole: bool) {
+        self.work.is_closing |= is_sole;
+        if is_sole || !matches!(error, OpenError::Cancelled(_)) {
+            self.work.unread = Some(error);
+        } else {
+            self.tell_of_file(Err(error.to_string()));
+        }
+    }
+
+    /// Why the session of a replay is not shown; the window that was opened for it has closed.
+    pub fn take_unread(&mut self) -> Option<OpenError> {
+        self.work.unread.take()
+    }
+
+    /// Goes on with a session that is being read: it is shown as soon as it is there.
+    pub fn take_over(&mut self, reading: Reading) {
+        self.work_beside();
+        self.wait_for(reading.0);
+    }
+
+    fn wait_for(&mut self, working: Working) {
+        self.work.working = Some(working.for_window());
+    }
+
+    /// Opens a session instead of the current one; on an error the current one stays.
+    pub(crate) fn open_beside(&mut self, path: &Path, how: Opening) {
+        self.end_hands_strokes();
+        let how = Opening { limits: self.limits, ..how };
+        let task = ToDraw::new(path.to_owned(), self.autosaves.clone(), how, self.culling.plan().clone());
+        self.start(reading(path), Kind::Reading, Box::new(task));
+    }
+
+    /// Replays a session from its beginning instead of the current one; if it cannot be read the current one stays, and
+    /// [`Studio::take_unread`] says why.
+    pub fn replay_beside(&mut self, path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) {
+        if self.is_busy() {
+            return;
+        }
+        // While it is read, nothing would hear that the button is released.
+        self.finish_gestures();
+        self.end_hands_strokes();
+        let task = to_play(path, pace, camera, options, true, false);
+        self.start(reading(path), Kind::Reading, Box::new(task));
+    }
+
+    fn take_opened(
+        &mut self,
+        path: &Path,
+        how: Opening,
+        is_new: bool,
+        outcome: Result<Box<ReadSession>, OpenError>,
+    ) {
+        match outcome {
+            Ok(read) => {
+                let ReadSession { session, opened, indexed } = *read;
+                self.tell(opened);
+                self.replace(session, indexed);
+                let text = if is_new {
+                    format!("{}: there was no such file: an empty session begins there", path.display())
+                } else {
+                    String::new()
+                };
+                self.tell_of_file(Ok(text));
+            }
+            Err(error) => self.tell_not_opened(path, how, error),
+        }
+    }
+
+    pub(crate) fn export_gltf(&mut self, path: &Path) {
+        if self.is_busy() {
+            return;
+        }
+        if let Err(error) = check_model(path) {
+            self.tell_of_file(Err(error.to_string()));
+            return;
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let times = self.session.find_times();
+        let eye_in_world = Some(self.navigator.eye());
+        let (scene, path) = (self.scene().clone(), path.to_owned());
+        let what = format!("writing {}", path.display());
+        let kind = Kind::Writing { polygons: scene.counts().visible };
+        let write = move |progress: &Progress| {
+            let export = || {
+                let times = Some(times(&|| progress.note(0)));
+                let options = ExportOptions { times, eye_in_world, ..ExportOptions::default() };
+                let mut file = AtomicFile::create(&path)?;
+                let counts =
+                    write_glb_watched(&scene, &name, &options, &mut file, &|done| progress.note(done))?;
+                if !progress.note(counts.polygons) {
+                    return Err(ExportError::Cancelled);
+                }
+                file.commit()?;
+                Ok(counts)
+            };
+            let outcome = export();
+            Done::Exported { path, outcome }
+        };
+        self.start(what, kind, Box::new(Whole::new(write)));
+        if self.is_working() {
+            // Whatever dialog is open when it is done has not asked for it.
+            self.tell_of_file(Ok(String::new()));
+        }
+    }
+
+    fn take_exported(&mut self, path: &Path, outcome: Result<GltfCounts, ExportError>) {
+        let not_finite = outcome.as_ref().map_or(0, |counts| counts.not_finite);
+        let outcome = outcome
+            .map(|counts| format!("{} polygons exported to {}", counts.polygons, path.display()))
+            .map_err(|error| format!("{}: {error}", path.display()));
+        if self.work.way != Way::AtOnce {
+            let (Ok(said) | Err(said)) = outcome;
+            self.say(said);
+        } else {
+            self.tell_of_file(outcome);
+        }
+        if not_finite > 0 {
+            self.say(format!("{not_finite} polygons at infinity were left out"));
+        }
+    }
+}

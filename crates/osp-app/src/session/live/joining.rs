@@ -1,0 +1,160 @@
+//! A session that others draw in, too: how it is joined, followed and left.
+
+use std::{path::Path, time::Duration};
+
+use super::{Live, known::Known};
+use crate::{
+    journal::{Autosaves, Journal, Unwritten},
+    session::{
+        Session, Source,
+        opening::{OpenError, Opened},
+    },
+    threads,
+};
+use osp_net::live::{self, Connection};
+use osp_session::{
+    platform::time::Instant,
+    recording::{Event, Limits, RecordingError},
+};
+
+/// Events of the session that a frame takes at most: a long one comes in beside the window.
+const EVENTS_A_FRAME: usize = 8192;
+/// Changed polygons after which a frame takes no more events.
+const CHANGES_A_FRAME: usize = 1 << 16;
+/// How long a window that closes waits until all that was drawn is in the session.
+const FAREWELL: Duration = Duration::from_secs(3);
+
+/// The file of a session that somebody is about to join.
+#[derive(Debug)]
+pub struct Unjoined {
+    session: Session,
+    known: Option<Known>,
+}
+
+impl Unjoined {
+    /// The recording of the shared session of this name: one that was left, to be continued, or a new one.
+    ///
+    /// # Errors
+    /// The file cannot be read or written, another window has it, or it holds something else.
+    pub fn open(
+        path: &Path,
+        name: &str,
+        autosaves: &Autosaves,
+        limits: Limits,
+    ) -> Result<(Self, Opened), OpenError> {
+        let (session, opened, file) = Session::left(path, live::header(name), autosaves, limits)?;
+        let Some(file) = file else { return Ok((Self { session, known: None }, opened)) };
+        let known = Known { file, path: path.to_owned(), left: session.event_count() };
+        Ok((Self { session, known: Some(known) }, opened))
+    }
+
+    /// The session, which follows the others from now on. What the file has is shown already; what has come to the session
+    /// since is appended to it.
+    pub fn join(self, live: Live) -> Session {
+        let Self { mut session, known } = self;
+        session.source = Source::Live(Box::new(Live { known, ..live }));
+        session
+    }
+}
+
+impl Session {
+    /// A shared session, empty until it comes in.
+    ///
+    /// # Errors
+    /// No recording can have the session's name.
+    pub fn joining(live: Live, autosaves: &Autosaves) -> Result<Self, RecordingError> {
+        let journal = Journal::unnamed(autosaves, live.session(), live::header(live.session()))?;
+        Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
+    }
+
+    /// Applies a slice of the events in the session's order, as of a file that is read between frames. A slice lasts `least`,
+    /// longer where frames are slow, and is at least a piece.
+    pub(crate) fn follow_for(&mut self, least: Duration) {
+        if let Some(live) = self.live_mut() {
+            live.turns.set_least(least);
+            self.follow();
+        }
+    }
+
+    fn follow(&mut self) {
+        let Self { source: Source::Live(live), model, journal, news, .. } = self else { return };
+        let since = Instant::now();
+        let turn = live.turns.next(since);
+        let (mut events, mut taken, changes) = (Vec::new(), 0, model.changes.len());
+        live.is_behind = false;
+        while !live.is_behind && live.take_piece(&mut events, news) {
+            taken += events.len();
+            write_ordered(journal, &events, news);
+            model.apply(&events);
+            news.extend(live.note_left_out(&events, &model.scene));
+            live.is_behind = taken >= EVENTS_A_FRAME
+                || model.changes.len() - changes >= CHANGES_A_FRAME
+                || since.elapsed() >= turn;
+        }
+        live.show_own(&model.scene);
+        live.turns.end();
+    }
+
+    /// Leaves the others: waits a little until all that was drawn is in the session. Returns what to tell of the rest.
+    ///
+    /// # Errors
+    /// A part of the rest could not be written.
+    pub(crate) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
+        let Some(live) = self.live() else { return Ok(Vec::new()) };
+        let status = live.link.status();
+        // Nobody answers a watcher, nor in a session that is full; who is nobody yet has nothing to leave.
+        let is_answered = !live.is_watcher
+            && status.connection != Connection::Full
+            && (status.author.is_some() || live.is_waiting());
+        live.link.hand().leave();
+        let since = Instant::now();
+        while is_answered
+            && since.elapsed() < FAREWELL
+            && self.live().is_some_and(|live| !live.has_left && live.ended.is_none())
+        {
+            self.follow();
+            threads::pause(Duration::from_millis(5));
+        }
+        self.follow();
+        let mut said = std::mem::take(&mut self.news);
+        let source = std::mem::replace(&mut self.source, Source::File);
+        let Source::Live(mut live) = source else { return Ok(said) };
+        // Events that are not in the model. Own events among them count as missing: they are kept elsewhere, too. The others
+        // may go on for ever.
+        let since = Instant::now();
+        while since.elapsed() < FAREWELL
+            && let Some(rest) = live.take_rest(&mut said)
+        {
+            write_ordered(&mut self.journal, &rest, &mut said);
+        }
+        let is_kept = self.journal.settle().is_ok();
+        let Live { own, waiting, refused, .. } = *live;
+        let missing = waiting.len() + refused;
+        if missing == 0 && is_kept {
+            own.remove();
+            return Ok(said);
+        }
+        if own.is_changed() {
+            let path = own.path().to_owned();
+            own.leave_open()?;
+            let path = path.display();
+            said.push(format!(
+                "{missing} of your events are not in the session, or came too late; all that you have drawn is in {path}"
+            ));
+        }
+        Ok(said)
+    }
+}
+
+/// Writes the next events of a session of several people.
+fn write_ordered(journal: &mut Journal, events: &[Event], news: &mut Vec<String>) {
+    if events.is_empty() {
+        return;
+    }
+    for event in events {
+        if let Err(error) = journal.push(event) {
+            news.push(error.to_string());
+        }
+    }
+    journal.write_pending();
+}

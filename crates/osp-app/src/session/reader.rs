@@ -1,0 +1,184 @@
+//! Reads a session that is to be drawn on, either with threads' help or piece by piece.
+
+use std::{io, sync::Arc};
+
+use super::{Session, model::PIECE, opening::Opened};
+use crate::{
+    journal::{Autosave, Journal, Lines, SessionFile},
+    threads,
+};
+use osp_session::recording::{self, EventSource, RecordingError};
+
+/// Bytes of a piece's lines: more than ordinary lines take.
+const PIECE_BYTES: usize = 1 << 18;
+/// So many pieces may wait for the journal, and for the model.
+const PIECES_AHEAD: usize = 4;
+
+/// What comes of beginning to open a session.
+#[derive(Debug)]
+pub(crate) enum Started {
+    /// There is nothing to read: it is empty.
+    Empty(Box<Session>),
+    /// It is to be read.
+    Reads(Box<SessionReader>),
+}
+
+impl Started {
+    pub(super) fn read(self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
+        match self {
+            Self::Empty(session) => Ok((*session, Opened::default())),
+            Self::Reads(reader) => reader.read(go_on),
+        }
+    }
+}
+
+/// A session on its way to a [`Session`].
+#[derive(Debug)]
+pub(crate) struct SessionReader {
+    session: Session,
+    recorded: recording::Session,
+    opened: Opened,
+    /// A remark that comes after those of the reader.
+    remark: Option<String>,
+    /// What becomes of its file if it is not read to its end.
+    give_back: fn(SessionFile),
+    /// Whether strokes that a crash has left open are ended.
+    ends_strokes: bool,
+    events: u64,
+}
+
+impl SessionReader {
+    pub(super) fn new(recorded: recording::Session, journal: Journal, give_back: fn(SessionFile)) -> Self {
+        let (opened, remark) = (Opened::default(), None);
+        Self {
+            session: Session::around(journal),
+            recorded,
+            opened,
+            remark,
+            give_back,
+            ends_strokes: true,
+            events: 0,
+        }
+    }
+
+    /// Says something before the remarks of the reader, or after them.
+    pub(super) fn remarking(mut self, before: Option<String>, after: Option<String>) -> Self {
+        self.opened.remarks.extend(before);
+        self.remark = after;
+        self
+    }
+
+    /// Offers to go on with earlier edits of the same session instead.
+    pub(super) fn offering(mut self, earlier: Option<Autosave>) -> Self {
+        self.session.earlier = earlier;
+        self
+    }
+
+    /// Strokes that are open stay so: in a session of several, the others say when they end.
+    #[cfg(feature = "live")]
+    pub(super) fn without_ends(self) -> Self {
+        Self { ends_strokes: false, ..self }
+    }
+
+    /// Events that were read.
+    pub(crate) fn events(&self) -> u64 {
+        self.events
+    }
+
+    /// Reads a piece into the journal and the model. Returns whether there may be more.
+    ///
+    /// # Errors
+    /// The session is damaged, or no recording can hold what it holds. Then it is to be given up.
+    pub(crate) fn step(&mut self) -> Result<bool, RecordingError> {
+        let mut piece = Lines::default();
+        let outcome = read_piece(&mut *self.recorded.events, &mut piece);
+        self.events += piece.events().len() as u64;
+        self.session.journal.note(&piece)?;
+        self.session.model.apply_read(piece.events());
+        outcome
+    }
+
+    /// Reads it to its end, the model and the journal on threads of their own; `go_on` is asked from time to time, with the
+    /// number of events that were read.
+    ///
+    /// # Errors
+    /// As there, or of kind `Interrupted` if `go_on` said no.
+    pub(super) fn read(mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
+        match self.read_all(go_on) {
+            Ok(()) => self.finish(),
+            Err(error) => {
+                self.give_up();
+                Err(error)
+            }
+        }
+    }
+
+    /// Reads the events, piece by piece. Meanwhile one thread applies them to the model, and another one packs their lines for the
+    /// journal.
+    fn read_all(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
+        let Session { model, journal, .. } = &mut self.session;
+        let events = &mut *self.recorded.events;
+        let path = journal.path().to_owned();
+        let mut read = |to_journal: &mut dyn FnMut(Arc<Lines>) -> bool,
+                        to_model: &mut dyn FnMut(Arc<Lines>) -> bool| {
+            let mut count = 0;
+            loop {
+                let mut piece = Lines::default();
+                let outcome = read_piece(events, &mut piece);
+                count += piece.events().len() as u64;
+                let piece = Arc::new(piece);
+                // What the journal refuses ends the reading.
+                if !(to_journal(Arc::clone(&piece)) && to_model(piece) && outcome?) {
+                    return Ok(());
+                }
+                if !go_on(count) {
+                    return Err(RecordingError::io(&path, io::ErrorKind::Interrupted.into()));
+                }
+            }
+        };
+        let note = |piece: Arc<Lines>| journal.note(&piece);
+        let apply = |piece: Arc<Lines>| {
+            model.apply_read(piece.events());
+            Ok(())
+        };
+        let ((read, applied), noted) = threads::hand_over(PIECES_AHEAD, note, |to_journal| {
+            threads::hand_over(PIECES_AHEAD, apply, |to_model| read(to_journal, to_model))
+        });
+        noted.and(applied).and(read)
+    }
+
+    /// The session, when it was read to its end.
+    ///
+    /// # Errors
+    /// Its file is not what was read.
+    pub(crate) fn finish(mut self) -> Result<(Session, Opened), RecordingError> {
+        let notes = self.recorded.events.notes();
+        self.opened.remarks.extend(notes.warnings);
+        if notes.skipped > 0 {
+            self.opened.remarks.push(format!("{} damaged pieces were left out", notes.skipped));
+        }
+        if let Err(error) = self.session.journal.start() {
+            self.give_up();
+            return Err(error);
+        }
+        if self.ends_strokes {
+            self.session.end_open_strokes();
+        }
+        self.opened.remarks.extend(self.remark);
+        Ok((self.session, self.opened))
+    }
+
+    /// Ends the reading: the file is what it was before.
+    pub(crate) fn give_up(self) {
+        self.session.journal.give_back(self.give_back);
+    }
+}
+
+/// Reads a piece's events; those before an error stay in it. Returns whether there may be more.
+fn read_piece(events: &mut dyn EventSource, piece: &mut Lines) -> Result<bool, RecordingError> {
+    while piece.events().len() < PIECE && piece.bytes() < PIECE_BYTES {
+        let Some(event) = events.next_event()? else { return Ok(false) };
+        piece.push(event, events.line());
+    }
+    Ok(true)
+}
