@@ -156,7 +156,7 @@ fn a_session_that_somebody_has_open_is_not_written_into() {
             &["replay", "a.ron", "--pin", place],
             &["draw-index", "a.ron", place],
             &["import", "a.ron", place],
-            &["synth", "grow", "--polygons", "10", place],
+            &["synth", "scribble", "--polygons", "10", place],
         ] {
             let mut osp = Command::new(env!("CARGO_BIN_EXE_osp"));
             osp.current_dir(folder.path()).args(args).stdin(File::open(&other).expect("opened to be read"));
