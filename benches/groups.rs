@@ -1,7 +1,7 @@
 //! Groups that move: an entry of the group against all of its polygons.
 //!
 //! `cargo bench --bench groups`. A group of a synthetic session's polygons is placed anew in every frame, then a view is culled.
-//! `placing`: what a frame does before it can be culled: `index::groups::GroupIndex` (a matrix, a box, an entry), `osp` with
+//! `placing`: what a frame does before it can be culled: `osp_rivals::groups::GroupIndex` (a matrix, a box, an entry), `osp` with
 //! the box of every polygon computed and filed again, and a whole frame of a scene that replays the event `Place`, with the query: each polygon told of, or the group as a
 //! whole. `culling`: the query
 //! after it. `instances`: a thousand nodes that show one mesh, against a million polygons that are filed.
@@ -12,14 +12,12 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{Affine3A, Quat, Vec3};
 use osp::{
     frame::{Pipeline, StageClock},
-    index::{
-        IndexConfig, Osp, SpatialIndex,
-        groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons},
-    },
+    index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
+use osp_rivals::groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons};
 use osp_session::{
     recording::{Author, Event, GroupId, SynthKind, Transform, synthesize},
     scene::Scene,

@@ -4,10 +4,6 @@
 mod boxes;
 #[path = "index_queries/bsp.rs"]
 mod bsp;
-#[path = "index_queries/groups.rs"]
-mod groups;
-#[path = "index_queries/nested.rs"]
-mod nested;
 #[path = "index_queries/rays.rs"]
 mod rays;
 

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 
 use crate::{
-    index::{IndexConfig, IndexError, Osp, SpatialIndex, WorkCounts, admission::admit, groups::Mesh},
+    index::{IndexConfig, IndexError, Osp, SpatialIndex, WorkCounts, admission::admit, mesh::Mesh},
     math::{Aabb, Containment, Frustum, Plane, Ray},
     polygon::{
         BLOCK, ById, Geometry, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, SpacesInView, VisibleBlocks,
@@ -46,7 +46,7 @@ impl Space {
     fn new(id: SpaceId, place: SpacePlace) -> Self {
         Self {
             id,
-            mesh: Mesh::new(),
+            mesh: Mesh::default(),
             blocks: Vec::new(),
             masks: Vec::new(),
             slots: HashMap::new(),

@@ -10,8 +10,8 @@ mod brute_force;
 mod config;
 mod draw_list;
 pub(crate) mod filed_boxes;
-pub mod groups;
 pub(crate) mod mask_writer;
+pub(crate) mod mesh;
 mod osp;
 pub(crate) mod probe;
 pub(crate) mod simd;
@@ -20,7 +20,7 @@ pub(crate) mod waiting;
 mod work;
 
 /// What the structures that are compared with [`Osp`] share with it, so that both run the same code for the same work: tests of
-/// many boxes at once, what is refused, boxes by number, answers as masks or lists, searches by distance. No part of
+/// many boxes at once, what is refused, boxes by number, polygons in a space of their own, answers as masks or lists, searches by distance. No part of
 /// the library that engines use; it changes without notice.
 #[doc(hidden)]
 pub mod kernels {
@@ -28,6 +28,7 @@ pub mod kernels {
         admission::admit,
         filed_boxes::FiledBoxes,
         mask_writer::{MaskWriter, RunSink},
+        mesh::Mesh,
         probe::{Nearest, NearestPolygons, is_wanted, nearest_by},
         simd::{Boxes, IdWriter, Kernel, PlaneLanes, PlaneSet, WithKernel, prefetch_lines},
         waiting::Waiting,

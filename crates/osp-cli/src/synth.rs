@@ -31,15 +31,13 @@ Examples:
   osp synth room --polygons 12000 --seed 1 room.ron
   osp synth brushes --polygons 2400 brushes.ron
   osp synth class --authors 5 --polygons 6000 class.ron
-  osp synth grow --polygons 1000000 --seed 7 long.ron.zst
+  osp synth scribble --polygons 1000000 --seed 7 long.ron.zst
 
 Kinds:
   portrait   dense small strokes on a bust; the artist walks around it
   room       walls, furniture and ribbons in several rooms; the artist walks through them
   scribble   long loose strokes that fill the whole 4 m volume
-  grow       tendrils that leave the root cube and go on far beyond it
   brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
-  nested     a planet with moons and a spaceship with engines: groups that move within groups
   class      several artists scribble at once; one moves at times what another has drawn (--authors)")]
 pub(super) struct SynthArgs {
     /// What is drawn.

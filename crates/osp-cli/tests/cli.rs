@@ -381,14 +381,14 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     let folder = temp();
     let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
     let synth = |name: &str, more: &[&str]| {
-        osp(&[&["synth", "grow", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
+        osp(&[&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
     };
     for name in ["a.ron", "a.ron.zst"] {
         let output = synth(name, &[]);
         assert!(output.status.success(), "{}", stderr(&output));
         assert!(stdout(&output).contains("strokes"), "{}", stdout(&output));
         let info = json_of(&osp(&["info", &path(name), "--json"]));
-        assert_eq!(info["source"], "osp synth grow --polygons 300 --seed 9");
+        assert_eq!(info["source"], "osp synth scribble --polygons 300 --seed 9");
         assert!(info["polygons"].as_u64().is_some_and(|n| (297..600).contains(&n)), "{info}");
         assert_eq!(info["warnings"].as_array().map(Vec::len), Some(0));
     }

@@ -52,7 +52,7 @@ fn temp() -> tempfile::TempDir {
 fn sessions(folder: &Path, n: usize) {
     fs::create_dir_all(folder.join("in/deep")).expect("folders");
     for i in 0..n {
-        let (kind, seed) = (["room", "grow", "scribble"][i % 3], i.to_string());
+        let (kind, seed) = (["room", "portrait", "scribble"][i % 3], i.to_string());
         let name = if i % 2 == 0 { format!("in/s{i}.ron") } else { format!("in/deep/s{i}.ron") };
         done(folder, ["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
     }

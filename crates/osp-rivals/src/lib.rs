@@ -1,7 +1,8 @@
 //! Every other spatial index, to measure [`Osp`](osp::index::Osp) against: in its best form, with the same kernels.
 //!
 //! Each answers exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] names
-//! them all, ours included. Knows [`polygon`](osp::polygon) and [`index`](osp::index).
+//! them all, ours included. [`groups`] is a scene graph over indexes, for models whose groups move. Knows
+//! [`polygon`](osp::polygon) and [`index`](osp::index).
 
 mod as_printed;
 mod brute_simd;
@@ -13,6 +14,7 @@ mod by_id;
 mod dynamic_bvh;
 mod exact;
 mod flat_tree;
+pub mod groups;
 mod item;
 mod kd_tree;
 mod kind;

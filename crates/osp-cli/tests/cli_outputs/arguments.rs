@@ -37,8 +37,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
         (&["bake", "a.ron", "o.pvs"], "--samples", &["0", "4097", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--pixels", &["0", "15", "8193", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--threads", &["0", "1025", "18446744073709551615", "-1"]),
-        (&["synth", "grow", "o.ron"], "--polygons", &["-1", "4294967296", "NaN", "1.5"]),
-        (&["synth", "grow", "o.ron"], "--seed", &["-1", "18446744073709551616", "NaN"]),
+        (&["synth", "scribble", "o.ron"], "--polygons", &["-1", "4294967296", "NaN", "1.5"]),
+        (&["synth", "scribble", "o.ron"], "--seed", &["-1", "18446744073709551616", "NaN"]),
         (&["verify", "a.ron"], "--views", &["0", "10001", "-1", "NaN"]),
         (&["verify", "a.ron"], "--occluders", &["65537", "18446744073709551615", "-1", "4,,4", "4,99999"]),
         (&["verify", "a.ron"], "--least-share", &["NaN", "inf", "-0.1", "1.1", "1e999"]),
@@ -124,7 +124,7 @@ fn the_ends_of_the_ranges_work() {
             "--occluders",
             "0,65536",
         ],
-        &["synth", "grow", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
+        &["synth", "scribble", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
         &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16", "--threads", "1024"],
     ] {
         let output = osp(folder.path(), args);
@@ -236,7 +236,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
-        (&["synth", "grow", "c.json"], ".ron or .ron.zst"),
+        (&["synth", "scribble", "c.json"], ".ron or .ron.zst"),
     ];
     if cfg!(feature = "render") {
         cases.extend([(&["render", "a.ron", "x.jpg"][..], ".png"), (&["render", "a.ron", "x"], ".png")]);

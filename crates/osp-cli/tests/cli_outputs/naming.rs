@@ -57,7 +57,7 @@ fn an_output_that_cannot_be_made_is_named_as_the_user_did() {
         &["replay", "a.ron", "--csv", "/proc/out.csv"],
         &["replay", "a.ron", "--chart", "/proc/out.svg"],
         &["bake", "a.ron", "/proc/out.pvs"],
-        &["synth", "grow", "/proc/out.ron"],
+        &["synth", "scribble", "/proc/out.ron"],
     ]
     .into_iter()
     .filter(|args| has(args))

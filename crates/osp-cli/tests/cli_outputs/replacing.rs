@@ -163,7 +163,7 @@ fn a_session_that_somebody_has_open_is_not_written_into() {
             &["replay", "a.ron", "--pin", place],
             &["draw-index", "a.ron", place],
             &["import", "a.ron", place],
-            &["synth", "grow", "--polygons", "10", place],
+            &["synth", "scribble", "--polygons", "10", place],
         ]
         .into_iter()
         .filter(|args| has(args))

@@ -46,7 +46,7 @@ fn ways() -> Vec<Way> {
         ),
         way(&["import", "in.ron", "@"], "o.ron", false, true),
         way(&["import", "in.ron", "@"], "o.ron.zst", false, true),
-        way(&["synth", "grow", "--polygons", "50", "@"], "o.ron", false, true),
+        way(&["synth", "scribble", "--polygons", "50", "@"], "o.ron", false, true),
     ];
     ways.into_iter().chain(way_of_render()).filter(|way| has(way.args)).collect()
 }

@@ -62,7 +62,7 @@ fn a_signal_leaves_nothing_unfinished() {
             eprintln!("skipped: these tests were started with SIG{name} ignored");
             continue;
         }
-        let args = ["synth", "grow", "--polygons", "4000000000", "old.ron", "--force"];
+        let args = ["synth", "scribble", "--polygons", "4000000000", "old.ron", "--force"];
         let mut child =
             crate::command(folder, args).stderr(Stdio::null()).spawn().expect("the program starts");
         let start = Instant::now();
@@ -104,7 +104,7 @@ fn a_signal_that_is_ignored_stays_ignored() {
     use std::{process::Command, thread, time::Duration};
     let folder = temp();
     let script = format!(
-        "trap '' INT HUP; exec {} synth grow --polygons 400000 out.ron",
+        "trap '' INT HUP; exec {} synth scribble --polygons 400000 out.ron",
         env!("CARGO_BIN_EXE_osp").replace('\'', "'\\''")
     );
     let mut child =
@@ -128,7 +128,7 @@ fn a_pipe_that_nobody_reads_any_more_is_no_error() {
     write_session(folder.path(), "a.ron");
     for args in [
         &["import", "a.ron", "-"][..],
-        &["synth", "grow", "--polygons", "2000", "-"],
+        &["synth", "scribble", "--polygons", "2000", "-"],
         &["replay", "a.ron", "--csv", "-"],
     ] {
         let (reader, writer) = std::io::pipe().expect("a pipe");

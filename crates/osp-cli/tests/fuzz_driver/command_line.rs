@@ -64,14 +64,14 @@ const ASKED: &[(&str, &str)] = &[
     ("draw-index S O.svg", "--pace"),
     ("pick S", "--at ,"),
     ("pick S --at 0.5,0.5", "--frame"),
-    ("synth grow --polygons 20 O.ron", "--seed"),
+    ("synth scribble --polygons 20 O.ron", "--seed"),
 ];
 
 #[test]
 fn command_line() {
     let folder = tempfile::tempdir().unwrap();
     let session = folder.path().join("s.ron");
-    let mut made = synthesize(SynthKind::Grow, 60, 1);
+    let mut made = synthesize(SynthKind::Scribble, 60, 1);
     let mut writer = RonWriter::create(&session, &made.header, Flush::AtEnd).unwrap();
     made.by_ref().for_each(|event| writer.write(&event.unwrap()).unwrap());
     writer.finish().unwrap();

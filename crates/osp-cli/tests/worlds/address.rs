@@ -40,8 +40,8 @@ impl Drop for Server {
 #[test]
 fn a_world_behind_http_is_that_of_the_folder() {
     let folder = temp();
-    let grow = session(SynthKind::Grow, 20_000, 1);
-    let parts: [(&_, &[Vec3]); 1] = [(&grow, &[Vec3::ZERO, Vec3::Z * 30.0])];
+    let portrait = session(SynthKind::Portrait, 20_000, 1);
+    let parts: [(&_, &[Vec3]); 1] = [(&portrait, &[Vec3::ZERO, Vec3::Z * 30.0])];
     pack(&folder.path().join("a world"), PackOrder::Space, &parts).expect("packed");
     let server = Server::of(folder.path());
     let address = format!("{}/a%20world", server.1);

@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use super::{Together, open, temp};
 
-fn recording(name: &str) -> String {
+pub(crate) fn recording(name: &str) -> String {
     format!("{}/recordings/{name}.ron", crate::repository::ROOT)
 }
 
@@ -47,7 +47,7 @@ fn refused(folder: &Path, args: &[&str]) -> String {
     said
 }
 
-fn finished(file: &str) -> Scene {
+pub(crate) fn finished(file: &str) -> Scene {
     let mut session = open_session(Path::new(file), &OpenOptions::default()).expect("a session");
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     while let Some(event) = session.events.next_event().expect("whole") {

@@ -3,9 +3,10 @@
 use osp::{
     frame::{Pipeline, StageClock},
     glam::Affine3A,
-    index::{BruteForce, DrawList, Osp, groups::GroupIndex},
+    index::{BruteForce, DrawList, Osp},
     polygon::VisibleBlocks,
 };
+use osp_rivals::groups::GroupIndex;
 
 use super::*;
 

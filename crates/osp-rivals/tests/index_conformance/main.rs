@@ -4,13 +4,17 @@ mod batches;
 #[path = "../../../../tests/support/boxes.rs"]
 mod boxes;
 mod check;
+mod groups;
 mod life_cycles;
 mod limits;
+mod nested;
 mod osp_paper;
 #[cfg(feature = "peers")]
 mod peers;
 mod printed;
 mod random_changes;
+#[path = "../../../../tests/support/repository.rs"]
+mod repository;
 mod scenes;
 mod subjects;
 

@@ -1,6 +1,6 @@
 //! Moving things: one, ten and a hundred per cent of the polygons move in every frame, in pieces or as a group, or as
 //! instances of one mesh. Every structure takes the boxes of all of them at once; a group index
-//! ([`osp::index::groups::GroupIndex`]) takes the transforms of the groups.
+//! ([`osp_rivals::groups::GroupIndex`]) takes the transforms of the groups.
 //!
 //! Each structure runs beside the reference, frame by frame. All structures have to see the same polygons. The group index,
 //! which tests a polygon's box in the space of its group, may see others: it has to see every polygon of which a point is in

@@ -5,13 +5,11 @@ use osp_session::platform::time::Instant;
 use super::world::World;
 use crate::bench::Contender;
 use osp::{
-    index::{
-        IndexConfig, IndexError, SpatialIndex, Upkeep, WorkCounts,
-        groups::{CullScratch, GroupIndex, NodeId, Polygons},
-    },
+    index::{IndexConfig, IndexError, SpatialIndex, Upkeep, WorkCounts},
     math::{Aabb, Frustum},
     polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
 };
+use osp_rivals::groups::{CullScratch, GroupIndex, NodeId, Polygons};
 
 /// The name of the group index in the tables.
 pub(super) const GROUP_INDEX: &str = "group-index";

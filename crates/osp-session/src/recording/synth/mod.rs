@@ -11,10 +11,8 @@
 mod artist;
 mod brushes;
 mod class;
-mod grow;
 mod hand;
 mod head;
-mod nested;
 mod path;
 mod portrait;
 mod random;
@@ -40,20 +38,15 @@ pub enum SynthKind {
     Room,
     /// Long loose strokes that fill the whole 4 m volume.
     Scribble,
-    /// Tendrils that leave the root cube soon and go on and on.
-    Grow,
     /// A card of samples: a wave of each brush, in rows.
     Brushes,
-    /// A planet with moons and a spaceship with engines: named groups that hang under one another and move.
-    Nested,
     /// Several artists scribble in one volume at once.
     Class,
 }
 
 impl SynthKind {
     /// Every kind.
-    pub const ALL: [Self; 7] =
-        [Self::Portrait, Self::Room, Self::Scribble, Self::Grow, Self::Brushes, Self::Nested, Self::Class];
+    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
 
     /// How many artists there are in [`SynthKind::Class`], unless it is said.
     pub const CLASS_AUTHORS: u32 = 3;
@@ -62,7 +55,7 @@ impl SynthKind {
     pub const MOST_AUTHORS: u32 = class::Class::MOST;
 
     /// The kinds that an artist draws, with a hand, a head and second thoughts.
-    pub const DRAWN_BY_ARTISTS: [Self; 4] = [Self::Portrait, Self::Room, Self::Scribble, Self::Grow];
+    pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
 
     /// The kind's name on the command line.
     pub fn name(self) -> &'static str {
@@ -70,9 +63,7 @@ impl SynthKind {
             Self::Portrait => "portrait",
             Self::Room => "room",
             Self::Scribble => "scribble",
-            Self::Grow => "grow",
             Self::Brushes => "brushes",
-            Self::Nested => "nested",
             Self::Class => "class",
         }
     }
@@ -86,7 +77,7 @@ impl fmt::Display for SynthKind {
 
 /// A kind that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble, grow, brushes, nested or class; found `{0}`")]
+#[error("expected portrait, room, scribble, brushes or class; found `{0}`")]
 pub struct ParseSynthKindError(String);
 
 impl FromStr for SynthKind {
@@ -113,16 +104,11 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
             (Box::new(rooms), size)
         }
         SynthKind::Scribble => (Box::new(scribble::Scribble::new(&mut artist)), VOLUME_M),
-        SynthKind::Grow => (Box::new(grow::Grow::new(&mut artist)), VOLUME_M),
         SynthKind::Brushes => {
             let card = brushes::Brushes::new(polygons, seed);
             return Session { header: card.header(source), format: "synth", events: Box::new(card) };
         }
         SynthKind::Class => return synthesize_class(SynthKind::CLASS_AUTHORS, polygons, seed),
-        SynthKind::Nested => {
-            let events = Box::new(nested::Nested::new(polygons, seed));
-            return Session { header: nested::Nested::header(source), format: "synth", events };
-        }
     };
     // Nothing in it came with a later format, so programs of the first can read it.
     let root = Some(Root { center: CENTER, size });

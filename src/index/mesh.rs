@@ -8,7 +8,7 @@ use crate::{
 const MOST_LISTED: usize = 512;
 
 /// Polygons by their boxes in a space of their own.
-pub(crate) struct Mesh {
+pub struct Mesh {
     /// [`Aabb::EMPTY`] where there is none.
     boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
@@ -17,33 +17,42 @@ pub(crate) struct Mesh {
     bounds: Aabb,
     /// Polygons were taken out or moved since `bounds` was computed.
     is_loose: bool,
-    /// The nodes that show it.
-    pub(crate) shown_by: Vec<u32>,
-    pub(crate) has_changed: bool,
 }
 
-impl Mesh {
-    pub(crate) fn new() -> Self {
+impl Default for Mesh {
+    fn default() -> Self {
         Self {
             boxes: ById::new(Aabb::EMPTY),
             index: Box::new(BruteForce::new()),
             is_tree: false,
             bounds: Aabb::EMPTY,
             is_loose: false,
-            shown_by: Vec::new(),
-            has_changed: false,
         }
     }
+}
 
-    pub(crate) fn index(&self) -> &dyn SpatialIndex {
+impl std::fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mesh")
+            .field("polygons", &self.index.len())
+            .field("bounds", &self.bounds)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Mesh {
+    /// What is filed, by the boxes in the mesh's space.
+    pub fn index(&self) -> &dyn SpatialIndex {
         &*self.index
     }
 
-    pub(crate) fn bounds(&self) -> &Aabb {
+    /// Around all polygons as they were at the last commit, and those set since.
+    pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    pub(crate) fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
+    /// Files a polygon, gives it another box, or takes it out (`None`).
+    pub fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
         let is_there = !self.boxes.get(id).is_empty();
         match bounds {
             Some(bounds) if is_there => self.index.update(id, bounds)?,
@@ -55,13 +64,11 @@ impl Mesh {
         if let Some(bounds) = bounds {
             self.bounds = self.bounds.union(bounds);
         }
-        self.has_changed = true;
         Ok(())
     }
 
     /// Ends a batch of changes.
-    pub(crate) fn commit(&mut self) {
-        self.has_changed = false;
+    pub fn commit(&mut self) {
         if std::mem::take(&mut self.is_loose) {
             self.bounds = self.boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         }
@@ -78,7 +85,8 @@ impl Mesh {
         self.index.commit();
     }
 
-    pub(crate) fn bytes(&self) -> usize {
-        self.index.bytes() + self.boxes.bytes() + self.shown_by.capacity() * 4
+    /// Memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        self.index.bytes() + self.boxes.bytes()
     }
 }

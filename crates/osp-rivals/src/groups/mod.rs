@@ -12,16 +12,13 @@
 //! ```
 //!
 //! A query asks the trees, goes down where a node's box is in view, and brings the frustum into the space of each mesh
-//! that it reaches ([`Frustum::in_space`](crate::math::Frustum::in_space)), widened by what rounding may cost there. So no
+//! that it reaches ([`Frustum::in_space`](osp::math::Frustum::in_space)), widened by what rounding may cost there. So no
 //! polygon of which a point is in view is left out. (Its box in the world may reach into view where its box in the mesh's
 //! space, which is turned with it, does not: such polygons are left out, as they cannot be seen.)
 
-mod mesh;
 mod node;
 mod query;
-mod transform;
 
-pub(crate) use mesh::Mesh;
 pub use node::{GroupError, GroupIndex, GroupWork};
 pub use query::{CullScratch, Found, Polygons};
 

@@ -1,7 +1,7 @@
 use glam::Affine3A;
 
 use super::{GroupIndex, MeshId, NodeId, node::Node};
-use crate::{
+use osp::{
     index::{SpatialIndex, WorkCounts},
     math::{Aabb, Containment, Frustum},
     polygon::{PolygonId, VisibleBlocks},
@@ -93,7 +93,7 @@ impl GroupIndex {
         work: &mut WorkCounts,
     ) -> Option<(u32, Polygons<'a>)> {
         let number = node.mesh?;
-        let mesh = &self.meshes[number as usize];
+        let mesh = &self.meshes[number as usize].mesh;
         let all = mesh.index().len() as u64;
         if all == 0 {
             return None;

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use osp::{
     glam::{Affine3A, Vec3},
-    index::groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons},
     math::Aabb,
     polygon::PolygonId,
     view::{Projection, View},
 };
+use osp_rivals::groups::{CullScratch, GroupIndex, MeshId, NodeId, Polygons};
 use osp_session::{
     recording::{Event, GroupId, OpenOptions, StrokeId, open},
     scene::Scene,
@@ -59,7 +59,7 @@ impl Followed {
 
 #[test]
 fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/nested.ron");
+    let path = crate::repository::at("recordings/nested.ron");
     let events: Vec<Event> =
         open(&path, &OpenOptions::default()).expect("shipped").map(|event| event.expect("sound")).collect();
     let mut followed = Followed::default();

@@ -1,11 +1,11 @@
 use glam::Affine3A;
 use thiserror::Error;
 
-use super::{MeshId, NodeId, mesh::Mesh, transform::box_in};
-use crate::{
-    index::{IndexConfig, IndexError, Osp, SpatialIndex},
+use super::{MeshId, NodeId};
+use osp::{
+    index::{IndexConfig, IndexError, Osp, SpatialIndex, kernels::Mesh},
     math::Aabb,
-    polygon::PolygonId,
+    polygon::{PolygonId, SpacePlace},
 };
 
 /// Why a [`GroupIndex`] refused a change. It is then as it was before.
@@ -26,6 +26,16 @@ pub enum GroupError {
     /// The mesh's index refused the polygon.
     #[error("mesh {}: {}", .0.0, .1)]
     Index(MeshId, IndexError),
+}
+
+/// A mesh, with where it is shown.
+#[derive(Default)]
+pub(super) struct ShownMesh {
+    pub(super) mesh: Mesh,
+    /// The nodes that show it.
+    nodes: Vec<u32>,
+    /// Since the last commit.
+    has_changed: bool,
 }
 
 /// A node, with what is known of its place in the world.
@@ -56,9 +66,9 @@ pub struct GroupWork {
     pub entries: u64,
 }
 
-/// Polygons in groups that move. See [`crate::index::groups`].
+/// Polygons in groups that move. See [`crate::groups`].
 pub struct GroupIndex {
-    pub(super) meshes: Vec<Mesh>,
+    pub(super) meshes: Vec<ShownMesh>,
     pub(super) nodes: Vec<Node>,
     /// The nodes that hang under none, by their numbers; those whose box is empty are not in it.
     pub(super) trees: Osp,
@@ -101,7 +111,7 @@ impl GroupIndex {
 
     /// Adds a mesh without polygons.
     pub fn add_mesh(&mut self) -> MeshId {
-        self.meshes.push(Mesh::new());
+        self.meshes.push(ShownMesh::default());
         MeshId(self.meshes.len() as u32 - 1)
     }
 
@@ -117,9 +127,8 @@ impl GroupIndex {
         bounds: Option<&Aabb>,
     ) -> Result<(), GroupError> {
         let of = self.meshes.get_mut(mesh.0 as usize).ok_or(GroupError::NoMesh(mesh))?;
-        let had_changed = of.has_changed;
-        of.set(id, bounds).map_err(|error| GroupError::Index(mesh, error))?;
-        if !had_changed {
+        of.mesh.set(id, bounds).map_err(|error| GroupError::Index(mesh, error))?;
+        if !std::mem::replace(&mut of.has_changed, true) {
             self.changed_meshes.push(mesh.0);
         }
         Ok(())
@@ -157,7 +166,7 @@ impl GroupIndex {
         });
         self.is_in_trees.push(false);
         if let Some(mesh) = mesh {
-            self.meshes[mesh.0 as usize].shown_by.push(id.0);
+            self.meshes[mesh.0 as usize].nodes.push(id.0);
         }
         self.attach(id.0, parent.map(|parent| parent.0));
         self.note_moved(id.0);
@@ -244,10 +253,12 @@ impl GroupIndex {
     pub fn commit(&mut self) {
         let mut changed = std::mem::take(&mut self.changed_meshes);
         for mesh in changed.drain(..) {
-            self.meshes[mesh as usize].commit();
-            let shown_by = std::mem::take(&mut self.meshes[mesh as usize].shown_by);
-            shown_by.iter().for_each(|&node| self.note_stale(node));
-            self.meshes[mesh as usize].shown_by = shown_by;
+            let of = &mut self.meshes[mesh as usize];
+            of.has_changed = false;
+            of.mesh.commit();
+            let nodes = std::mem::take(&mut of.nodes);
+            nodes.iter().for_each(|&node| self.note_stale(node));
+            self.meshes[mesh as usize].nodes = nodes;
         }
         self.changed_meshes = changed;
         let mut tops = std::mem::take(&mut self.stale_tops);
@@ -287,8 +298,9 @@ impl GroupIndex {
         }
         for &node in order.iter().rev() {
             let of = &self.nodes[node as usize];
-            let own =
-                of.mesh.map_or(Aabb::EMPTY, |mesh| box_in(&of.world, self.meshes[mesh as usize].bounds()));
+            let own = of.mesh.map_or(Aabb::EMPTY, |mesh| {
+                SpacePlace::from(of.world).world_box(self.meshes[mesh as usize].mesh.bounds())
+            });
             let children = of.children.iter().map(|&child| &self.nodes[child as usize].bounds);
             let bounds = children.fold(own, |all, below| all.union(below));
             let of = &mut self.nodes[node as usize];
@@ -299,9 +311,7 @@ impl GroupIndex {
     }
 
     fn file_tree(&mut self, top: u32) {
-        // What lies so far away that no number tells where is kept, at the edge of what can be told.
         let bounds = self.nodes[top as usize].bounds;
-        let bounds = Aabb { min: bounds.min.max(glam::Vec3::MIN), max: bounds.max.min(glam::Vec3::MAX) };
         let is_in = &mut self.is_in_trees[top as usize];
         let id = PolygonId(top);
         let outcome = match (*is_in, bounds.is_valid()) {
@@ -348,7 +358,7 @@ impl GroupIndex {
 
     /// Polygons filed; one that several nodes show counts once.
     pub fn polygon_count(&self) -> usize {
-        self.meshes.iter().map(|mesh| mesh.index().len()).sum()
+        self.meshes.iter().map(|of| of.mesh.index().len()).sum()
     }
 
     /// What commits have done so far.
@@ -359,6 +369,8 @@ impl GroupIndex {
     /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
         let nodes = self.nodes.iter().map(|node| size_of::<Node>() + node.children.capacity() * 4);
-        self.meshes.iter().map(Mesh::bytes).sum::<usize>() + nodes.sum::<usize>() + self.trees.bytes()
+        self.meshes.iter().map(|of| of.mesh.bytes() + of.nodes.capacity() * 4).sum::<usize>()
+            + nodes.sum::<usize>()
+            + self.trees.bytes()
     }
 }

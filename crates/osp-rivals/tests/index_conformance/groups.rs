@@ -2,11 +2,11 @@
 
 use osp::{
     glam::{Affine3A, DAffine3, DMat3, Quat, Vec3},
-    index::groups::{CullScratch, GroupError, GroupIndex, MeshId, NodeId, Polygons},
     math::{Aabb, Frustum},
     polygon::PolygonId,
     view::{Projection, View},
 };
+use osp_rivals::groups::{CullScratch, GroupError, GroupIndex, MeshId, NodeId, Polygons};
 use rand_pcg::{Pcg64, rand_core::Rng};
 
 struct Random(Pcg64);
