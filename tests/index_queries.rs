@@ -212,6 +212,21 @@ fn spheres_and_nearest_polygons_are_found() {
 
 /// An index that nothing was filed in, one that everything has left, one with a single polygon: every query has an
 /// answer.
+/// Their distances are larger than any number.
+#[test]
+fn what_is_infinitely_far_is_found_as_far_as_there_is_nothing_nearer() {
+    let boxes: Vec<Aabb> = (0..400)
+        .map(|i| Aabb::cube(Vec3::new(if i % 2 == 0 { 2.0e38 } else { -2.0e38 }, i as f32, 2.0e38), 1.0))
+        .chain([Aabb::cube(Vec3::ONE, 1.0)])
+        .collect();
+    for index in filled(&boxes) {
+        let mut found = Vec::new();
+        index.nearest(Vec3::ZERO, 1000, &mut |id| if id.0 < 400 { f32::INFINITY } else { 1.0 }, &mut found);
+        let there = (0..boxes.len()).filter(|&i| !is_erased(i)).count();
+        assert_eq!(found.len(), there, "{}", index.name());
+    }
+}
+
 #[test]
 fn indexes_with_nothing_in_them_can_be_asked() {
     let ray = Ray::new(Vec3::new(0.0, 0.0, 5.0), Vec3::NEG_Z);

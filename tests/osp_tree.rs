@@ -2,6 +2,8 @@
 
 #![allow(clippy::print_stderr, reason = "a skipped test says why")]
 
+#[path = "osp_tree/borders.rs"]
+mod borders;
 #[path = "support/boxes.rs"]
 mod boxes;
 #[path = "osp_tree/chains.rs"]
@@ -12,6 +14,8 @@ mod hidden;
 mod life;
 #[path = "osp_tree/linear.rs"]
 mod linear;
+#[path = "osp_tree/loose.rs"]
+mod loose;
 #[path = "osp_tree/many_views.rs"]
 mod many_views;
 #[path = "osp_tree/whole.rs"]

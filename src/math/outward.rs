@@ -21,6 +21,7 @@ use super::Plane;
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 
 /// What the box test may be wrong by, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`.
+/// More than a half of it would do, by a longer proof: a plane's distance is rounded up by as much as the sum is at last.
 const ROUNDED: f64 = 3.001 * UNIT;
 
 /// How much a normal is turned, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
@@ -121,6 +122,29 @@ mod tests {
             }
         }
         assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
+    }
+
+    /// Where the terms cancel, the plane's distance is near zero, and rounding it up gives nothing away: half of the margin is
+    /// needed.
+    #[test]
+    fn where_terms_cancel_a_plane_needs_half_of_its_margin() {
+        let mut state = 3;
+        let mut nearest = f64::INFINITY;
+        for _ in 0..100_000 {
+            let mut any = || next(&mut state);
+            let normal = DVec3::new(1.0 + 0.2 * any(), 0.5 + 0.2 * any(), 1.0 + 0.2 * any());
+            let n = normal.normalize().as_vec3().as_dvec3();
+            // The first product, the sum with the second and the third product are each rounded down by nearly `u`.
+            let terms = [1.0 + 0.97 * UNIT, 0.97 * UNIT, -1.0 - 1.03 * UNIT];
+            let p = Vec3::from_array([0, 1, 2].map(|axis| (terms[axis] / n[axis]) as f32));
+            let corner = p.as_dvec3().extend(1.0);
+            let corners = Corners { near: [corner; 4], far: [corner; 4], depth: DVec4::W };
+            let plane = corners.plane(normal.extend(-normal.dot(p.as_dvec3())));
+            assert!(Frustum::new([plane; 6]).may_see(&Aabb::new(p, p)), "{p} {plane:?}");
+            let sizes = (plane.normal.as_dvec3() * p.as_dvec3()).abs().element_sum();
+            nearest = nearest.min(f64::from(plane.signed_distance(p)) / (sizes * ROUNDED));
+        }
+        assert!(nearest < 0.53, "a smaller margin would do: {nearest} is left of it");
     }
 
     /// What a matrix in `f64` shows, by points of its clip space in the smallest boxes around them. The same matrix in `f32`

@@ -92,3 +92,34 @@ pub(super) fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
         rest.windows(2).map(|w| (w[0] - *first).cross(w[1] - *first)).fold(DVec3::ZERO, |sum, v| sum + v);
     twice.length_squared() >= 4.0 * least_sr * least_sr
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cone_of_any_number_of_edges_is_split_as_by_two_cuts() {
+        for count in 3..40_u32 {
+            let edge = |i: u32| {
+                let (y, x) = libm::sincos(f64::from(i) / f64::from(count) * std::f64::consts::TAU);
+                DVec3::new(x, y, 2.0).normalize()
+            };
+            for turn in 0..10 {
+                let normal = edge(turn) * 0.1 + DVec3::new(0.9, f64::from(turn) * 0.3, -0.2);
+                let mut points: Vec<DVec3> = (0..count).map(edge).collect();
+                let cone = Span { start: 0, len: count };
+                let (front, behind) = split(&mut points, cone, normal);
+                let cuts = [clip(&mut points, cone, normal), clip(&mut points, cone, -normal)];
+                for (part, cut) in [front, behind].into_iter().zip(cuts) {
+                    assert!(part.len >= 3, "{count} edges, {turn}");
+                    let apart = points[part.range()].iter().zip(&points[cut.range()]);
+                    assert_eq!(part.len, cut.len);
+                    assert!(
+                        apart.into_iter().all(|(a, b)| a.distance(*b) < 1.0e-12),
+                        "{count} edges, {turn}"
+                    );
+                }
+            }
+        }
+    }
+}

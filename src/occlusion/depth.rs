@@ -464,6 +464,25 @@ mod tests {
     }
 
     #[test]
+    fn an_extent_is_that_of_all_points_in_whatever_order() {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let corners = corners.map(|(x, y)| DVec3::new(x, y, 1.0));
+        let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, corners, 0.1).expect("a window");
+        let mut depth = DepthBuffer::new(DepthConfig::default());
+        depth.build(&window, &[]);
+        let points = [Vec3::new(0.1, 0.2, 4.0), Vec3::new(-0.3, 0.1, 7.0), Vec3::new(0.2, -0.3, 2.0)];
+        let found = |extent: Extent| (extent.low, extent.high, extent.near, extent.far, extent.away);
+        let all = found(depth.extent_of(&points));
+        assert_eq!((all.2, all.3), (2.0, 7.0));
+        assert!((all.4 - points[1].as_dvec3().length_squared()).abs() < 1.0e-12);
+        for [a, b, c] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            assert_eq!(found(depth.extent_of(&[points[a], points[b], points[c]])), all);
+            let two = depth.extent_of(&[points[a], points[b]]);
+            assert_eq!(found(two.with(&depth.extent_of(&[points[c]]))), all);
+        }
+    }
+
+    #[test]
     fn of_points_one_of_which_is_no_number_nothing_is_hidden() {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let window = corners.map(|(x, y)| Vec3::new(x, y, 1.0).as_dvec3());

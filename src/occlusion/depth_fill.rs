@@ -200,7 +200,7 @@ impl Filling {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Quat, Vec3};
+    use glam::{DVec3, Quat, Vec3};
 
     use super::*;
     use crate::{
@@ -302,6 +302,32 @@ mod tests {
                 let least = (farthest * (1.0 - 2.0 * DEPTH_SLACK)) as f32;
                 assert!(filling.depths(x, y).iter().all(|depth| *depth >= least), "{outline:?}");
             }
+        }
+    }
+
+    /// A corner in the eye's plane has no place in the picture and no reciprocal depth.
+    #[test]
+    fn of_an_outline_with_a_corner_in_the_eyes_plane_only_its_own_plane_is_known() {
+        let view =
+            View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0));
+        let raster = Raster::new(&view.window().expect("a pointed cone"), 1024.0, 576.0);
+        let fill = Fill {
+            raster: &raster,
+            coverage: Coverage::WholePixels,
+            width: 1024,
+            height: 576,
+            tiles: &mut [],
+            outlines: &[],
+            order: &[],
+        };
+        for (nearest_m, is_known) in [(1.0e-3, true), (0.0, false), (-1.0e-3, false)] {
+            // A wall beside the eye.
+            let corners = [(-1.0, nearest_m), (1.0, nearest_m), (1.0, 4.0), (-1.0, 4.0)];
+            let corners = corners.map(|(y, away_m)| DVec3::new(1.0, y, 0.0) + raster.forward * away_m);
+            let outline = ShadowVolume::of_outline(&corners, DVec3::X).expect("an outline");
+            let filling = fill.set_up(&outline);
+            assert_eq!(filling.farthest != f64::NEG_INFINITY, is_known, "{nearest_m}");
+            assert_eq!(filling.nearest != f32::INFINITY, is_known, "{nearest_m}");
         }
     }
 

@@ -169,6 +169,43 @@ mod tests {
         assert!(found > 20_000 && bent > 500, "{found}, {bent}");
     }
 
+    /// Beside the eye, and far to the side: the middle direction has some of their corners behind it.
+    #[test]
+    fn the_outline_of_a_pair_that_reaches_far_to_the_side_is_covered_by_it() {
+        let mut seed = 11_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / (1_u64 << 31) as f64
+        };
+        let corners =
+            [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+        let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, corners, 0.01).expect("a window");
+        let (mut found, mut behind) = (0, 0);
+        for _ in 0..60_000 {
+            let mut at = || {
+                let far_m = 10.0_f64.powf(3.0 * random() - 1.0);
+                let [x, y] = [0, 1].map(|_| (2.0 * random() - 1.0) * far_m);
+                DVec3::new(x, y, 0.02 + random() * far_m * 0.2).as_vec3()
+            };
+            let [a, b, c, d] = [(); 4].map(|()| at());
+            let (first, second) = (ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(b, c, d));
+            let middle = [a, b, c, d].map(|p| window.from_eye(p)).into_iter().sum::<DVec3>();
+            behind += u32::from([a, b, c, d].iter().any(|p| window.from_eye(*p).dot(middle) < 0.0));
+            let Some(shadow) = shadow_of_pair(&first, &second, &window) else { continue };
+            found += 1;
+            for _ in 0..8 {
+                let mix = shadow.corners().iter().map(|v| *v * (random() + 0.01)).sum::<DVec3>();
+                let x = mix * (shadow.cap_distance_m() / shadow.cap_normal().dot(mix)) * (1.0 + 1.0e-9);
+                let blocked = [&first, &second].iter().any(|polygon| {
+                    let [a, b, c] = [0, 1, 2].map(|i| window.from_eye(polygon.vertices()[i]));
+                    meets(a, b, c, x).is_some_and(|t| t > 0.0 && t <= 1.0)
+                });
+                assert!(blocked, "{x} behind {first:?} and {second:?}");
+            }
+        }
+        assert!(found > 1_000 && behind > 1_000, "{found}, {behind}");
+    }
+
     #[test]
     fn pairs_without_a_common_edge_and_folded_ones_have_no_outline() {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];

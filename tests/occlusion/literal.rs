@@ -8,8 +8,8 @@ use glam::{DVec3, Vec3};
 use osp::{
     math::Aabb,
     occlusion::{
-        Grouping, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig, Selector,
-        ShadowVolume, Soundness, Verdict,
+        Asked, Cell, Grouping, OccluderPool, Occlusion, OcclusionCuller, PoolConfig, Score, SelectConfig,
+        Selector, ShadowVolume, Soundness, Verdict,
     },
 };
 use osp_lab::literal::{CornersApart, msvbsp_without_caps};
@@ -92,6 +92,28 @@ fn without_caps_what_lies_before_an_occluder_is_hidden() {
     let mut capped = Occlusion::MsvbspPaper.create(4);
     build(&mut *capped, &wall);
     assert_eq!(capped.test_box(&before).verdict, Verdict::Unoccluded);
+}
+
+/// Two walls that share an edge are one to the paper. Each is before the other's plane, or behind it.
+#[test]
+fn a_group_hides_what_lies_behind_all_its_walls() {
+    let edge = [Vec3::new(0.0, -2.0, 3.0), Vec3::new(0.0, 2.0, 3.0)];
+    let wall = |x: f32, z: f32| vec![edge[0], Vec3::new(x, -2.0, z), Vec3::new(x, 2.0, z), edge[1]];
+    let roof = [wall(-3.0, 5.0), wall(3.0, 5.0)];
+    let mut culler = Occlusion::MsvbspPaper.create(4);
+    build(&mut *culler, &roof);
+    let cube = |x: f32, z: f32| Aabb::cube(Vec3::new(x, 0.0, z), 0.2);
+    // The planes of the walls go on: what lies across one is behind the other.
+    let (behind_both, behind_one) = ([cube(-0.5, 6.0), cube(0.5, 6.0)], [cube(-1.0, 3.6), cube(1.0, 3.6)]);
+    for bounds in behind_both {
+        assert_eq!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{bounds:?}");
+    }
+    for bounds in behind_one {
+        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{bounds:?}");
+    }
+    let boxes = [behind_both, behind_one].concat();
+    let tested = culler.test_boxes(&boxes, Cell::ALL, Asked::Verdict);
+    assert_eq!((tested.hidden, tested.unoccluded & 0b11), (0b11, 0));
 }
 
 /// Equation (1) takes the whole area of a wall of which the window shows a corner.

@@ -74,6 +74,62 @@ fn a_tree_in_view_altogether_is_listed_by_id() {
     }
 }
 
+/// A list of nine pages, of which only the last one holds something outside.
+#[test]
+fn a_list_is_in_view_altogether_only_if_its_last_page_is() {
+    let everything = around_everything();
+    for inside in [135, 150] {
+        let mut osp = Osp::new(&config()).with_linear_blocks(0);
+        let mut reference = BruteForce::new();
+        for pair in 0..150_u32 {
+            let at = Vec3::new(pair as f32 * if pair < inside { 0.01 } else { 1.0e3 }, 0.0, 0.0);
+            for id in [2 * pair, 2 * pair + 1].map(PolygonId) {
+                let bounds = Aabb::cube(at + Vec3::Y * (id.0 % 2) as f32 * 0.001, 0.001);
+                osp.insert(id, &bounds).unwrap();
+                reference.insert(id, &bounds).unwrap();
+            }
+        }
+        osp.commit();
+        let (nodes, mut ids) = ask(&osp, &everything);
+        ids.sort_unstable();
+        assert_eq!(ids, cull(&reference, &everything));
+        assert_eq!(nodes == 1, inside == 150, "{nodes} nodes");
+    }
+}
+
+/// Of the first block some polygons are in the tree, others in the open block.
+#[test]
+fn a_block_that_is_open_again_is_in_view_with_both_parts() {
+    for backend in backends() {
+        let mut osp = tree(backend).with_linear_blocks(0);
+        let boxes = drawn(600, 40);
+        for id in (0..600).filter(|id| !(8..16).contains(id)).chain(8..12) {
+            osp.insert(PolygonId(id), &boxes[id as usize]).unwrap();
+        }
+        let mut found = VisibleBlocks::new();
+        osp.frustum_cull_blocks(&around_everything(), &mut found);
+        let expected = (0..600).filter(|id| !(12..16).contains(id));
+        assert!(found.ids().map(|id| id.0).eq(expected) && found.len() == osp.len());
+    }
+}
+
+/// The block that is being drawn is the first with numbers so high.
+#[test]
+fn what_is_drawn_now_may_have_the_highest_number() {
+    for backend in backends() {
+        let mut osp = tree(backend).with_linear_blocks(0);
+        for (id, bounds) in [0, 16, 4096, 1 << 20].into_iter().zip(&drawn(4, 39)) {
+            osp.insert(PolygonId(id), bounds).unwrap();
+            let mut found = VisibleBlocks::new();
+            osp.frustum_cull_blocks(&around_everything(), &mut found);
+            assert!(found.contains(PolygonId(id)) && found.len() == osp.len());
+            let mut both = [VisibleBlocks::new(), VisibleBlocks::new()];
+            osp.frustum_cull_views(&[around_everything(); 2], &mut both);
+            assert!(both.iter().all(|found| found.contains(PolygonId(id)) && found.len() == osp.len()));
+        }
+    }
+}
+
 #[test]
 fn few_polygons_far_apart_in_their_numbers_are_not_looked_for_by_number() {
     let mut osp = Osp::new(&config());

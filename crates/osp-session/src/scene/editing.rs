@@ -125,7 +125,10 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        self.hangings.settle(&mut self.groups);
+        // Only in a group a way depends on parents; else undo and redo before it are settled at the end of the frame.
+        if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
+            self.hangings.settle(&mut self.groups);
+        }
         let groups = &self.groups;
         let moved = self.named(author, ids, |stroke| {
             Some(Way { by: groups.way_from_world(stroke.group, by)?, before: stroke.offset })

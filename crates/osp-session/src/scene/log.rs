@@ -423,3 +423,6 @@ fn turn_one<T: Clone>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -69,10 +69,10 @@ impl Scene {
                     self.gone[0].push(*stroke);
                 }
                 Edit::Arrange { at, .. } => {
-                    self.hangings.settle(&mut self.groups);
-                    let hanging = self.log.hanging(*at);
-                    let hangs = hanging.is_some_and(|(group, _)| self.hangings.holds(*at, group));
-                    if let Some((group, parent)) = hanging {
+                    let mut hangs = false;
+                    if let Some((group, parent)) = self.log.hanging(*at) {
+                        self.hangings.settle(&mut self.groups);
+                        hangs = self.hangings.holds(*at, group);
                         self.hangings.forget(&self.groups, *at, group, parent);
                     }
                     for (stroke, offset) in self.log.forget(*at, hangs) {

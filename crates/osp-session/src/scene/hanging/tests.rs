@@ -264,3 +264,22 @@ fn a_grouping_that_is_taken_back_leaves_the_group_where_it_found_it() {
     both.compare("where it was found");
     assert_eq!(both.groups.parent(0), None);
 }
+
+/// What forgotten groupings leave undecided is decided with the first undo after them, though other undo and redo follow in the
+/// frame.
+#[test]
+fn what_is_outdated_is_settled_with_the_next_undo() {
+    let mut both = Both::new(3);
+    both.group(1, Some(0)).expect("no circle");
+    let forgotten = both.group(0, Some(2)).expect("no circle");
+    let turned = both.group(0, None).expect("no circle");
+    let over = both.group(2, Some(0)).expect("no circle");
+    let elsewhere = both.group(2, Some(1)).expect("no circle");
+    both.group(0, None).expect("no circle");
+    both.forget(over);
+    both.forget(forgotten);
+    both.turn(elsewhere, Turn::TakenBack);
+    both.turn(turned, Turn::TakenBack);
+    both.turn(elsewhere, Turn::MadeAgain);
+    both.compare("in one frame");
+}

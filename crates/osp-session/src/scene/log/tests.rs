@@ -1,0 +1,163 @@
+//! What a log keeps of its arrangements, and what it finds of them.
+
+use glam::Vec3;
+use rand_pcg::{Pcg64, rand_core::Rng};
+
+use super::*;
+use crate::{
+    recording::{Author, Event, GroupId},
+    scene::{Scene, edit::Grouping},
+};
+
+fn named<T: Copy>(strokes: impl IntoIterator<Item = u32>, of: T) -> Vec<Named<T>> {
+    strokes.into_iter().map(|stroke| Named { stroke, of }).collect()
+}
+
+fn moved(strokes: impl IntoIterator<Item = u32>) -> Arrangement {
+    Arrangement::Move(named(strokes, Way { by: Vec3::X, before: Vec3::ZERO }))
+}
+
+fn assigned(strokes: impl IntoIterator<Item = u32>) -> Arrangement {
+    Arrangement::Assign { layer: 1, strokes: named(strokes, 0) }
+}
+
+fn grouped(group: usize, strokes: impl IntoIterator<Item = u32>) -> Arrangement {
+    let names = group.is_multiple_of(2).then(|| [None, Some("a name".to_owned())]);
+    Arrangement::Group(Box::new(Grouping {
+        group,
+        members: named(strokes, None),
+        hanging: Some(None),
+        names,
+    }))
+}
+
+fn placed(group: usize) -> Arrangement {
+    let to = Transform { p: Vec3::X, q: glam::Quat::IDENTITY, s: 1.0 };
+    Arrangement::Place { group, before: to, to }
+}
+
+/// The index has what the arrangements set, and nothing else.
+fn check(log: &Log, of: &str) {
+    let mut index = BTreeSet::new();
+    for (turn, arrangements) in [(Turn::MadeAgain, &log.active), (Turn::TakenBack, &log.taken_back)] {
+        for (&at, what) in arrangements {
+            let of_strokes = !log.broad.contains(&(turn, at));
+            assert!(!of_strokes || what.named() as usize <= MOST_INDEXED, "{of}: {at} has too many strokes");
+            for_each_key(what, of_strokes, |key| _ = index.insert((turn, key, at)));
+        }
+    }
+    assert_eq!(log.index, index, "{of}");
+    let is_there = |&(turn, at): &(Turn, u64)| match turn {
+        Turn::MadeAgain => log.active.contains_key(&at),
+        Turn::TakenBack => log.taken_back.contains_key(&at),
+    };
+    assert!(log.broad.iter().all(is_there), "{of}: {:?}", log.broad);
+}
+
+#[test]
+fn nothing_is_left_of_what_is_forgotten() {
+    for seed in 0..40 {
+        let mut dice = Pcg64::new(seed, 7);
+        let mut below = |count: usize| (dice.next_u64() % count as u64) as usize;
+        let mut log = Log::default();
+        for step in 0..150 {
+            let of = format!("seed {seed}, step {step}");
+            let active: Vec<u64> = log.active.keys().copied().collect();
+            let taken_back: Vec<u64> = log.taken_back.keys().copied().collect();
+            let first = below(5) as u32;
+            let strokes =
+                first..first + if below(6) == 0 { MOST_INDEXED as u32 + 2 } else { 1 + below(3) as u32 };
+            match below(9) {
+                0 => _ = log.add(moved(strokes)),
+                1 => _ = log.add(assigned(strokes)),
+                2 => _ = log.add(grouped(below(4), strokes)),
+                3 => _ = log.add(placed(below(4))),
+                4 if !active.is_empty() => {
+                    let at = active[below(active.len())];
+                    let what = log.take(at);
+                    log.put(at, what, Turn::TakenBack);
+                }
+                5 if !taken_back.is_empty() => {
+                    let at = taken_back[below(taken_back.len())];
+                    let what = log.take(at);
+                    log.put(at, what, Turn::MadeAgain);
+                }
+                6 if !taken_back.is_empty() => log.remove(taken_back[below(taken_back.len())]),
+                7 if !active.is_empty() => _ = log.forget(active[below(active.len())], below(2) == 0),
+                _ => {}
+            }
+            check(&log, &of);
+        }
+        for at in 0..log.next {
+            if log.active.contains_key(&at) { _ = log.forget(at, true) } else { log.remove(at) }
+        }
+        check(&log, "at the end");
+        assert!(log.index.is_empty() && log.broad.is_empty());
+    }
+}
+
+/// What was taken back and cannot be made again is not kept, either.
+#[test]
+fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
+    let mut scene = Scene::new();
+    let (author, group) = (Author::SOLE, GroupId(0));
+    for x in 0..100_u8 {
+        let to = Transform { p: Vec3::X * f32::from(x), q: glam::Quat::IDENTITY, s: 1.0 };
+        let events = [
+            Event::Group { t: 0.0, author, group, strokes: vec![], parent: None, name: None },
+            Event::Place { t: 0.0, author, group, to },
+            Event::Undo { t: 0.0, author },
+            Event::Undo { t: 0.0, author },
+        ];
+        scene.apply_all(&events, &mut Vec::new());
+        assert!(scene.log.active.is_empty() && scene.log.taken_back.len() <= 2, "{x}");
+        check(&scene.log, "taken back");
+    }
+    assert_eq!(scene.counts().ignored_events, 0);
+}
+
+/// The index has no strokes of a large arrangement; it is found by being one of few.
+#[test]
+fn arrangements_of_very_many_strokes_are_found_without_the_index() {
+    let mut log = Log::default();
+    for stroke in 0..64 {
+        log.add(assigned([stroke]));
+    }
+    let keys = |stroke: u32| std::iter::once(Key::Layer(stroke));
+    let entries = log.index.len();
+    let [largest, large] = [0, 1].map(|more| log.add(assigned(0..MOST_INDEXED as u32 + more)));
+    assert_eq!(log.index.len() - entries, MOST_INDEXED);
+    let find = |log: &mut Log, turn| log.sharing(turn, keys(1000), [0, u64::MAX], 1);
+    assert_eq!(find(&mut log, Turn::MadeAgain), [largest, large]);
+    let what = log.take(large);
+    assert_eq!(find(&mut log, Turn::MadeAgain), [largest]);
+    log.put(large, what, Turn::TakenBack);
+    assert_eq!(find(&mut log, Turn::MadeAgain), [largest]);
+    assert!(log.broad.contains(&(Turn::TakenBack, large)));
+}
+
+/// Of what has set a property later only the next one is looked at: it knows what it found.
+#[test]
+fn the_next_that_sets_a_property_is_enough() {
+    let steps = [10, 1000].map(|later| {
+        let mut log = Log::default();
+        for stroke in 0..64 {
+            log.add(assigned([100 + stroke]));
+        }
+        let first = [assigned([1]), grouped(2, [1]), placed(2)].map(|what| log.add(what));
+        for _ in 0..later {
+            [assigned([1]), grouped(2, [1]), placed(2)].into_iter().for_each(|what| _ = log.add(what));
+        }
+        let before = log.looked_at;
+        assert!(log.turn_settled(first[0], &mut named([1], 0), Turn::TakenBack, 1, |_| 0).is_empty());
+        assert!(
+            log.turn_settled(first[1], &mut named([1], None), Turn::TakenBack, Some(2), |_| None).is_empty()
+        );
+        let mut names = [None, Some("a name".to_owned())];
+        assert_eq!(log.turn_name(first[1], 2, &mut names, Turn::TakenBack, || None), None);
+        let to = Transform { p: Vec3::X, q: glam::Quat::IDENTITY, s: 1.0 };
+        assert_eq!(log.turn_place(first[2], 2, &mut to.clone(), Turn::TakenBack, to, to), None);
+        log.looked_at - before
+    });
+    assert_eq!(steps[0], steps[1]);
+}
