@@ -4,6 +4,7 @@
 
 #[path = "cli_outputs/arguments.rs"]
 mod arguments;
+#[path = "cli_outputs/built.rs"]
 mod built;
 #[path = "occlusion_commands/command.rs"]
 mod command;

@@ -1,5 +1,6 @@
 //! What a person reads who has a damaged session, and what they can do then.
 
+#[path = "cli_outputs/built.rs"]
 mod built;
 #[path = "../../../tests/support/repository.rs"]
 mod repository;
