@@ -133,10 +133,11 @@ impl Compared {
         let ms = |ns: u64| ns as f64 * 1.0e-6;
         let tree = match self.painter {
             Painter::Bsp => format!(
-                "{} parts, a tree of {} nodes and {} levels, ",
+                "{} parts, {} of them by distance, a tree of {} nodes and {} levels, ",
                 count(stats.parts),
+                count(stats.unordered),
                 count(stats.nodes),
-                count(stats.depth)
+                count(stats.depth + 1)
             ),
             Painter::Centre => String::new(),
         };

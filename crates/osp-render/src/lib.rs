@@ -16,7 +16,7 @@
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!
 //! Knows [`scene`](osp_session::scene), [`view`](osp::view), [`frame`](osp::frame) and the names of the methods of
-//! [`occlusion`](osp::occlusion), and nothing of how polygons were found.
+//! [`occlusion`](osp::occlusion), for the painter the tree of [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
 
 mod backdrop;
 mod draw_switch;
@@ -57,7 +57,7 @@ pub use offscreen::{DrawTimes, Offscreen};
 pub use opaque_order::{OpaqueOrder, OrderCounts};
 pub use order::{Blend, Classes, DrawOrder, Run};
 pub use overdraw::Overdraw;
-pub use painter::{BspTree, MOST_PARTS, MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
+pub use painter::{MOST_POLYGONS, PaintList, PaintStats, Painter, PainterError};
 pub use read_back::ComingImage;
 pub use record::Colors;
 pub use renderer::{Layer, Renderer, RendererConfig, Style};

@@ -3,13 +3,13 @@
 use std::{process::Command, sync::Arc};
 
 use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use osp::{
     polygon::{PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_render::{
-    BspTree, Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError, RendererConfig,
+    Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError, RendererConfig,
 };
 use osp_session::{
     recording::{Author, Event},
@@ -114,54 +114,6 @@ fn the_painter_without_a_tree_is_wrong_where_polygons_have_no_order() {
     let ids = set(&all_ids(&scene));
     let right = by_depth(&gpu, &scene, &view, &ids);
     assert_eq!(by_painter(&gpu, Painter::Centre, &scene, &view, &ids).differing_pixels(&right), 0);
-}
-
-#[test]
-fn one_tree_lists_from_every_eye_what_is_behind_before_what_is_before_it() {
-    let scene = scene_of(&knot());
-    let tree = BspTree::new(&scene, &set(&all_ids(&scene))).expect("a tree");
-    assert!(tree.parts() > tree.facets(), "some had to be cut: {} parts", tree.parts());
-    for view in eyes() {
-        let eye = view.eye_in_world.as_dvec3();
-        let mut parts: Vec<(PolygonId, Vec<DVec3>)> = Vec::new();
-        tree.back_to_front(eye, |id, corners| parts.push((id, corners.to_vec())));
-        assert_eq!(parts.len(), tree.parts());
-        // No ray through the middle of an earlier part meets a later one beyond it.
-        for (i, (_, part)) in parts.iter().enumerate() {
-            let middle = part.iter().sum::<DVec3>() / part.len() as f64;
-            for (id, later) in &parts[i + 1..] {
-                let Some(at) = meets(eye, middle - eye, later) else { continue };
-                assert!(at < 1.0 + 1.0e-6, "{id:?} at {at} is drawn over what is before it");
-            }
-        }
-    }
-}
-
-/// Where a ray meets a convex polygon, in lengths of `way`.
-fn meets(from: DVec3, way: DVec3, corners: &[DVec3]) -> Option<f64> {
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    let at = normal.dot(corners[0] - from) / normal.dot(way);
-    let p = from + way * at;
-    let next = corners.iter().cycle().skip(1);
-    let is_inside = corners.iter().zip(next).all(|(a, b)| (b - a).cross(p - a).dot(normal) > 0.0);
-    (is_inside && at > 0.0).then_some(at)
-}
-
-#[test]
-fn the_parts_of_a_polygon_make_up_the_whole() {
-    let scene = scene_of(&knot());
-    let ids = all_ids(&scene);
-    let tree = BspTree::new(&scene, &set(&ids)).expect("a tree");
-    let mut areas = vec![0.0; ids.len()];
-    tree.back_to_front(DVec3::ZERO, |id, corners| {
-        let fan =
-            corners[1..].windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0]).length());
-        areas[id.index()] += fan.sum::<f64>() * 0.5;
-    });
-    for id in ids {
-        let whole = f64::from(scene.polygon(id).area_m2());
-        assert!((areas[id.index()] - whole).abs() < 1.0e-6, "{id:?}: {} of {whole}", areas[id.index()]);
-    }
 }
 
 #[test]

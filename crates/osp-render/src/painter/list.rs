@@ -3,9 +3,16 @@ use osp_session::platform::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 
-use super::{BspTree, MOST_POLYGONS, Painter, PainterError, facets, tolerance_m};
-use osp::polygon::{PolygonId, VisibleBlocks};
+use super::{MOST_POLYGONS, Painter, PainterError, facets, tolerance_m};
+use osp::{
+    index::{IndexConfig, SpatialIndex as _},
+    polygon::{PolygonId, VisibleBlocks},
+};
+use osp_rivals::{Bsp, BspConfig};
 use osp_session::scene::Scene;
+
+/// Most parts of a tree while it is made, with those that were cut again: some 400 MB. Beyond, parts stay together.
+const MOST_PARTS: usize = 3_000_000;
 
 /// A corner of a triangle to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -24,9 +31,11 @@ pub struct PaintStats {
     pub facets: usize,
     /// Parts that they were cut into.
     pub parts: usize,
+    /// Parts that the tree could not order: they come by their distance.
+    pub unordered: usize,
     /// Nodes of the tree; 0 without one.
     pub nodes: usize,
-    /// Nodes on the longest way down the tree.
+    /// The deepest node of the tree; the top has depth 0.
     pub depth: usize,
     /// Time for finding the order, nanoseconds.
     pub ns: u64,
@@ -43,7 +52,7 @@ impl PaintList {
     /// The order in which a painter draws these polygons for this eye.
     ///
     /// # Errors
-    /// There are too many, or they cut each other into too many parts.
+    /// There are too many.
     pub fn new(
         painter: Painter,
         scene: &Scene,
@@ -56,18 +65,38 @@ impl PaintList {
         let start = Instant::now();
         let mut list = Self::default();
         match painter {
-            Painter::Bsp => {
-                let tree = BspTree::new(scene, polygons)?;
-                let (facets, parts, nodes, depth) = (tree.facets(), tree.parts(), tree.nodes(), tree.depth());
-                list.stats = PaintStats { facets, parts, nodes, depth, ns: 0 };
-                tree.back_to_front(eye_in_world.as_dvec3(), |id, corners| {
-                    list.add(id, corners, eye_in_world)
-                });
-            }
+            Painter::Bsp => list.by_tree(scene, polygons, eye_in_world),
             Painter::Centre => list.by_centre(scene, polygons, eye_in_world),
         }
         list.stats.ns = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         Ok(list)
+    }
+
+    /// The tree knows each facet by its place among them. Of two in one plane the later comes later.
+    fn by_tree(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
+        let facets = facets(scene, polygons, tolerance_m(scene, polygons));
+        let max_pieces_per_polygon = MOST_PARTS / facets.len().max(1);
+        let index = IndexConfig { capacity: facets.len(), ..IndexConfig::default() };
+        let mut tree = Bsp::new(BspConfig { max_pieces_per_polygon, ..BspConfig::default() }, &index);
+        for (facet, place) in facets.iter().zip((0..).map(PolygonId)) {
+            // What is not finite covers no pixel.
+            if tree.insert(place, &facet.shape.bounds()).is_ok() {
+                tree.shape(place, &facet.shape);
+            }
+        }
+        tree.commit();
+        let counts = tree.counts();
+        self.stats = PaintStats {
+            facets: facets.len(),
+            parts: counts.pieces,
+            unordered: counts.unordered,
+            nodes: counts.nodes,
+            depth: counts.depth,
+            ns: 0,
+        };
+        tree.back_to_front(eye_in_world, &mut |place, corners| {
+            self.add(facets[place.index()].polygon, corners, eye_in_world);
+        });
     }
 
     /// Of polygons whose middles are as far, the later comes later.
@@ -81,8 +110,7 @@ impl PaintList {
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
         self.stats = PaintStats { facets: facets.len(), parts: facets.len(), ..PaintStats::default() };
         for (_, facet) in order {
-            let corners = facet.corners.map(|p| p.as_dvec3());
-            self.add(facet.polygon, &corners[..facet.count], eye_in_world);
+            self.add(facet.polygon, facet.corners(), eye_in_world);
         }
     }
 
@@ -96,10 +124,10 @@ impl PaintList {
     }
 
     /// Adds a convex part as triangles around its first corner.
-    fn add(&mut self, id: PolygonId, corners: &[DVec3], eye_in_world: Vec3) {
+    fn add(&mut self, id: PolygonId, corners: &[Vec3], eye_in_world: Vec3) {
         // As the shader has it: what was not cut is drawn on the very same pixels.
-        let corner = |p: DVec3| {
-            let from_eye = (p.as_vec3() - eye_in_world).to_array();
+        let corner = |p: Vec3| {
+            let from_eye = (p - eye_in_world).to_array();
             PartCorner { from_eye, polygon: id.0 }
         };
         let Some((&first, others)) = corners.split_first() else { return };

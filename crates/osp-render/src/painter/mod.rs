@@ -2,27 +2,24 @@
 //!
 //! In which order is the question. By the distance of the polygons' middles ([`Painter::Centre`]) a large polygon may come
 //! too late or too early, and two that pass through each other have no right order at all. A BSP tree ([`Painter::Bsp`],
-//! H. Fuchs, Z. M. Kedem, B. F. Naylor, "On Visible Surface Generation by A Priori Tree Structures", 1980) cuts polygons by
-//! planes of others until there is a right order, from wherever the eye is.
+//! [`osp_rivals::Bsp`]) cuts polygons by planes of others until there is a right order, from wherever the eye is.
 
-mod bsp;
 mod draw;
 mod list;
 
 use glam::{DVec3, Vec3};
 use thiserror::Error;
 
-pub use bsp::BspTree;
 pub(super) use draw::PartPass;
 pub use list::{PaintList, PaintStats};
 
-use osp::polygon::{PolygonId, VisibleBlocks};
+use osp::polygon::{ConvexPolygon, PolygonId, VisibleBlocks};
 use osp_session::scene::Scene;
 
 /// How the painter finds out what is behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Painter {
-    /// By a BSP tree of the polygons: always right.
+    /// By a BSP tree of the polygons: right but for few ([`PaintStats::unordered`]).
     Bsp,
     /// By the distance of the polygons' middles: often wrong.
     Centre,
@@ -52,35 +49,31 @@ pub enum PainterError {
         /// Polygons in view.
         polygons: usize,
     },
-    /// They cut each other into too many parts.
-    #[error(
-        "the polygons in view cut each other into more than {MOST_PARTS} parts: a painter draws no more; look at an earlier frame or a part of the model"
-    )]
-    TooManyParts,
 }
 
 /// Most polygons that a painter takes.
 pub const MOST_POLYGONS: usize = 250_000;
-/// Most parts that a tree may cut them into: some 300 MB.
-pub const MOST_PARTS: usize = 1_000_000;
 
 /// A polygon of the scene, or one of the two triangles of a quad that is not flat, as the painter takes it.
 #[derive(Clone, Copy, Debug)]
 struct Facet {
     polygon: PolygonId,
-    corners: [Vec3; 4],
-    count: usize,
+    shape: ConvexPolygon,
 }
 
 impl Facet {
     fn corners(&self) -> &[Vec3] {
-        &self.corners[..self.count]
+        self.shape.vertices()
     }
 
     /// Unit length; zero where there is no area.
     fn normal(&self) -> DVec3 {
-        let [a, b, c, d] = self.corners.map(|p| p.as_dvec3());
-        let area = if self.count == 4 { (c - a).cross(d - b) } else { (b - a).cross(c - a) };
+        let between = |from: Vec3, to: Vec3| to.as_dvec3() - from.as_dvec3();
+        let area = match *self.corners() {
+            [a, b, c, d] => between(a, c).cross(between(b, d)),
+            [a, b, c] => between(a, b).cross(between(a, c)),
+            _ => DVec3::ZERO,
+        };
         area.normalize_or_zero()
     }
 }
@@ -90,21 +83,15 @@ impl Facet {
 fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Facet> {
     let mut facets = Vec::with_capacity(polygons.len());
     for id in polygons.ids() {
-        let polygon = scene.polygon(id);
-        let triangle = |a, b, c| Facet { polygon: id, corners: [a, b, c, c], count: 3 };
-        match *polygon.vertices() {
-            [a, b, c, d] => {
-                let quad = Facet { polygon: id, corners: [a, b, c, d], count: 4 };
-                let normal = quad.normal();
-                let from = normal.dot(a.as_dvec3());
-                let is_flat = |p: Vec3| (normal.dot(p.as_dvec3()) - from).abs() <= tolerance_m;
-                match is_flat(b) && is_flat(c) && is_flat(d) {
-                    true => facets.push(quad),
-                    false => facets.extend([triangle(a, b, c), triangle(a, c, d)]),
-                }
+        let whole = Facet { polygon: id, shape: scene.polygon(id) };
+        let normal = whole.normal();
+        let height_m = |p: Vec3| normal.dot(p.as_dvec3());
+        match *whole.corners() {
+            [a, b, c, d] if [b, c, d].iter().any(|&p| (height_m(p) - height_m(a)).abs() > tolerance_m) => {
+                let halves = [ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(a, c, d)];
+                facets.extend(halves.map(|shape| Facet { polygon: id, shape }));
             }
-            [a, b, c] => facets.push(triangle(a, b, c)),
-            _ => {}
+            _ => facets.push(whole),
         }
     }
     // What has no area covers no pixel, and has no plane.
