@@ -19,7 +19,7 @@ use osp_app::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{self, OpenOptions, Pace, RecordingError, Session, open_bytes},
+    recording::{self, OpenOptions, Pace, RecordingError, open_bytes},
     replay::{CameraChoice, CameraPath, Player, SessionFingerprint, fingerprint_of_frame, summarize},
 };
 use serde_json::json;
@@ -229,7 +229,9 @@ pub fn fingerprint_of(path: &str) -> Result<String, JsError> {
     fingerprint_with(|| recording::open(Path::new(path), &OpenOptions::default()))
 }
 
-fn fingerprint_with(open: impl Fn() -> Result<Session, RecordingError>) -> Result<String, JsError> {
+fn fingerprint_with(
+    open: impl Fn() -> Result<recording::Session, RecordingError>,
+) -> Result<String, JsError> {
     let (summary, _, read) = summarize(open()?, Pace::Samples(16));
     read?;
     let session = open()?;
