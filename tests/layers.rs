@@ -74,7 +74,10 @@ fn first_word(text: &str) -> String {
 /// The code of a file without its tests, which may know everything, and without comments.
 fn code_of(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("a source");
-    let code = text.split("#[cfg(test)]\nmod").next().unwrap_or_default();
+    let is_of_tests =
+        |at: &(usize, &str)| text[..at.0].trim_end().lines().last().is_some_and(|line| line.contains("test"));
+    let end = text.match_indices("\nmod tests {").find(is_of_tests).map_or(text.len(), |(at, _)| at);
+    let code = &text[..end];
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     lines.flat_map(|line| [line, "\n"]).collect()
 }

@@ -14,7 +14,7 @@ use glam::Vec3;
 use indicatif::HumanBytes;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     progress,

@@ -6,9 +6,9 @@ use anyhow::{anyhow, ensure};
 use indicatif::ProgressBar;
 
 use super::{
-    Outcome,
     bench_args::BenchArgs,
     bench_paper,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     progress,

@@ -1,7 +1,7 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use super::{Outcome, output::say};
+use super::{outcome::Outcome, output::say};
 
 /// Print what a shell needs to complete this program's commands, options and names.
 #[derive(Args, Debug)]

@@ -3,8 +3,8 @@
 use anyhow::{anyhow, ensure};
 
 use super::{
-    Outcome,
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     played::Played,

@@ -5,7 +5,7 @@ use std::{io::Write, path::PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     played::{FrameArgs, Played},

@@ -6,8 +6,8 @@ use anyhow::anyhow;
 use clap::Args;
 
 use super::{
-    Outcome,
     new_recording::NewRecording,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::{Output, Outputs},
     reading::ReadArgs,

@@ -6,9 +6,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{
-    Outcome,
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
+    outcome::Outcome,
     output::{complain, one_line, say},
     polygon_tally::PolygonTally,
     reading::ReadArgs,

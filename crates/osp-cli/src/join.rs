@@ -14,12 +14,12 @@ use std::{
 use anyhow::{bail, ensure};
 
 use super::{
-    Outcome,
     author_rows::AuthorRows,
     join_args::JoinArgs,
     join_player::{self, Playing},
     join_recording::SharedRecording,
     join_report::Report,
+    outcome::Outcome,
     output::{complain, keep_standard_output_for_a_file, one_line, say},
     shared,
 };

@@ -10,7 +10,8 @@ mod brush_rows;
 mod built;
 mod new_recording;
 mod numbers;
-mod occlusion_tests;
+mod occlusion_test_args;
+mod outcome;
 mod output;
 mod outputs;
 #[cfg(feature = "worlds")]
@@ -123,6 +124,7 @@ mod world_args;
 mod world_report;
 
 pub use allocations::CountingAllocator;
+use outcome::Outcome;
 
 use std::{
     error::Error,
@@ -234,13 +236,6 @@ impl Command {
             Self::Send(args) => of_feature!("window", send::run, args),
         }
     }
-}
-
-/// How a command ended, other than by bad input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
-    Done,
-    CheckFailed,
 }
 
 /// Runs the program with the arguments of the process.

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{Args, Command};
 use clap_mangen::Man;
 
-use super::{Outcome, output::say, outputs::Outputs};
+use super::{outcome::Outcome, output::say, outputs::Outputs};
 use osp_session::output_file::OutputKind;
 
 /// Write the manual: a page for each command, for `man`.

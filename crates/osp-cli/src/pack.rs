@@ -7,7 +7,7 @@ use glam::Vec3;
 use indicatif::{HumanBytes, ProgressBar};
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, one_line, say},
     pack_args::PackArgs,
     reading::ReadArgs,

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::say,
     parsers::camera_parser,
     played::{IndexedFrameArgs, Played},

@@ -4,7 +4,7 @@ use std::{sync::LazyLock, time::Duration};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 
-use super::output::one_line;
+use osp_lab::report::one_line;
 
 /// How often a spinner is redrawn.
 const TICK: Duration = Duration::from_millis(200);

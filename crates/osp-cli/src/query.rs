@@ -9,7 +9,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::say,
     played::{IndexedFrameArgs, Played},
 };

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use glam::Vec3;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     progress,

@@ -10,7 +10,7 @@ use anyhow::bail;
 
 pub(super) use super::replay_args::ReplayArgs;
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, say},
     replay_outputs::ReplayOutputs,
     replay_session::replay_file,

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use super::{
     built::{Feature, Lacking},
     numbers,
-    occlusion_tests::TestArgs,
+    occlusion_test_args::TestArgs,
     parsers::{Size, camera_parser, index_parser, occlusion_parser},
     reading::ReadArgs,
     rig_args::RigPathArgs,

@@ -12,8 +12,13 @@ use std::{
 use anyhow::{Context, bail, ensure};
 
 use super::{
-    Outcome, output::say, outputs::Output, replay_args::ReplayArgs, session::OpenSession,
-    world_args::WorldArgs, world_report::WorldReport,
+    outcome::Outcome,
+    output::say,
+    outputs::Output,
+    replay_args::ReplayArgs,
+    session::OpenSession,
+    world_args::{WorldArgs, world_name},
+    world_report::WorldReport,
 };
 use osp::view::{Projection, View};
 use osp_net::world::{Flight, Missing, Place, ResidentConfig, Walk, World};
@@ -75,11 +80,6 @@ pub(super) fn run(args: &ReplayArgs, address: &str, csv: Option<&Output>) -> any
     }
     say(&if args.json { report.to_json() } else { report.text() })?;
     Ok(Outcome::Done)
-}
-
-/// The last part of the address.
-pub(super) fn world_name(address: &str) -> String {
-    address.trim_end_matches('/').rsplit('/').next().unwrap_or(address).to_owned()
 }
 
 /// Views, one a frame.

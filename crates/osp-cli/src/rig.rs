@@ -9,7 +9,7 @@ use glam::Quat;
 #[cfg(not(all(feature = "bench", feature = "window")))]
 use super::built::{self, Feature};
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
     rig_args::rig_file,

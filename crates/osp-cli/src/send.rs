@@ -9,7 +9,7 @@ use std::{
 use anyhow::Context;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, say},
     send_args::SendArgs,
     session::OpenSession,

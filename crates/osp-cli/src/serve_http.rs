@@ -26,7 +26,7 @@ use tower::service_fn;
 use tower_http::compression::{Compression, Predicate, predicate::SizeAbove};
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, say},
     serve_answer::{Site, answer, is_worth_compressing, with_headers},
     serve_args::ServeArgs,

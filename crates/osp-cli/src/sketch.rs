@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::complain,
     outputs::Outputs,
     sketch_args::{SketchArgs, WindowArgs},

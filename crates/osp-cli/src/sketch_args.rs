@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     numbers,
-    occlusion_tests::TestArgs,
+    occlusion_test_args::TestArgs,
     parsers::{index_parser, occlusion_parser},
     reading::LimitArgs,
     rig_args::RigArgs,

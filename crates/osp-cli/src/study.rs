@@ -11,7 +11,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, say},
     progress,
     replay_args::{PlayArgs, ReplayArgs},

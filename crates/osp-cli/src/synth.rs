@@ -10,8 +10,8 @@ use clap::{
 use indicatif::HumanBytes;
 
 use super::{
-    Outcome,
     new_recording::NewRecording,
+    outcome::Outcome,
     output::{one_line, say},
     outputs::Outputs,
     progress,

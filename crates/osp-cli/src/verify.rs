@@ -10,8 +10,9 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets};
 
 use super::{
-    Outcome, allocations, numbers,
-    occlusion_tests::score_parser,
+    allocations, numbers,
+    occlusion_test_args::score_parser,
+    outcome::Outcome,
     output::{complain, one_line, say},
     parsers::{Size, camera_parser, index_parser},
     progress,

@@ -12,7 +12,7 @@ use anyhow::bail;
 use glam::{Quat, Vec3};
 
 use super::{
-    Outcome,
+    outcome::Outcome,
     output::{complain, say},
     shared,
     wall_args::{WallArgs, WayArgs, What},

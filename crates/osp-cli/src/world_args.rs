@@ -89,3 +89,9 @@ impl WorldArgs {
         self.world.as_ref().filter(|world| !world.contains("://")).map(PathBuf::from)
     }
 }
+
+/// The last part of the address.
+#[cfg(feature = "worlds")]
+pub(super) fn world_name(address: &str) -> String {
+    address.trim_end_matches('/').rsplit('/').next().unwrap_or(address).to_owned()
+}

@@ -4,7 +4,10 @@ use hdrhistogram::Histogram;
 use indicatif::HumanBytes;
 use serde_json::json;
 
-use super::{output::one_line, replay_world::world_name, world_args::WorldArgs};
+use super::{
+    output::one_line,
+    world_args::{WorldArgs, world_name},
+};
 use osp_lab::report::{short, thousands};
 use osp_net::world::{Frame, WalkCounts, World};
 use osp_session::replay::SessionFingerprint;
