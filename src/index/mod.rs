@@ -16,6 +16,7 @@ mod osp;
 pub(crate) mod probe;
 pub(crate) mod simd;
 mod spatial_index;
+mod visit;
 pub(crate) mod waiting;
 mod work;
 
@@ -40,5 +41,6 @@ pub use config::IndexConfig;
 pub use draw_list::DrawList;
 pub use osp::Osp;
 pub use simd::Backend;
-pub use spatial_index::{IndexError, Node, SpatialIndex, Thinner, Visit, Visitor};
+pub use spatial_index::{IndexError, SpatialIndex};
+pub use visit::{Node, Thinner, Visit, Visitor};
 pub use work::{Upkeep, WorkCounts};

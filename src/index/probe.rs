@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 
 use glam::Vec3;
 
-use super::{Node, SpatialIndex, Visit, Visitor, WorkCounts};
+use super::{Node, Visit, Visitor, WorkCounts};
 use crate::{
     index::DrawList,
     math::{Aabb, Frustum, Plane, Ray, Sphere, is_no_later},
@@ -29,18 +29,18 @@ pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
     ])
 }
 
-/// See [`SpatialIndex::box_query`].
-pub(crate) fn box_query<I: SpatialIndex + ?Sized>(
-    index: &I,
+/// See [`super::SpatialIndex::box_query`].
+pub(crate) fn box_query(
     bounds: &Aabb,
     out: &mut Vec<PolygonId>,
+    cull: impl FnOnce(&Frustum, &mut DrawList) -> WorkCounts,
 ) -> WorkCounts {
     if bounds.min.is_nan() || bounds.max.is_nan() {
         return WorkCounts::default();
     }
     let mut list = DrawList::new();
     std::mem::swap(list.ids_mut(), out);
-    let work = index.frustum_cull(&frustum_of_box(bounds), &mut list);
+    let work = cull(&frustum_of_box(bounds), &mut list);
     std::mem::swap(list.ids_mut(), out);
     work
 }
@@ -103,24 +103,23 @@ impl Visitor for RayVisitor<'_> {
     }
 }
 
-/// See [`SpatialIndex::ray_nearest`].
-pub(crate) fn ray_nearest<I: SpatialIndex + ?Sized>(
-    index: &I,
+/// See [`super::SpatialIndex::ray_nearest`].
+pub(crate) fn ray_nearest(
     ray: &Ray,
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    walk: impl FnOnce(&mut dyn Visitor) -> WorkCounts,
 ) -> Option<(PolygonId, f32)> {
     let mut visitor = RayVisitor { ray, nearest: Nearest::new(t_max, hit) };
-    index.traverse(&Frustum::everything(), &mut visitor);
+    walk(&mut visitor);
     visitor.nearest.found()
 }
 
-/// See [`SpatialIndex::ray_any`].
-pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
-    index: &I,
-    ray: &Ray,
+/// See [`super::SpatialIndex::ray_any`].
+pub(crate) fn ray_any(
     t_max: f32,
     hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
+    nearest: impl FnOnce(&mut dyn FnMut(PolygonId) -> Option<f32>) -> Option<(PolygonId, f32)>,
 ) -> Option<(PolygonId, f32)> {
     let mut found = None;
     // A hit before everything: the search for the nearest has nothing left to look at.
@@ -131,7 +130,7 @@ pub(crate) fn ray_any<I: SpatialIndex + ?Sized>(
         found = hit(id).filter(|&t| t <= t_max).map(|t| (id, t));
         found.map(|_| f32::NEG_INFINITY)
     };
-    index.ray_nearest(ray, t_max, &mut first);
+    nearest(&mut first);
     found
 }
 
@@ -156,19 +155,19 @@ impl Visitor for SphereVisitor<'_> {
     }
 }
 
-/// See [`SpatialIndex::sphere_query`].
-pub(crate) fn sphere_query<I: SpatialIndex + ?Sized>(
-    index: &I,
+/// See [`super::SpatialIndex::sphere_query`].
+pub(crate) fn sphere_query(
     sphere: &Sphere,
     within: &mut dyn FnMut(PolygonId) -> bool,
     out: &mut Vec<PolygonId>,
+    walk: impl FnOnce(&mut dyn Visitor) -> WorkCounts,
 ) -> WorkCounts {
     // The square of a negative radius would do.
     if sphere.radius_m.is_nan() || sphere.radius_m < 0.0 {
         return WorkCounts::default();
     }
     let mut visitor = SphereVisitor { sphere, within, out, reported: 0 };
-    let work = index.traverse(&Frustum::everything(), &mut visitor);
+    let work = walk(&mut visitor);
     WorkCounts { reported: visitor.reported, ..work }
 }
 
@@ -270,20 +269,7 @@ impl Visitor for NearestPolygons<'_> {
     }
 }
 
-/// See [`SpatialIndex::nearest`].
-pub(crate) fn nearest<I: SpatialIndex + ?Sized>(
-    index: &I,
-    point: Vec3,
-    count: usize,
-    distance_m: &mut dyn FnMut(PolygonId) -> f32,
-    out: &mut Vec<(PolygonId, f32)>,
-) -> WorkCounts {
-    nearest_by(point, count, index.len(), distance_m, out, |nearest| {
-        index.traverse(&Frustum::everything(), nearest)
-    })
-}
-
-/// [`SpatialIndex::nearest`] of an index of `len` polygons that looks for them in its own way.
+/// [`super::SpatialIndex::nearest`] of an index of `len` polygons that looks for them in its own way.
 pub fn nearest_by(
     point: Vec3,
     count: usize,

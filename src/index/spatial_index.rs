@@ -1,9 +1,9 @@
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{DrawList, Upkeep, WorkCounts, probe};
+use super::{DrawList, Thinner, Upkeep, Visitor, WorkCounts, probe};
 use crate::{
-    math::{Aabb, Containment, Frustum, Ray, Sphere},
+    math::{Aabb, Frustum, Ray, Sphere},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
 
@@ -134,7 +134,7 @@ pub trait SpatialIndex: Send + Sync {
     /// Appends the polygons whose boxes share a point with `bounds` (touching counts) to `out`, in any order, each
     /// once: the set that [`Aabb::intersects`] accepts. A box with a NaN finds nothing.
     fn box_query(&self, bounds: &Aabb, out: &mut Vec<PolygonId>) -> WorkCounts {
-        probe::box_query(self, bounds, out)
+        probe::box_query(bounds, out, |frustum, list| self.frustum_cull(frustum, list))
     }
 
     /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`; of several at the same `t` the one with the
@@ -149,7 +149,7 @@ pub trait SpatialIndex: Send + Sync {
         t_max: f32,
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
     ) -> Option<(PolygonId, f32)> {
-        probe::ray_nearest(self, ray, t_max, hit)
+        probe::ray_nearest(ray, t_max, hit, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
     /// A polygon that a ray meets at `t <= t_max`, and its `t`: any, the first that is found. For shadows and for "is
@@ -161,7 +161,7 @@ pub trait SpatialIndex: Send + Sync {
         t_max: f32,
         hit: &mut dyn FnMut(PolygonId) -> Option<f32>,
     ) -> Option<(PolygonId, f32)> {
-        probe::ray_any(self, ray, t_max, hit)
+        probe::ray_any(t_max, hit, |first| self.ray_nearest(ray, t_max, first))
     }
 
     /// Appends the polygons within a sphere to `out`, in any order, each once.
@@ -174,7 +174,7 @@ pub trait SpatialIndex: Send + Sync {
         within: &mut dyn FnMut(PolygonId) -> bool,
         out: &mut Vec<PolygonId>,
     ) -> WorkCounts {
-        probe::sphere_query(self, sphere, within, out)
+        probe::sphere_query(sphere, within, out, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
     /// Replaces `out` by the `count` polygons nearest to a point with their distances in metres, the nearest first; of
@@ -189,7 +189,8 @@ pub trait SpatialIndex: Send + Sync {
         distance_m: &mut dyn FnMut(PolygonId) -> f32,
         out: &mut Vec<(PolygonId, f32)>,
     ) -> WorkCounts {
-        probe::nearest(self, point, count, distance_m, out)
+        let walk = |nearest: &mut probe::NearestPolygons<'_>| self.traverse(&Frustum::everything(), nearest);
+        probe::nearest_by(point, count, self.len(), distance_m, out, walk)
     }
 
     /// What following the changes took so far; `None` if it is not counted.
@@ -208,83 +209,4 @@ pub trait SpatialIndex: Send + Sync {
 
     /// Takes everything out; keeps the memory.
     fn clear(&mut self);
-}
-
-/// A node as a visitor sees it.
-#[derive(Clone, Copy, Debug)]
-pub struct Node<'a> {
-    /// Holds every polygon of the node and below.
-    pub bounds: &'a Aabb,
-    /// 0 at the top.
-    pub depth: u32,
-    /// How the node's box lies to the frustum (never [`Containment::Outside`]).
-    pub containment: Containment,
-    /// Polygons in the node and below; an upper bound where the structure does not know it exactly.
-    pub polygons: usize,
-    /// Whether nothing is below.
-    pub is_leaf: bool,
-}
-
-/// What to do with a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Visit {
-    /// Leave it and everything below out.
-    Skip,
-    /// Go on: ask again for the nodes below.
-    Descend,
-    /// Take it and everything below that passes the frustum, without asking again.
-    Take,
-}
-
-/// Asked at every node of a [`SpatialIndex::traverse`].
-pub trait Visitor {
-    /// Decides about a node.
-    fn node(&mut self, node: &Node<'_>) -> Visit;
-
-    /// Whether it would rather decide about neighbouring leaves together, by [`Visitor::leaves`]. Polygons whose own box was asked
-    /// about there are then received as if the answer had been [`Visit::Take`].
-    fn asks_together(&self) -> bool {
-        false
-    }
-
-    /// Decides about at most sixteen leaves; leaf `i` holds `polygons[i]` polygons. All of them lie in the last node, leaves not
-    /// counted, that [`Visitor::node`] was asked about.
-    fn leaves(&mut self, _bounds: &[Aabb], _polygons: &[u8], answers: &mut [Visit]) {
-        answers.fill(Visit::Descend);
-    }
-
-    /// Receives polygons that pass the frustum. `asked` is
-    /// [`Visit::Descend`] or [`Visit::Take`], whatever was answered for the node that they are in.
-    fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
-}
-
-/// Says in a [`SpatialIndex::thin_out`] what is hidden.
-pub trait Thinner {
-    /// A node of fewer polygons is kept without a question.
-    fn least_polygons(&self) -> usize;
-
-    /// Whether the polygons of leaves are asked about one by one.
-    fn asks_polygons(&self) -> bool;
-
-    /// Decides about a node with this box and at most so many polygons: [`Visit::Skip`] if all of it is hidden,
-    /// [`Visit::Take`] if nothing of it can be.
-    fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
-
-    /// [`Thinner::node`] for at most sixteen boxes, with at most so many polygons each.
-    fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
-        for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
-            *answer = self.node(bounds, usize::from(polygons));
-        }
-    }
-
-    /// Whether a polygon with this box is hidden.
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool;
-
-    /// Which of at most sixteen polygons with these boxes are hidden, a bit for each.
-    fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
-        boxes
-            .iter()
-            .enumerate()
-            .fold(0, |hidden, (i, bounds)| hidden | u16::from(self.is_hidden(bounds)) << i)
-    }
 }

@@ -1,4 +1,4 @@
-use super::{Asked, Cell, OcclusionCuller, Tested, TestedBoxes, Verdict, wide::TOGETHER};
+use super::{Asked, Cell, OcclusionCuller, Tested, TestedBoxes, Verdict, verdict::TOGETHER};
 use crate::{
     index::{Node, Thinner, Visit, Visitor},
     math::{Aabb, Sphere},

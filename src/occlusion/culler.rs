@@ -1,28 +1,8 @@
-use super::{Asked, Cell, ShadowVolume, TestedBoxes, wide::one_by_one};
+use super::{Asked, Cell, ShadowVolume, Tested, TestedBoxes, verdict::one_by_one};
 use crate::{
     math::{Aabb, Sphere},
     view::ViewWindow,
 };
-
-/// Whether a volume is occluded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing of it can be seen through the window.
-    Hidden,
-    /// No part of it is hidden by these occluders: what it contains needs no test.
-    Unoccluded,
-    /// Neither of the two is certain.
-    PartlyHidden,
-}
-
-/// A verdict, and the work that it took.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tested {
-    /// The answer.
-    pub verdict: Verdict,
-    /// Planes that the volume was tested against; for a depth buffer, the tiles that were read.
-    pub steps: u32,
-}
 
 /// What building a culler made and what it left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -19,7 +19,8 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::{
     BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, cone,
-    depth_fill::Fill,
+    depth_fill::{Coverage, Fill},
+    depth_tile::{BLOCK, DEPTH_SLACK, TILE_WIDTH, Tile, block_masks, row_mask},
     raster::Raster,
     tree::{EyeBox, EyeSphere, Volume},
 };
@@ -30,15 +31,6 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Pixels of a block: 8 wide, 4 high, one bit each.
-pub(super) const BLOCK: [i32; 2] = [8, 4];
-/// Blocks that are updated at once, side by side.
-pub(super) const LANES: usize = 8;
-/// Pixels of a tile, across.
-pub(super) const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
-
-/// Rounding of `f32` depths, and what it takes to stay clear of it.
-pub(super) const DEPTH_SLACK: f64 = 1.0e-6;
 /// Rounding of pixel coordinates, pixels: what [`nearest_sine`] keeps them exact to.
 const PIXEL_SLACK: f64 = 1.0e-6;
 /// A window that shows something farther to the side than by this tangent is not decided in pixels at all: depth is known
@@ -71,15 +63,6 @@ fn nearest_sine(raster: &Raster) -> f64 {
     if tangent <= LARGEST_TANGENT { (pixels / PIXEL_SLACK).max(1.0e-6) } else { f64::INFINITY }
 }
 
-/// Which pixels a polygon covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coverage {
-    /// Those that lie in it wholly. Conservative.
-    WholePixels,
-    /// Those whose centre lies in it. What shows by less than half a pixel may be hidden.
-    PixelCenters,
-}
-
 /// Settings of [`DepthBuffer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthConfig {
@@ -96,16 +79,6 @@ impl Default for DepthConfig {
     fn default() -> Self {
         Self { coverage: Coverage::WholePixels, width: 1024, height: 576 }
     }
-}
-
-/// Eight blocks side by side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Tile {
-    /// Reciprocal depth that everything in the block is at least as near as.
-    all: [f32; LANES],
-    /// The same for the pixels of `mask`: the layer that is being filled.
-    part: [f32; LANES],
-    mask: [u32; LANES],
 }
 
 /// A software depth buffer with masked layers (Hasselgren, Andersson, Akenine-Möller, "Masked Software Occlusion Culling",
@@ -292,87 +265,6 @@ impl DepthBuffer {
     }
 }
 
-impl Tile {
-    pub(super) const EMPTY: Self = Self { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
-
-    /// Whether everything in it is hidden by something nearer than this reciprocal depth, or as near.
-    #[inline(always)]
-    pub(super) fn hides(&self, nearest: f32) -> bool {
-        self.all.iter().all(|all| *all >= nearest)
-    }
-
-    /// Adds a polygon's pixels with its depth in each block.
-    #[inline(always)]
-    pub(super) fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
-        for i in 0..LANES {
-            let (mask, depth) = (masks[i], depths[i]);
-            let (all, part, filled) = (self.all[i], self.part[i], self.mask[i]);
-            // Farther than what hides the whole block: adds nothing.
-            let useful = depth > all && mask != 0;
-            // The filling layer is given up if the polygon is far nearer than it, as measured by how much nearer the
-            // layer is than the background.
-            let restart = filled == 0 || part <= all || depth - part > part - all;
-            let new_part = if restart { depth } else { part.min(depth) };
-            let new_mask = if restart { mask } else { filled | mask };
-            let full = new_mask == u32::MAX;
-            let covers_alone = mask == u32::MAX;
-            let new_all = if covers_alone {
-                depth
-            } else if full {
-                new_part
-            } else {
-                all
-            };
-            // A polygon that fills the block alone leaves a nearer layer as it is.
-            let keep = !useful || (covers_alone && part > depth);
-            self.all[i] = if useful { new_all } else { all };
-            self.part[i] = if keep {
-                part
-            } else if full {
-                0.0
-            } else {
-                new_part
-            };
-            self.mask[i] = if keep {
-                filled
-            } else if full {
-                0
-            } else {
-                new_mask
-            };
-        }
-    }
-
-    /// Whether some of the pixels asked for are not hidden at this depth, and whether any of their blocks could hide
-    /// something in the volume.
-    #[inline]
-    fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
-        let (mut lit, mut shadow) = (0u32, 0u32);
-        for (i, &asked) in asked.iter().enumerate() {
-            let open = if nearest < self.part[i] { asked & !self.mask[i] } else { asked };
-            let open = if nearest < self.all[i] { 0 } else { open };
-            lit |= open;
-            let shade = self.all[i].max(if self.mask[i] != 0 { self.part[i] } else { 0.0 });
-            shadow |= if farthest < shade { asked } else { 0 };
-        }
-        (lit != 0, shadow != 0)
-    }
-}
-
-/// Bits `from..to` of a row of a tile; both may lie outside of it.
-#[inline(always)]
-pub(super) fn row_mask(from: i32, to: i32) -> u64 {
-    let (from, to) = (from.clamp(0, 64), to.clamp(0, 64));
-    if from >= to { 0 } else { (u64::MAX << from) & (u64::MAX >> (64 - to)) }
-}
-
-/// Four rows of 64 pixels as eight blocks of 8 x 4.
-#[inline(always)]
-pub(super) fn block_masks(rows: [u64; BLOCK[1] as usize]) -> [u32; LANES] {
-    let rows = rows.map(u64::to_le_bytes);
-    std::array::from_fn(|i| u32::from_le_bytes([rows[0][i], rows[1][i], rows[2][i], rows[3][i]]))
-}
-
 impl OcclusionCuller for DepthBuffer {
     fn name(&self) -> &'static str {
         match self.coverage {
@@ -409,7 +301,7 @@ impl OcclusionCuller for DepthBuffer {
             outlines: occluders,
             order: &self.order,
         });
-        let covered = self.tiles.iter().filter(|t| t.all != [0.0; LANES] || t.mask != [0; LANES]).count();
+        let covered = self.tiles.iter().filter(|tile| tile.is_covered()).count();
         BuildCounts {
             occluders: occluders.len() as u32,
             nodes: covered as u32,

@@ -4,11 +4,20 @@
 use std::ops::Range;
 
 use super::{
-    Coverage, MAX_SIDES, ShadowVolume,
-    depth::{BLOCK, DEPTH_SLACK, LANES, TILE_WIDTH, Tile, block_masks, row_mask},
+    MAX_SIDES, ShadowVolume,
+    depth_tile::{BLOCK, DEPTH_SLACK, LANES, TILE_WIDTH, Tile, block_masks, row_mask},
     raster::Raster,
 };
 use crate::index::simd::{Kernel, WithKernel};
+
+/// Which pixels a polygon covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// Those that lie in it wholly. Conservative.
+    WholePixels,
+    /// Those whose centre lies in it. What shows by less than half a pixel may be hidden.
+    PixelCenters,
+}
 
 /// How far before a side plane a pixel has to lie, as a sine. The planes' own error is below 1e-9: 2e-16 over
 /// [`super::END_ON_SINE`], and some twenty roundings of terms no larger than the direction's length on the way to pixels.

@@ -4,54 +4,17 @@
 //! here and as unoccluded there. If only hidden boxes are asked for, a box is left at the first leaf that does not hide it.
 
 use super::{
-    QUERY_SLACK, Tested, Verdict,
+    Asked, QUERY_SLACK, TestedBoxes,
     tree::{CapRule, Caps, Cell, Child, ShadowTree},
+    verdict::{TOGETHER, one_by_one},
 };
 use crate::{
     index::simd::{EyeBoxes, Kernel, WithKernel},
     math::Aabb,
 };
 
-/// Boxes that are tested at once.
-pub(super) const TOGETHER: usize = 16;
-
-/// What a test of some boxes has found, a bit for each box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TestedBoxes {
-    /// Those that are hidden.
-    pub hidden: u16,
-    /// Those of which nothing is hidden; only where that was asked.
-    pub unoccluded: u16,
-    /// Planes that each box was tested against, added up.
-    pub steps: u32,
-    /// Planes that were read for that: one for all boxes that meet it at the same time.
-    pub planes: u32,
-}
-
-/// What is asked about boxes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
-    /// Which are hidden.
-    Hidden,
-    /// Which are hidden, and which not at all.
-    Verdict,
-}
-
 /// The deepest tree that is walked by sixteen boxes at once; most have 20 to 30 levels. A place for each is set up in every test.
 const DEEPEST: usize = 63;
-
-/// Tests at most sixteen boxes one after the other.
-pub(super) fn one_by_one(boxes: &[Aabb], test: impl Fn(&Aabb) -> Tested) -> TestedBoxes {
-    boxes.iter().take(TOGETHER).enumerate().fold(TestedBoxes::default(), |sum, (i, bounds)| {
-        let Tested { verdict, steps } = test(bounds);
-        TestedBoxes {
-            hidden: sum.hidden | u16::from(verdict == Verdict::Hidden) << i,
-            unoccluded: sum.unoccluded | u16::from(verdict == Verdict::Unoccluded) << i,
-            steps: sum.steps + steps,
-            planes: sum.planes + steps,
-        }
-    })
-}
 
 impl ShadowTree {
     /// Tests at most sixteen boxes, all of which lie in a box for which a test has ended with this cell.

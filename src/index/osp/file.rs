@@ -3,7 +3,7 @@
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
     index::Osp,
-    layout::{Bucket, Link, Node, OWN, Run, Target},
+    layout::{Bucket, Link, Node, OWN, Run, TakenRun, Target},
     pool::NONE,
     tuning::LEAF_RUNS,
 };
@@ -11,9 +11,6 @@ use crate::{
     index::simd::{Halves, Wide, prefetch_lines},
     math::Aabb,
 };
-
-/// A run with its box, and whether that may be too wide.
-pub(super) type TakenRun = (Run, Aabb, bool);
 
 /// Where a run belongs.
 #[derive(Clone, Copy, Default)]

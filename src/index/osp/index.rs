@@ -1,16 +1,14 @@
 use glam::Vec3;
 
 use super::{
-    file::TakenRun,
     grid::{self, Grid, ROOT_SHIFT},
     ids::IdMap,
-    layout::{Bucket, Node, OWN},
+    layout::{Bucket, Node, OWN, TakenRun},
     linear::{Inserted, Linear},
     open::{Gathered, OpenBlock},
-    order::MOST,
     pages::Pages,
     pool::{NONE, Pool},
-    tuning::{self, LINEAR_BLOCKS, UPKEEP_PER_COMMIT},
+    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::{
@@ -99,7 +97,7 @@ impl Osp {
             is_flat: true,
             shape: 0,
             gathered: Some(Box::default()),
-            taken: Vec::with_capacity(MOST),
+            taken: Vec::with_capacity(MOST_TAKEN),
             queue: NONE,
             unpacked_cells: 0,
             is_quiet: true,

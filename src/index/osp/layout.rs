@@ -342,3 +342,6 @@ impl Run {
         self.store == NONE
     }
 }
+
+/// A run with its box, and whether that may be too wide.
+pub(super) type TakenRun = (Run, Aabb, bool);

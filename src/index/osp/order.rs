@@ -3,12 +3,11 @@
 //! frames in which nothing comes or goes, a few leaves each are packed again: runs that lie side by side share a page.
 
 use super::{
-    file::TakenRun,
     grid::{self, Key},
     index::Osp,
-    layout::{Bucket, Link, Target},
+    layout::{Bucket, Link, TakenRun, Target},
     pool::Pooled,
-    tuning::LEAF_RUNS,
+    tuning::MOST_TAKEN,
 };
 use crate::index::simd::Wide;
 
@@ -58,7 +57,7 @@ impl Osp {
     fn needs_packing(&self, head: u32) -> bool {
         let Bucket { runs, polygons, packed, .. } = self.buckets[head];
         // Strokes are in order as they come.
-        let is_scattered = polygons < runs * 2 && runs as usize <= MOST;
+        let is_scattered = polygons < runs * 2 && runs as usize <= MOST_TAKEN;
         is_scattered && runs > FEW_RUNS && runs.abs_diff(u32::from(packed)) >= FEW_RUNS
     }
 
@@ -89,7 +88,7 @@ impl Osp {
         shift: u32,
         mut out: impl FnMut(&mut Self, TakenRun),
     ) {
-        let mut cells = [0u16; MOST];
+        let mut cells = [0u16; MOST_TAKEN];
         let mut starts = [0u16; CELLS + 1];
         for (cell, (_, bounds, _)) in cells.iter_mut().zip(taken) {
             *cell = cell_of(&self.grid.key(Wide::from_box(bounds)), shift) as u16;
@@ -98,7 +97,7 @@ impl Osp {
         for i in 0..CELLS {
             starts[i + 1] += starts[i];
         }
-        let mut order = [0u16; MOST];
+        let mut order = [0u16; MOST_TAKEN];
         for (i, cell) in cells.iter().enumerate().take(taken.len()) {
             let at = &mut starts[usize::from(*cell)];
             order[usize::from(*at)] = i as u16;
@@ -109,9 +108,6 @@ impl Osp {
         }
     }
 }
-
-/// Runs of a leaf that is packed, at most. No leaf but one of long polygons has more.
-pub(super) const MOST: usize = 2 * LEAF_RUNS as usize;
 
 #[cfg(test)]
 mod tests {

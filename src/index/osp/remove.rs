@@ -6,10 +6,9 @@
 //! out or moved, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
 
 use super::{
-    file::TakenRun,
     grid::Grid,
     index::Osp,
-    layout::{Bucket, Link, Node, OWN, Run, Target},
+    layout::{Bucket, Link, Node, OWN, Run, TakenRun, Target},
     pool::NONE,
     tuning::MERGE_RUNS,
 };

@@ -37,3 +37,6 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 /// faster, up to where the tree leaves more out than the list takes; and the one change that moves all of them to the tree
 /// takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 96;
+
+/// Runs of a leaf that is packed, at most. No leaf but one of long polygons has more.
+pub(super) const MOST_TAKEN: usize = 2 * LEAF_RUNS as usize;

@@ -6,7 +6,7 @@
     )
 )]
 
-use std::{mem::MaybeUninit, sync::OnceLock};
+use std::sync::OnceLock;
 
 #[cfg(target_arch = "aarch64")]
 use super::aarch64_neon::Neon;
@@ -17,66 +17,7 @@ use super::wasm_simd128::Simd128;
 #[cfg(target_arch = "x86_64")]
 use super::{x86_avx2::Avx2, x86_avx512::Avx512, x86_sse2::Sse2};
 
-use super::{Boxes, EyeBoxes, PreparedPlane};
-
-/// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
-pub trait Kernel: Copy {
-    /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
-    fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
-
-    /// The lanes behind one of six planes.
-    fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32;
-
-    /// Of the eight lanes from `at` (at most `N - 8`) those wholly behind the plane, and those wholly on its inner
-    /// side.
-    fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
-
-    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
-    /// returns how many.
-    fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
-
-    /// Writes the sixteen ids from `first` on.
-    fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]);
-
-    /// Copies sixteen numbers.
-    fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
-
-    /// Writes the numbers of `mask`'s lanes to the front of `out` (what follows is clobbered); returns how many.
-    fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
-
-    /// The lanes of 8 or 16 whose number is 0 or more; not those of NaN.
-    #[inline(always)]
-    fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
-        numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
-    }
-
-    /// The lanes that lie wholly beyond a plane by their slack, and those wholly before it by theirs. The plane has a unit
-    /// normal and this distance from the eye.
-    #[inline(always)]
-    fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
-        let [x, y, z] = normal;
-        let (mut beyond, mut before) = (0, 0);
-        for lane in 0..16 {
-            let ([cx, cy, cz], [hx, hy, hz]) = (&boxes.center, &boxes.half);
-            let middle = x * cx[lane] + y * cy[lane] + z * cz[lane];
-            let reach = x.abs() * hx[lane] + y.abs() * hy[lane] + z.abs() * hz[lane];
-            let slack = boxes.slack[lane];
-            beyond |= u32::from((middle - reach) - distance >= slack) << lane;
-            before |= u32::from((middle + reach) - distance <= -slack) << lane;
-        }
-        (beyond, before)
-    }
-}
-
-/// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for
-/// each instruction set.
-pub trait WithKernel {
-    /// What it returns.
-    type Output;
-
-    /// Runs it.
-    fn run<K: Kernel>(self, kernel: K) -> Self::Output;
-}
+use super::WithKernel;
 
 /// An instruction set that the box tests can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,6 +12,7 @@ mod backend;
 mod boxes;
 mod eye_boxes;
 mod id_writer;
+mod kernel;
 #[cfg(any(
     target_arch = "x86_64",
     target_arch = "aarch64",
@@ -20,6 +21,7 @@ mod id_writer;
 mod narrow;
 mod planes;
 mod prefetch;
+mod prepared_plane;
 mod scalar;
 #[cfg(test)]
 mod tests;
@@ -32,13 +34,15 @@ mod x86_avx512;
 #[cfg(target_arch = "x86_64")]
 mod x86_sse2;
 
-pub use backend::{Backend, Kernel, WithKernel};
+pub use backend::Backend;
 pub use boxes::Boxes;
 pub(crate) use boxes::{Halves, Wide};
 pub(crate) use eye_boxes::EyeBoxes;
 pub use id_writer::IdWriter;
 pub(crate) use id_writer::{PageRuns, ROOM_BEHIND};
+pub use kernel::{Kernel, WithKernel};
+pub(crate) use planes::Sides;
 pub use planes::{PlaneLanes, PlaneSet};
-pub(crate) use planes::{PreparedPlane, Sides};
 pub(crate) use prefetch::prefetch;
 pub use prefetch::prefetch_lines;
+pub(crate) use prepared_plane::PreparedPlane;

@@ -5,9 +5,8 @@ use super::{
     plane::{MAX_CORNERS, Side, SplitPlane},
 };
 use crate::{
-    bvh::{
-        LEAF_CAPACITY,
-        top_down::{InPlace, Pending as CullPending, Split, box_of_centers, build_top_down, longest_axis},
+    bvh::top_down::{
+        InPlace, LEAF_CAPACITY, Pending as CullPending, Split, box_of_centers, build_top_down, longest_axis,
     },
     by_id::ById,
     flat_tree::{COUNTED_DEPTH, FlatTree},

@@ -6,11 +6,9 @@
 
 use glam::Vec3;
 
-use super::{
-    LEAF_CAPACITY,
-    top_down::{
-        Boxed, InPlace, Pending, Split, box_of_centers, build_top_down, longest_axis, partition, split_point,
-    },
+use super::top_down::{
+    Boxed, InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
+    split_point,
 };
 use crate::{
     flat_tree::{FlatTree, area},

@@ -8,9 +8,8 @@
 use std::ops::Range;
 
 use super::{
-    LEAF_CAPACITY,
     morton::{Key, MortonOrder},
-    top_down::{Pending, Ranges, Split, build_top_down},
+    top_down::{LEAF_CAPACITY, Pending, Ranges, Split, build_top_down},
 };
 use crate::{
     flat_tree::FlatTree,

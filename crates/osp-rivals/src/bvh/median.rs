@@ -2,10 +2,7 @@
 //!
 //! Source: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes" (1986).
 
-use super::{
-    LEAF_CAPACITY,
-    top_down::{InPlace, Pending, Split, box_of_centers, build_top_down, longest_axis},
-};
+use super::top_down::{InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis};
 use crate::{
     flat_tree::FlatTree,
     item::Item,

@@ -5,11 +5,9 @@
 //! Tracing" (1987), for spatial splits as the simple alternative. Difference: centres decide, so no polygon is cut or
 //! filed twice.
 
-use super::{
-    LEAF_CAPACITY,
-    top_down::{
-        InPlace, Pending, Split, box_of_centers, build_top_down, longest_axis, partition, split_point,
-    },
+use super::top_down::{
+    InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
+    split_point,
 };
 use crate::{
     flat_tree::FlatTree,

@@ -26,10 +26,6 @@ pub use two_level::{BvhTwoLevel, TwoLevelConfig};
 use super::rebuilt::Rebuilt;
 use osp::index::{IndexConfig, SpatialIndex};
 
-/// Polygons of a leaf unless told otherwise: four wide tests. More: smaller trees, more polygons tested. Frustum queries
-/// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
-pub(super) const LEAF_CAPACITY: usize = 64;
-
 /// A hierarchy halved in the middle of space.
 pub fn bvh_midpoint(config: &MidpointConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(midpoint::MidpointBuilder::new(*config), index.room()))

@@ -6,10 +6,7 @@
 
 use std::ops::Range;
 
-use super::{
-    LEAF_CAPACITY,
-    top_down::{Pending, Ranges, Split, build_top_down},
-};
+use super::top_down::{LEAF_CAPACITY, Pending, Ranges, Split, build_top_down};
 use crate::{
     flat_tree::{FlatTree, area},
     item::Item,

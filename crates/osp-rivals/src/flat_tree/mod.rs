@@ -8,10 +8,11 @@ mod near;
 mod ray;
 mod validate;
 mod wide;
+mod wide_node;
 
 pub(super) use validate::Tightness;
 
-use wide::WideNode;
+use wide_node::WideNode;
 
 use super::{
     by_id::NO_POLYGON,

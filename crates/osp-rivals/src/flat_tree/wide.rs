@@ -5,7 +5,10 @@
 
 use std::ops::Range;
 
-use super::{FlatTree, MAX_DEPTH, area};
+use super::{
+    FlatTree, MAX_DEPTH, area,
+    wide_node::{LEAF, WIDTH, WideNode},
+};
 use crate::{
     lanes::{BoxLanes, Planes},
     sink::Sink,
@@ -17,24 +20,6 @@ use osp::{
     },
     math::{Frustum, PlaneMask},
 };
-
-/// Children of a node.
-const WIDTH: usize = 8;
-
-/// The child is a leaf.
-const LEAF: u32 = u32::MAX;
-
-/// A node with up to eight children; those that are not there have empty boxes.
-#[derive(Clone, Debug)]
-pub(super) struct WideNode {
-    boxes: Boxes<WIDTH>,
-    /// The node of each child, or [`LEAF`].
-    children: [u32; WIDTH],
-    /// The polygons of each child: place of the first, and their number, holes included.
-    first: [u32; WIDTH],
-    polygons: [u32; WIDTH],
-    used: u32,
-}
 
 /// Nodes that become children of one wide node: their numbers and the places of their first polygons.
 struct Children {

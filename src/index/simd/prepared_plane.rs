@@ -1,0 +1,35 @@
+use super::{Boxes, prefetch};
+
+/// A plane made ready for boxes in rows: which row holds the corner farthest along the normal, and which the one
+/// farthest against it, per axis.
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedPlane {
+    pub(super) normal: [f32; 3],
+    pub(super) d: f32,
+    /// Rows of the positive vertex, times eight: at most 40.
+    pub(super) far: [usize; 3],
+    /// Rows of the negative vertex, times eight: at most 40.
+    pub(super) near: [usize; 3],
+}
+
+impl PreparedPlane {
+    /// Whether both planes have the same normal, bit for bit.
+    #[inline(always)]
+    pub(crate) fn has_normal_of(&self, other: &Self) -> bool {
+        self.normal.map(f32::to_bits) == other.normal.map(f32::to_bits)
+    }
+
+    /// This plane where another one with the same normal lies.
+    #[inline(always)]
+    pub(crate) fn moved_to(self, other: &Self) -> Self {
+        Self { d: other.d, ..self }
+    }
+
+    /// Asks for the cache lines that [`super::Kernel::behind`] will read.
+    #[inline(always)]
+    pub fn prefetch(&self, boxes: &Boxes<16>) {
+        for row in self.far {
+            prefetch(boxes.rows.as_ptr().wrapping_add(row / 8));
+        }
+    }
+}

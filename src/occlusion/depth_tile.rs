@@ -1,0 +1,106 @@
+//! Tiles of a depth buffer: eight blocks of 8 x 4 pixels.
+
+/// Pixels of a block: 8 wide, 4 high, one bit each.
+pub(super) const BLOCK: [i32; 2] = [8, 4];
+/// Blocks that are updated at once, side by side.
+pub(super) const LANES: usize = 8;
+/// Pixels of a tile, across.
+pub(super) const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
+
+/// Rounding of `f32` depths, and what it takes to stay clear of it.
+pub(super) const DEPTH_SLACK: f64 = 1.0e-6;
+/// Eight blocks side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tile {
+    /// Reciprocal depth that everything in the block is at least as near as.
+    all: [f32; LANES],
+    /// The same for the pixels of `mask`: the layer that is being filled.
+    part: [f32; LANES],
+    mask: [u32; LANES],
+}
+
+impl Tile {
+    pub(super) const EMPTY: Self = Self { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
+
+    /// Whether any pixel hides anything.
+    pub(super) fn is_covered(&self) -> bool {
+        self.all != [0.0; LANES] || self.mask != [0; LANES]
+    }
+
+    /// Whether everything in it is hidden by something nearer than this reciprocal depth, or as near.
+    #[inline(always)]
+    pub(super) fn hides(&self, nearest: f32) -> bool {
+        self.all.iter().all(|all| *all >= nearest)
+    }
+
+    /// Adds a polygon's pixels with its depth in each block.
+    #[inline(always)]
+    pub(super) fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
+        for i in 0..LANES {
+            let (mask, depth) = (masks[i], depths[i]);
+            let (all, part, filled) = (self.all[i], self.part[i], self.mask[i]);
+            // Farther than what hides the whole block: adds nothing.
+            let useful = depth > all && mask != 0;
+            // The filling layer is given up if the polygon is far nearer than it, as measured by how much nearer the
+            // layer is than the background.
+            let restart = filled == 0 || part <= all || depth - part > part - all;
+            let new_part = if restart { depth } else { part.min(depth) };
+            let new_mask = if restart { mask } else { filled | mask };
+            let full = new_mask == u32::MAX;
+            let covers_alone = mask == u32::MAX;
+            let new_all = if covers_alone {
+                depth
+            } else if full {
+                new_part
+            } else {
+                all
+            };
+            // A polygon that fills the block alone leaves a nearer layer as it is.
+            let keep = !useful || (covers_alone && part > depth);
+            self.all[i] = if useful { new_all } else { all };
+            self.part[i] = if keep {
+                part
+            } else if full {
+                0.0
+            } else {
+                new_part
+            };
+            self.mask[i] = if keep {
+                filled
+            } else if full {
+                0
+            } else {
+                new_mask
+            };
+        }
+    }
+
+    /// Whether some of the pixels asked for are not hidden at this depth, and whether any of their blocks could hide
+    /// something in the volume.
+    #[inline]
+    pub(super) fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
+        let (mut lit, mut shadow) = (0u32, 0u32);
+        for (i, &asked) in asked.iter().enumerate() {
+            let open = if nearest < self.part[i] { asked & !self.mask[i] } else { asked };
+            let open = if nearest < self.all[i] { 0 } else { open };
+            lit |= open;
+            let shade = self.all[i].max(if self.mask[i] != 0 { self.part[i] } else { 0.0 });
+            shadow |= if farthest < shade { asked } else { 0 };
+        }
+        (lit != 0, shadow != 0)
+    }
+}
+
+/// Bits `from..to` of a row of a tile; both may lie outside of it.
+#[inline(always)]
+pub(super) fn row_mask(from: i32, to: i32) -> u64 {
+    let (from, to) = (from.clamp(0, 64), to.clamp(0, 64));
+    if from >= to { 0 } else { (u64::MAX << from) & (u64::MAX >> (64 - to)) }
+}
+
+/// Four rows of 64 pixels as eight blocks of 8 x 4.
+#[inline(always)]
+pub(super) fn block_masks(rows: [u64; BLOCK[1] as usize]) -> [u32; LANES] {
+    let rows = rows.map(u64::to_le_bytes);
+    std::array::from_fn(|i| u32::from_le_bytes([rows[0][i], rows[1][i], rows[2][i], rows[3][i]]))
+}
