@@ -1,4 +1,4 @@
-"""Asks questions of a study: `ask.py results.ndjson [question.sql...]`, by default all of them (needs `pip install duckdb`)."""
+"""Runs queries on the lines of a study: `ask.py results.ndjson [query.sql...]`; by default all (needs `pip install duckdb`)."""
 
 import sys
 from pathlib import Path

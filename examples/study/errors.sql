@@ -1,4 +1,4 @@
--- Sessions that could not be read, and those with remarks (a file that ends in the middle of a line, pieces passed over).
+-- Sessions with an error or with remarks: for example a file that ends in the middle of a line, or skipped pieces.
 SELECT DISTINCT file, host, error, remarks, skipped
 FROM sessions
 WHERE error IS NOT NULL OR len(remarks) > 0 OR skipped > 0

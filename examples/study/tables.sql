@@ -1,5 +1,5 @@
 -- Two views of the lines of a study: `sessions` has a row for each line, `runs` a row for each session and index.
--- 'results/*.ndjson' reads several files. A part of a line, which a process that was killed leaves, is passed over.
+-- 'results/*.ndjson' reads several files. DuckDB skips incomplete lines, which a killed process may leave.
 CREATE OR REPLACE TEMP VIEW sessions AS
 SELECT * EXCLUDE (machine, report), unnest(machine), unnest(report)
 FROM read_json('results.ndjson', format = 'newline_delimited', ignore_errors = true, maximum_object_size = 16777216, columns = {

@@ -49,9 +49,10 @@ pub struct PassInput<'a> {
     pub changes: &'a [Change],
     /// The views.
     pub views: &'a [View],
-    /// What the frustum of each view may see.
+    /// The polygons that the frustum of each view may contain.
     pub in_view: &'a [VisibleBlocks],
-    /// Those of them that are in no index, as they move with a space: for each view, or for none.
+    /// The polygons of `in_view` that are not in `index`, because they move with a space. One entry for each view; empty if
+    /// the geometry has no spaces.
     pub spaces: &'a [SpacesInView],
     /// The clock for the stages.
     pub clock: &'a StageClock,

@@ -53,7 +53,7 @@ pub struct Pipeline {
     frame: u64,
 }
 
-/// A method of occlusion culling that a [`Pipeline`] cannot cull by.
+/// The error for an occlusion method that a [`Pipeline`] cannot run on the CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("expected a method of occlusion culling that runs on the CPU, or `none`, found `{}`", .0.name())]
 pub struct NotOnCpu(pub Occlusion);
@@ -109,8 +109,8 @@ impl Pipeline {
     /// The pipeline with occlusion culling after the frustum; before the first frame.
     ///
     /// # Errors
-    /// [`NotOnCpu`] for a method that the CPU does not cull by: see [`Occlusion::on_cpu`]. The sets of [`Occlusion::Pvs`] are a
-    /// pass of the caller's ([`Pipeline::with_pass`]).
+    /// [`NotOnCpu`] for a method that does not run on the CPU ([`Occlusion::on_cpu`]). For [`Occlusion::Pvs`] the caller
+    /// adds the pass itself ([`Pipeline::with_pass`]).
     pub fn with_occlusion(self, config: PassConfig) -> Result<Self, NotOnCpu> {
         let capacity = self.capacity;
         match config.choice {

@@ -4,18 +4,18 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// Polygons that a mesh keeps as a list. More are worth a tree, whose upper levels are there from the first polygon on.
+/// Most polygons that a mesh keeps in a list. A larger mesh has a tree, which allocates its upper levels from the start.
 const MOST_LISTED: usize = 512;
 
 /// Polygons by their boxes in a space of their own.
 pub struct Mesh {
-    /// [`Aabb::EMPTY`] where there is none.
+    /// [`Aabb::EMPTY`] for a number without a polygon.
     boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
     is_tree: bool,
-    /// Around all polygons; too large after some were taken out.
+    /// A box around all polygons. It may be too large until the next commit.
     bounds: Aabb,
-    /// Polygons were taken out or moved since `bounds` was computed.
+    /// Whether polygons were removed or moved since `bounds` was computed.
     is_loose: bool,
 }
 
@@ -41,17 +41,17 @@ impl std::fmt::Debug for Mesh {
 }
 
 impl Mesh {
-    /// What is filed, by the boxes in the mesh's space.
+    /// The index of the polygons, by their boxes in the mesh's space.
     pub fn index(&self) -> &dyn SpatialIndex {
         &*self.index
     }
 
-    /// Around all polygons as they were at the last commit, and those set since.
+    /// A box around all polygons: those of the last commit and those set since.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// Files a polygon, gives it another box, or takes it out (`None`).
+    /// Inserts a polygon, changes its box, or removes it (`None`).
     pub fn set(&mut self, id: PolygonId, bounds: Option<&Aabb>) -> Result<(), IndexError> {
         let is_there = !self.boxes.get(id).is_empty();
         match bounds {
@@ -77,7 +77,7 @@ impl Mesh {
             let root = Aabb::cube(self.bounds.center(), side);
             let mut tree = Osp::new(&IndexConfig { root, capacity: self.index.len() });
             for (id, bounds) in self.boxes.iter() {
-                // The list has taken each of them.
+                // No error is possible: the list has accepted each of these boxes.
                 let _ = tree.insert(id, bounds);
             }
             self.index = Box::new(tree);

@@ -20,9 +20,9 @@ mod visit;
 pub(crate) mod waiting;
 mod work;
 
-/// What the structures that are compared with [`Osp`] share with it, so that both run the same code for the same work: tests of
-/// many boxes at once, what is refused, boxes by number, polygons in a space of their own, answers as masks or lists, searches by distance. No part of
-/// the library that engines use; it changes without notice.
+/// Code that [`Osp`] shares with the structures compared with it, so that all run the same code for the same work: tests of
+/// many boxes at once, checks of arguments, boxes by number, meshes, results as masks or lists, searches by distance.
+/// Engines should not use it: it changes without notice.
 #[doc(hidden)]
 pub mod kernels {
     pub use super::{

@@ -20,8 +20,9 @@ use super::Plane;
 /// Half a unit in the last place of 1, `u`.
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 
-/// What the box test may be wrong by, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`.
-/// More than a half of it would do, by a longer proof: a plane's distance is rounded up by as much as the sum is at last.
+/// What the box test may be wrong by, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`. A
+/// longer proof shows that slightly more than half of this is enough: rounding the plane's distance up compensates for the
+/// rounding of the final sum.
 const ROUNDED: f64 = 3.001 * UNIT;
 
 /// How much a normal is turned, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
@@ -124,8 +125,8 @@ mod tests {
         assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
     }
 
-    /// Where the terms cancel, the plane's distance is near zero, and rounding it up gives nothing away: half of the margin is
-    /// needed.
+    /// If the terms cancel, the plane's distance is near zero. Rounding it up then adds almost nothing, so the test needs
+    /// half of the margin.
     #[test]
     fn where_terms_cancel_a_plane_needs_half_of_its_margin() {
         let mut state = 3;

@@ -150,13 +150,13 @@ impl<'a> Tests<'a> {
         self.counts
     }
 
-    /// Counts what a visitor did.
+    /// Takes over the counts of a visitor.
     pub(super) fn set_counts(&mut self, counts: CullCounts) {
         self.counts = counts;
     }
 
-    /// Takes the hidden polygons of spaces out of `drawn`, and adds the others: a space whose box is hidden, and blocks of
-    /// one that is hidden in part.
+    /// Removes the hidden polygons of spaces from `drawn` and adds the others. It tests the box of a space first, and the
+    /// blocks of a space that is partly hidden.
     pub(super) fn spaces(
         &mut self,
         geometry: &dyn Geometry,
@@ -179,7 +179,7 @@ impl<'a> Tests<'a> {
         }
     }
 
-    /// Which polygons of a block are hidden, where they are tested one by one.
+    /// The mask of the hidden polygons of a block; 0 if the settings do not test single polygons.
     fn hidden_in_block(&mut self, geometry: &dyn Geometry, block: usize, mask: u16) -> u16 {
         if !self.asks_polygons() {
             return 0;

@@ -314,7 +314,7 @@ mod tests {
         }
     }
 
-    /// A corner in the eye's plane has no place in the picture and no reciprocal depth.
+    /// A corner in the plane through the eye, parallel to the picture, has no projection and no reciprocal depth.
     #[test]
     fn of_an_outline_with_a_corner_in_the_eyes_plane_only_its_own_plane_is_known() {
         let view =

@@ -108,7 +108,7 @@ impl Hull {
         if hull.len == n {
             return hull;
         }
-        // Fewer than three corners do not turn, either, but that need not be looked at.
+        // With fewer than three corners the next test would fail, too; this one is cheaper.
         if hull.len < 3 || (0..n).any(|i| inward[i] && inward[(i + 1) % n]) {
             return Self::inside(border);
         }

@@ -97,7 +97,7 @@ impl Occlusion {
         if matches!(self, Self::Hzb | Self::Queries | Self::Auto) { self } else { Self::None }
     }
 
-    /// What a [`Pipeline`](crate::frame::Pipeline) does of it: this method if the CPU culls by it, else none.
+    /// This method if a [`Pipeline`](crate::frame::Pipeline) can run it on the CPU, else [`Occlusion::None`].
     pub fn on_cpu(self) -> Self {
         if matches!(self, Self::Hzb | Self::Queries | Self::Pvs) { Self::None } else { self }
     }

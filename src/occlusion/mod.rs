@@ -1,8 +1,8 @@
 //! Occlusion culling: what is hidden behind the polygons nearest to the eye.
 //!
-//! Most callers only choose a method, [`Occlusion`], and hand it to a [`Pipeline`](crate::frame::Pipeline). The other items are
-//! its parts, for callers with a frame of their own. [`OcclusionStage`] keeps the candidates from frame to frame;
-//! [`ViewOcclusion`] culls one view.
+//! Most callers only choose a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
+//! a pipeline use the other items: [`OcclusionStage`] keeps the candidates from frame to frame; [`ViewOcclusion`] culls one
+//! view.
 //!
 //! Large opaque polygons become [`ShadowVolume`]s seen from one eye; an [`OcclusionCuller`] is built from them every
 //! frame and returns for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is

@@ -169,7 +169,7 @@ mod tests {
         assert!(found > 20_000 && bent > 500, "{found}, {bent}");
     }
 
-    /// Beside the eye, and far to the side: the middle direction has some of their corners behind it.
+    /// Pairs beside the eye that reach far to the side: some corners lie behind the central direction.
     #[test]
     fn the_outline_of_a_pair_that_reaches_far_to_the_side_is_covered_by_it() {
         let mut seed = 11_u64;

@@ -25,8 +25,8 @@ const MOST_AT_ONCE: f64 = 16.0;
 /// Fewer offers than this wait: most frames then have none.
 const LEAST_OFFERS: usize = 128;
 
-/// Everything that culling by occlusion needs from frame to frame: the candidates, and what one view after the other is culled
-/// with.
+/// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] for all views
+/// in turn.
 #[derive(Debug)]
 pub struct OcclusionStage {
     config: OcclusionConfig,
@@ -145,7 +145,7 @@ impl OcclusionStage {
         self.view.cull(&self.pool, input, drawn)
     }
 
-    /// The parts of [`OcclusionStage::cull`], for callers that time each.
+    /// The pool and the [`ViewOcclusion`], for callers that measure the steps of [`OcclusionStage::cull`] separately.
     pub(crate) fn parts(&mut self) -> (&OccluderPool, &mut ViewOcclusion) {
         (&self.pool, &mut self.view)
     }
@@ -155,7 +155,7 @@ impl OcclusionStage {
         &self.pool
     }
 
-    /// The occluders and the culler of the view that was culled last.
+    /// The occluders and the culler of the last view.
     pub fn view(&self) -> &ViewOcclusion {
         &self.view
     }

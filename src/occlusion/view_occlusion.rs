@@ -1,4 +1,4 @@
-//! Occlusion culling of one view: the choice of occluders, the culler built from them, and what it leaves to draw.
+//! Occlusion culling of one view: selects occluders, builds a culler from them, and removes the hidden polygons.
 
 use super::{
     BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionCuller, OcclusionVisitor,
@@ -11,7 +11,7 @@ use crate::{
     view::{View, ViewWindow},
 };
 
-/// Settings of [`ViewOcclusion`], and of its candidates.
+/// Settings of [`ViewOcclusion`] and of the pool of candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OcclusionConfig {
     /// Which polygons are kept as candidates.
@@ -22,7 +22,7 @@ pub struct OcclusionConfig {
     pub cull: CullConfig,
 }
 
-/// What is culled: a view, and what its frustum may see.
+/// The input of [`ViewOcclusion::cull`]: a view, and the polygons in its frustum.
 #[derive(Clone, Copy)]
 pub struct ViewInput<'a> {
     /// The index.
@@ -31,9 +31,9 @@ pub struct ViewInput<'a> {
     pub geometry: &'a dyn Geometry,
     /// The view.
     pub view: &'a View,
-    /// What [`SpatialIndex::frustum_cull_blocks`] has found for its frustum, and the polygons of `spaces`.
+    /// The polygons in the frustum: those that [`SpatialIndex::frustum_cull_blocks`] returned, and those of `spaces`.
     pub in_view: &'a VisibleBlocks,
-    /// Those of them that are in no index.
+    /// The polygons of `in_view` that are not in `index`, because they move with a space.
     pub spaces: Option<&'a SpacesInView>,
 }
 
@@ -43,10 +43,10 @@ impl std::fmt::Debug for ViewInput<'_> {
     }
 }
 
-/// How much work a view was.
+/// Work counts of one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewCounts {
-    /// The choice of occluders.
+    /// Selecting the occluders.
     pub select: SelectCounts,
     /// The culler.
     pub build: BuildCounts,
@@ -54,9 +54,8 @@ pub struct ViewCounts {
     pub cull: CullCounts,
 }
 
-/// Culls one view after the other by the best occluders of a pool. Every caller culls through this. It keeps memory, and starts
-/// the choice of occluders with those of the last view; what a view is left with depends on that view alone but for occluders
-/// that are equally good.
+/// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of the
+/// last view first. The result depends on the current view alone, except among equally good occluders.
 pub struct ViewOcclusion {
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,
@@ -70,15 +69,16 @@ impl std::fmt::Debug for ViewOcclusion {
 }
 
 impl ViewOcclusion {
-    /// By a method of the CPU ([`Occlusion::has_culler`]). With any other, everything in view is drawn.
+    /// With the culler of a method ([`Occlusion::has_culler`]). For any other method [`ViewOcclusion::cull`] keeps
+    /// everything in view.
     pub fn new(method: Occlusion, config: &OcclusionConfig) -> Self {
         Self::with_culler(method.create(config.select.occluders), config)
     }
 
-    /// By any culler.
+    /// With any culler.
     pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: &OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
-        // The pool holds twice its capacity before it is trimmed, and may be one over.
+        // A pool grows to twice its capacity, plus one, before it is trimmed.
         selector.reserve(2 * config.pool.capacity.min(MOST_CAPACITY) + 1);
         Self { selector, culler, cull: config.cull }
     }
@@ -87,9 +87,9 @@ impl ViewOcclusion {
         self.cull = cull;
     }
 
-    /// Leaves in `drawn` the polygons of `input.in_view` that the occluders do not hide. A view without a window
-    /// ([`View::window`]) keeps all of them. The pool has to have followed the same geometry. Costs O(pool), O(occluders log
-    /// occluders) and the tests.
+    /// Sets `drawn` to the polygons of `input.in_view` that the occluders do not hide. A view without a window
+    /// ([`View::window`]) keeps all of them. The pool must have followed the changes of the same geometry. Takes O(pool)
+    /// and O(occluders log occluders), and the tests.
     pub fn cull(
         &mut self,
         pool: &OccluderPool,
@@ -106,7 +106,7 @@ impl ViewOcclusion {
         ViewCounts { select, build, cull }
     }
 
-    /// First part of [`ViewOcclusion::cull`]: chooses the occluders.
+    /// First step of [`ViewOcclusion::cull`]: selects the occluders.
     pub fn select(
         &mut self,
         pool: &OccluderPool,
@@ -116,12 +116,12 @@ impl ViewOcclusion {
         self.selector.select(pool, geometry, window)
     }
 
-    /// Second part: builds the culler from them, for the same window.
+    /// Second step: builds the culler from these occluders, for the same window.
     pub fn build(&mut self, window: &ViewWindow) -> BuildCounts {
         self.culler.build(window, self.selector.chosen())
     }
 
-    /// Third part: leaves in `drawn` what they do not hide, in the same view.
+    /// Third step: sets `drawn` to the polygons that the occluders do not hide, for the same view.
     pub fn remove_hidden(&self, input: &ViewInput<'_>, drawn: &mut VisibleBlocks) -> CullCounts {
         let ViewInput { index, geometry, view, in_view, spaces } = *input;
         if self.selector.chosen().is_empty() {
@@ -136,19 +136,19 @@ impl ViewOcclusion {
         self.selector.forget();
     }
 
-    /// The occluders of the last view, best first, with the eye as the origin.
+    /// The selector of the last view: its occluders, best first, with the eye as the origin.
     pub fn selector(&self) -> &Selector {
         &self.selector
     }
 
-    /// The culler, as built last.
+    /// The culler as it was last built.
     pub fn culler(&self) -> &dyn OcclusionCuller {
         &*self.culler
     }
 }
 
-/// Leaves in `drawn` the polygons of `in_view` that a culler does not hide: see [`ViewOcclusion::remove_hidden`]. For callers that
-/// choose the occluders themselves; the culler has to be built for the view of the frustum.
+/// Sets `drawn` to the polygons of `in_view` that a culler does not hide, as [`ViewOcclusion::remove_hidden`] does. For
+/// callers that select the occluders themselves. The culler must be built for the view of the frustum.
 #[allow(clippy::too_many_arguments, reason = "the parts of a `ViewInput`, where there is no view")]
 pub fn remove_hidden(
     culler: &dyn OcclusionCuller,
@@ -162,7 +162,8 @@ pub fn remove_hidden(
 ) -> CullCounts {
     drawn.copy_from(in_view);
     let mut tests = Tests::new(culler, config);
-    // An index that can is not walked for what is not hidden.
+    // `thin_out` removes the hidden polygons from `drawn`. An index without it is traversed, and the visitor collects the
+    // visible ones.
     if !index.thin_out(frustum, drawn, &mut tests) {
         drawn.clear();
         let mut visitor = OcclusionVisitor::new(culler, geometry, config, drawn);

@@ -1,4 +1,4 @@
-//! What the studio does at a command: each file is a part of [`Studio`](crate::Studio).
+//! The commands of the studio. Each file has a part of the methods of [`Studio`](crate::Studio).
 
 mod altering;
 mod asking;

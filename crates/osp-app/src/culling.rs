@@ -378,7 +378,7 @@ impl Culling {
     }
 }
 
-/// The parameter at which a ray hits a polygon, from either side.
+/// The ray parameter at which a ray hits a polygon, from either side.
 fn meet_polygon(scene: &Scene, id: PolygonId, ray: &Ray) -> Option<f32> {
     scene.polygon_from(id, ray.origin, Vec3::Y).meet(ray)
 }

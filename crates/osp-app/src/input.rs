@@ -1,4 +1,4 @@
-//! What the studio does with pointer, fingers and tracker: each file is a part of [`Studio`](crate::Studio).
+//! Input from pointer, fingers and tracker. Each file has a part of the methods of [`Studio`](crate::Studio).
 
 mod drawing_aids;
 mod fingers;

@@ -6,11 +6,11 @@
 //! egui ──────────────────── Interface
 //! ```
 //!
-//! Strokes become the same [`Event`](osp_session::recording::Event)s that a replay reads, and go the same way
-//! through the scene and the index. [`Studio`] is everything but the window and the GPU; [`ui`] is everything that is
-//! laid out by egui; [`run`] puts both into a window.
+//! Strokes become the same [`Event`](osp_session::recording::Event)s that a replay reads, and take the same path through
+//! the scene and the index. [`Studio`] is everything but the window and the GPU. [`ui`] has the panels, laid out by egui.
+//! [`run`] puts both into a window.
 //!
-//! Knows everything but the command line.
+//! This crate may depend on all others except `osp-cli`.
 
 pub use egui;
 

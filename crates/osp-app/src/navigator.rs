@@ -149,7 +149,7 @@ pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
     (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
 }
 
-/// The point under a place on the screen (-1 to 1), as far along the view as `anchor` is.
+/// The point of a place on the screen (-1 to 1), on the plane through `anchor` that is parallel to the screen.
 pub(crate) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
     let ray = view.ray_through(at);
     let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);

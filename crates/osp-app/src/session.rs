@@ -1,4 +1,4 @@
-//! A session in the window: its log, its model, and where its events come from.
+//! A session in the window: its file, its model, and the source of its events.
 
 mod file;
 #[cfg(feature = "live")]
@@ -27,26 +27,26 @@ pub use opening::{Access, OpenError, Opened, Opening};
 pub(super) use reader::{SessionReader, Started};
 pub use replay::{Jump, Replay, ReplayReader};
 
-/// Finds when polygons were drawn, as long as it is told to go on.
+/// Finds the time at which each polygon was drawn. It stops when its argument returns `false`.
 pub(super) type FindTimes = Box<dyn FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send>;
 
-/// Where the events of a session come from.
+/// The source of a session's events.
 #[derive(Debug)]
 enum Source {
-    /// From this window: they go to the file before the model.
+    /// This window: events go to the file first, then to the model.
     File,
-    /// From several people, in the order that counts for all.
+    /// Several authors: the server defines the order of events for all of them.
     #[cfg(feature = "live")]
     Live(Box<Live>),
-    /// From a recording, which is only read.
+    /// A recording, which is read only.
     Replay(Box<Replay>),
 }
 
-/// A session that the window shows: its log, its model, and where its events come from.
+/// A session that the window shows: its file, its model, and the source of its events.
 #[derive(Debug)]
 pub struct Session {
     model: Model,
-    /// Its file. Every event is written there before the next one; a replay writes nothing.
+    /// Writes the file of the session, one event after the other. In a replay it writes nothing.
     journal: Journal,
     source: Source,
     refused: u64,
@@ -67,31 +67,30 @@ impl Session {
         }
     }
 
-    /// A crash leaves strokes and steps without an end; this ends them. The ends are written to the file together with the first event
-    /// that somebody draws.
+    /// Ends the strokes and steps that a crash left open. The file gets these ends together with the next event.
     fn end_open_strokes(&mut self) {
         let Model { scene, last_secs: t, .. } = &self.model;
         let open = scene.strokes().iter().filter(|stroke| stroke.is_open()).filter_map(|stroke| stroke.id());
         let ends: Vec<Event> = open.map(|stroke| Event::End { t: *t, stroke }).collect();
         let step = scene.is_step_open().then_some(Event::Step { author: Author::SOLE, t: *t, edits: 0 });
         for event in ends.into_iter().chain(step) {
-            // Neither is ever too long for a line.
+            // Both events always fit into a line.
             if self.journal.push(&event).is_ok() {
                 self.model.apply(std::slice::from_ref(&event));
             }
         }
     }
 
-    /// Writes a new event to the file and applies it to the model. Returns whether a session
-    /// can hold it and this one is not read-only.
+    /// Writes a new event to the file and applies it to the model. Returns `false` if the event is invalid or the session
+    /// is read-only.
     pub fn apply(&mut self, event: Event) -> bool {
         let mut events = vec![event];
         self.apply_all(&mut events);
         !events.is_empty()
     }
 
-    /// Writes new events to the file, together, and applies them to the model. Those that no session can hold are taken out
-    /// of the list; all are, if this one is read-only.
+    /// Writes new events to the file, together, and applies them to the model. Removes invalid events from the list; in a
+    /// read-only session, all events.
     pub fn apply_all(&mut self, events: &mut Vec<Event>) {
         if self.is_read_only() {
             events.clear();
@@ -104,7 +103,7 @@ impl Session {
             };
             let Err(error) = pushed else { return true };
             if self.refused == 0 {
-                self.news.push(format!("left out, the first of what no session can hold: {error}"));
+                self.news.push(format!("invalid events were left out, the first one: {error}"));
             }
             self.refused += 1;
             false
@@ -121,7 +120,7 @@ impl Session {
         self.model.apply(events);
     }
 
-    /// The first limit that a reader of its file will find passed, and its name.
+    /// The first limit that the session exceeds, and its name. A reader would refuse the file.
     pub(super) fn excess(&self, limits: &Limits) -> Option<(u64, &'static str)> {
         self.model.tally.excess(limits)
     }
@@ -133,26 +132,26 @@ impl Session {
         tally.excess(limits)
     }
 
-    /// The events that made these strokes, in their order.
+    /// The events of these strokes, in order.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// There is not enough memory for them.
     pub fn events_of(&self, strokes: &BTreeSet<StrokeId>) -> io::Result<Vec<Event>> {
         self.journal.events_of(strokes)
     }
 
-    /// A stroke number that was not used yet.
+    /// An unused stroke number.
     pub fn new_stroke(&mut self) -> StrokeId {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &mut self.source {
             return StrokeId(live.new_number());
         }
-        // Where there were several authors, each has numbers of its own: those of the window are the first.
+        // In a session of several authors each one has a range of numbers. This window has the first range.
         let last = if self.knows_authors() { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };
         self.model.new_stroke(last)
     }
 
-    /// So many group numbers that were not used yet, or as many as there are.
+    /// Up to `count` unused group numbers.
     pub fn new_groups(&mut self, count: usize) -> Vec<GroupId> {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &mut self.source {
@@ -180,12 +179,12 @@ impl Session {
         matches!(self.source, Source::Replay(_))
     }
 
-    /// Whether it is a session of several people. Such a one cannot be discarded.
+    /// Whether other authors draw in it, too. Such a session cannot be discarded.
     pub fn is_shared(&self) -> bool {
         !matches!(self.source, Source::File | Source::Replay(_))
     }
 
-    /// The replay's position and frames, if it is one.
+    /// The state of the replay, if the session is a replay.
     pub fn replay(&self) -> Option<&Replay> {
         match &self.source {
             Source::Replay(replay) => Some(replay),
@@ -193,7 +192,7 @@ impl Session {
         }
     }
 
-    /// The replay, with the model that it plays.
+    /// The replay and its model.
     fn replay_mut(&mut self) -> Option<(&mut Replay, &mut Model)> {
         match &mut self.source {
             Source::Replay(replay) => Some((replay, &mut self.model)),
@@ -201,36 +200,37 @@ impl Session {
         }
     }
 
-    /// The remarks of a replay's reader, one line each.
+    /// Warnings of the reader of a replay, one line each.
     pub fn remarks(&self) -> &[String] {
         self.replay().map_or(&[], Replay::remarks)
     }
 
-    /// Plays or pauses a replay. At the end, playing starts again from the first frame.
+    /// Plays or pauses a replay. At the end, playing starts from the first frame again.
     pub fn play(&mut self, run: bool) -> Option<Jump> {
         self.replay_mut().and_then(|(replay, model)| replay.play(model, run))
     }
 
-    /// Goes to a replay's model as it is after so many frames.
+    /// Jumps to the model of a replay after this number of frames.
     pub fn seek(&mut self, frames: u64) -> Option<Jump> {
         self.replay_mut().map(|(replay, model)| replay.seek(model, frames))
     }
 
-    /// Plays one frame of a replay; `false` at the end, and if it is none. The changes are appended to `out`.
+    /// Plays one frame of a replay and appends its changes to `out`. Returns `false` at the end, or if the session is no
+    /// replay.
     pub fn step(&mut self, out: &mut Vec<Change>) -> bool {
         let is_played = self.replay_mut().is_some_and(|(replay, model)| replay.step(model));
         out.append(&mut self.model.changes);
         is_played
     }
 
-    /// Sets how many recorded frames are played for each one shown.
+    /// Sets the number of recorded frames for each shown frame.
     pub fn set_speed(&mut self, speed: f64) {
         if let Source::Replay(replay) = &mut self.source {
             replay.set_speed(speed);
         }
     }
 
-    /// The connection to the others who draw in it, if there are any.
+    /// The connection to the other authors, if the session is shared.
     #[cfg(feature = "live")]
     pub fn live(&self) -> Option<&Live> {
         match &self.source {
@@ -247,7 +247,7 @@ impl Session {
         }
     }
 
-    /// Linear red, green, blue where nothing is: what the model stands out from, a replay's when it is finished.
+    /// The background colour: linear red, green, blue. It contrasts with the model; in a replay, with the finished model.
     pub fn background(&self) -> [f64; 3] {
         self.replay().map_or_else(|| background_for(self.scene()), Replay::background)
     }
@@ -273,22 +273,23 @@ impl Session {
         out.append(&mut self.model.changes);
     }
 
-    /// Plays the frames of a replay that are due with the next shown one. Returns how many changes they have made.
+    /// Plays the frames of a replay that are due for the next shown frame. Returns the number of changes.
     pub(super) fn advance(&mut self) -> usize {
         self.replay_mut().map_or(0, |(replay, model)| replay.advance(model))
     }
 
-    /// Box of everything that was ever drawn, of a replay also of what will be.
+    /// A box around all polygons drawn so far. In a replay it holds those of all frames.
     pub fn bounds(&self) -> Aabb {
         self.model.bounds
     }
 
-    /// When its polygons were drawn. A replay does not keep it: [`Session::find_times`].
+    /// The time at which each polygon was drawn. Empty in a replay: use [`Session::find_times`].
     pub fn polygon_times(&self) -> &PolygonTimes {
         &self.model.times
     }
 
-    /// Returns a function that finds when each polygon of the present model was drawn, perhaps on another thread.
+    /// Returns a function that finds the time at which each polygon of the current model was drawn. It may run on another
+    /// thread.
     pub(super) fn find_times(&self) -> FindTimes {
         if let Some(replay) = self.replay() {
             return Box::new(replay.polygon_times());
@@ -302,17 +303,17 @@ impl Session {
         self.journal.header()
     }
 
-    /// Its file: the one that it goes on in, or that is read.
+    /// Path of the file that the session continues in or is read from.
     pub fn path(&self) -> &Path {
         self.journal.path()
     }
 
-    /// Its file.
+    /// The journal, which writes the file.
     pub fn journal(&self) -> &Journal {
         &self.journal
     }
 
-    /// Its file.
+    /// The journal, to be changed.
     pub fn journal_mut(&mut self) -> &mut Journal {
         &mut self.journal
     }
@@ -322,14 +323,14 @@ impl Session {
         self.earlier.take()
     }
 
-    /// Messages since the last call.
+    /// Messages to the user since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         let mut news = std::mem::take(&mut self.news);
         news.append(&mut self.journal.take_news());
         news
     }
 
-    /// Time stamp of its last event, seconds: new events continue from there. A replay, to which nothing is added, stays at 0.
+    /// Time stamp of the last event, seconds. New events continue from there. 0 in a replay, which gets no new events.
     pub fn last_secs(&self) -> f64 {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &self.source {
@@ -338,12 +339,12 @@ impl Session {
         self.model.last_secs
     }
 
-    /// Events so far; a replay counts frames instead.
+    /// Number of events so far. 0 in a replay: see [`Replay::position`].
     pub fn event_count(&self) -> u64 {
         self.model.events
     }
 
-    /// Events that no session can hold (a position that is not a number), left out.
+    /// Number of invalid events that were left out, for example with a position that is not a number.
     pub fn refused(&self) -> u64 {
         self.refused
     }
@@ -356,7 +357,7 @@ impl Session {
         self.journal.save_as(to)
     }
 
-    /// Looks after its files.
+    /// Maintains the files of the session: checks them, flushes them at pauses, and repeats failed writes.
     pub(super) fn tend(&mut self, now: Instant) {
         #[cfg(feature = "live")]
         if let Source::Live(live) = &mut self.source
@@ -376,7 +377,7 @@ impl Session {
         self.journal.retry();
     }
 
-    /// Writes everything of the session, and of what is on its way to it.
+    /// Writes all events of the session, and own events that are on their way to the server.
     ///
     /// # Errors
     /// A part of it could not be written.
@@ -389,7 +390,7 @@ impl Session {
         }
     }
 
-    /// Whether an own erasing of the stroke is on its way to the others.
+    /// Whether an own event that erases the stroke is on its way to the server.
     pub(super) fn is_erasing(&self, stroke: StrokeId) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
@@ -401,12 +402,12 @@ impl Session {
         }
     }
 
-    /// Whether a step of edits may be open. In a session of several people one does not know before it comes back.
+    /// Whether a step of edits may be open. In a shared session this is unknown until the server has returned the events.
     pub(super) fn may_have_open_step(&self) -> bool {
         !self.is_replay() && (self.model.scene.is_step_open() || self.is_shared())
     }
 
-    /// How many own events the others do not have yet.
+    /// Number of own events that have not come back from the server.
     pub(super) fn on_their_way(&self) -> usize {
         match &self.source {
             #[cfg(feature = "live")]
@@ -415,7 +416,7 @@ impl Session {
         }
     }
 
-    /// Whether more of a session of several people has come than the model has taken.
+    /// Whether events of a shared session have arrived that the model does not have yet.
     pub(super) fn is_behind(&self) -> bool {
         match &self.source {
             #[cfg(feature = "live")]
@@ -424,10 +425,10 @@ impl Session {
         }
     }
 
-    /// Takes the session and its file back to when it was opened or last saved under a name.
+    /// Restores the session and its file to the state when it was opened or last saved under a name.
     ///
     /// # Errors
-    /// There is no memory to read it again; nothing has changed.
+    /// There is not enough memory to read it again. The session stays as it is.
     pub fn discard(&mut self) -> Result<(), RecordingError> {
         if self.is_replay() {
             return Ok(());
@@ -439,13 +440,13 @@ impl Session {
         Ok(())
     }
 
-    /// No other people draw in it.
+    /// Leaves a shared session; without the feature `live` there is none.
     #[cfg(not(feature = "live"))]
     pub(super) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
         Ok(Vec::new())
     }
 
-    /// Ends the session on purpose.
+    /// Closes the session.
     ///
     /// # Errors
     /// A part of the session could not be written.

@@ -114,7 +114,8 @@ impl Studio {
         studio
     }
 
-    /// Inserts a new session's model into the index, unless that was done, and shows all of it.
+    /// Starts to show a new session: inserts its model into the index, unless `indexed` has it already, and shows all of
+    /// it.
     pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
         // The whole model is inserted at once: the changes that led to it are not needed.
         self.session.take_changes(&mut Vec::new());
@@ -241,7 +242,7 @@ impl Studio {
             if let Some((most, what)) = excess {
                 let more = self.limits.polygons.saturating_mul(2);
                 self.say(format!(
-                    "this session now has more than {most} {what}: it is opened with --max-polygons {more} or more"
+                    "this session now has more than {most} {what}: open it with --max-polygons {more} or more"
                 ));
             }
         } else if !events.is_empty() {
@@ -252,7 +253,7 @@ impl Studio {
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    /// Says why nothing can be drawn. Whoever plays a recording does not expect to draw.
+    /// Tells the user that the session is read-only. In a replay it shows no message.
     fn tell_of_reading(&mut self) {
         if !self.session.is_replay() {
             self.say_once(LOOKED_AT);
@@ -387,7 +388,7 @@ impl Studio {
         self.finish_gestures();
         self.end_hands_strokes();
         if let Err(error) = self.end_work() {
-            // There is no window any more to say it.
+            // The window is gone, so standard error gets the message.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
         let mut session = self.session;
@@ -403,7 +404,7 @@ impl Studio {
         session.close()?;
         if let Some(place) = place {
             let path = quoted(&path.to_string_lossy());
-            // As above.
+            // The window is gone here, too.
             let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
         }
         self.work.unwritten.map_or(Ok(()), Err)

@@ -4,35 +4,36 @@ use std::time::Duration;
 
 use osp_session::platform::time::Instant;
 
-/// A turn between slow frames is at most so many times as long.
+/// Longest turn between slow frames, as a multiple of the shortest.
 const MOST_TURNS: u32 = 8;
 
-/// How long something is worked on at a time.
+/// The duration of turns of work.
 #[derive(Debug, Default)]
 pub(crate) struct Turns {
     least: Duration,
-    /// When the last turn ended.
+    /// The end of the last turn.
     ended: Option<Instant>,
 }
 
 impl Turns {
-    /// Turns that last so long at least.
+    /// Turns of at least this duration.
     pub(crate) fn of(least: Duration) -> Self {
         Self { least, ended: None }
     }
 
-    /// Takes so long at least from now on.
+    /// Sets the shortest duration of the turns.
     #[cfg(feature = "live")]
     pub(crate) fn set_least(&mut self, least: Duration) {
         self.least = least;
     }
 
-    /// A turn has ended.
+    /// Notes that a turn has ended.
     pub(crate) fn end(&mut self) {
         self.ended = Some(Instant::now());
     }
 
-    /// As long as the frame before took: where frames are slow, the session is not to wait for all of them.
+    /// The duration of the next turn: that of the last frame, within limits. So the work also progresses while frames are
+    /// slow.
     pub(crate) fn next(&self, now: Instant) -> Duration {
         let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
         frame.clamp(self.least, self.least * MOST_TURNS)

@@ -1,5 +1,5 @@
-//! Work beside the window: a session that is read, a model that is written. Where there are no threads, a session is read between
-//! the frames, some of it at a time, and a model is written at once.
+//! Background work of the window: reading a session or writing a model. Without threads a session is read in parts between
+//! frames, and a model is written at once.
 
 mod progress;
 mod task;
@@ -32,25 +32,25 @@ use task::ToPlay;
 pub(super) use progress::Progress;
 pub(super) use task::{Done, ReadSession, Task, ToDraw, Whole};
 
-/// Work that is over sooner is not shown: the window would only flicker.
+/// The window does not show shorter work, because it would only flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
-/// How long a page reads at a time: it shows frames and takes input between.
+/// Time of a turn in the browser; between turns the page shows frames and handles input.
 pub(super) const TURN: Duration = Duration::from_millis(12);
 
-/// When a command that reads or writes does so.
+/// How a command reads or writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Way {
-    /// At once: when it returns, it is done.
+    /// At once, before the command returns.
     #[default]
     AtOnce,
     /// On a thread.
     Thread,
-    /// In [`Studio::tend`](crate::Studio::tend), so long at a time.
+    /// In [`Studio::tend`](crate::Studio::tend), for this time in each call.
     Turns(Duration),
 }
 
 impl Way {
-    /// How long to go on at a time with what is done between frames.
+    /// Duration of a turn of work between frames.
     #[cfg(feature = "live")]
     pub(super) fn turn(self) -> Duration {
         match self {
@@ -62,13 +62,13 @@ impl Way {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A session is read; how many events it has is not known before.
+    /// Reads a session, whose number of events is unknown.
     Reading,
-    /// A model of so many polygons is written.
+    /// Writes a model with this number of polygons.
     Writing { polygons: u64 },
 }
 
-/// Who does it.
+/// The thread or the turns that do the work.
 enum By {
     Thread(Receiver<Done>),
     Turns(Turns, Box<dyn Task>),
@@ -83,10 +83,10 @@ impl std::fmt::Debug for By {
     }
 }
 
-/// Work that is being done beside the window.
+/// Background work in progress.
 #[derive(Debug)]
 pub(super) struct Working {
-    /// What is done, for people.
+    /// Name of the work, for the user.
     what: String,
     kind: Kind,
     progress: Arc<Progress>,
@@ -95,18 +95,18 @@ pub(super) struct Working {
 }
 
 impl Working {
-    /// Begins it on a thread of its own.
+    /// Starts the work on its own thread.
     pub(super) fn on_thread(what: String, kind: Kind, task: Box<dyn Task>) -> Result<Self, String> {
         let (send, done) = mpsc::channel();
         let progress = Arc::new(Progress::default());
         let of_thread = Arc::clone(&progress);
-        // A window that is gone hears nothing any more.
+        // If the window is gone, the result is dropped.
         threads::beside("work", move || drop(send.send(task.run(&of_thread))))
             .map_err(|error| format!("{what}: {error}"))?;
         Ok(Self { what, kind, progress, by: By::Thread(done), since: Instant::now() })
     }
 
-    /// Takes it up for this long at a time.
+    /// Starts work that runs in turns of this duration.
     pub(super) fn in_turns(what: String, kind: Kind, turn: Duration, task: Box<dyn Task>) -> Self {
         Self {
             what,
@@ -117,10 +117,10 @@ impl Working {
         }
     }
 
-    /// What has come of it, if that is known. It is worked on for a turn first, if it is done in turns.
+    /// Returns the result, if the work has ended. Work in turns first continues for one turn.
     ///
     /// # Errors
-    /// It failed without a word; the text says so to people.
+    /// The work ended without a result. The text is for the user.
     pub(super) fn poll(&mut self) -> Option<Result<Done, String>> {
         let polled = match &mut self.by {
             By::Thread(done) => done.try_recv(),
@@ -145,10 +145,10 @@ impl Working {
         }
     }
 
-    /// Goes on to its end, and waits for it.
+    /// Completes the work and waits for its result.
     ///
     /// # Errors
-    /// It failed without a word; the text says so to people.
+    /// The work ended without a result. The text is for the user.
     pub(super) fn finish(self) -> Result<Done, String> {
         let failed = self.failed();
         match self.by {
@@ -162,15 +162,15 @@ impl Working {
     }
 
     fn failed(&self) -> String {
-        format!("{}: it failed", self.what)
+        format!("{}: failed without a result", self.what)
     }
 
-    /// What is done, for people.
+    /// Name of the work, for the user.
     pub(super) fn what(&self) -> &str {
         &self.what
     }
 
-    /// How far it has come, once it has been going on for a while.
+    /// The progress, once the work has taken a while.
     pub(super) fn shown(&self) -> Option<WorkShown> {
         if self.since.elapsed() < SHOWN_AFTER {
             return None;
@@ -186,23 +186,23 @@ impl Working {
         Some(WorkShown { text: format!("{}: {far}", self.what), part })
     }
 
-    /// Lets it end soon.
+    /// Cancels the work, which then ends soon.
     pub(super) fn cancel(&self) {
         self.progress.is_cancelled.store(true, Relaxed);
     }
 
-    /// Whether it was told to end.
+    /// Whether the work was cancelled.
     pub(super) fn is_cancelled(&self) -> bool {
         self.progress.is_cancelled.load(Relaxed)
     }
 
-    /// A window waits for it from now on, and goes on meanwhile.
+    /// Notes that a window waits for the work and shows frames meanwhile.
     pub(super) fn for_window(self) -> Self {
         self.progress.has_window.store(true, Relaxed);
         self
     }
 
-    /// Whether a session is read.
+    /// Whether the work reads a session.
     pub(super) fn is_reading(&self) -> bool {
         self.kind == Kind::Reading
     }
@@ -212,15 +212,16 @@ impl Working {
     }
 }
 
-/// A session that is being read before there is a window for it.
+/// A session that is being read before its window exists.
 #[derive(Debug)]
 pub struct Reading(pub(super) Working);
 
 impl Reading {
-    /// Starts to read a session to draw on it; once a window has taken it over, its model is inserted by this plan, too.
+    /// Starts to read a session for drawing. After a window has taken it over, the thread also inserts the model into an
+    /// index by this plan.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn to_draw(
         path: &Path,
         autosaves: &Autosaves,
@@ -231,10 +232,10 @@ impl Reading {
         Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
-    /// Starts to read a session to play it, or with `plays` false to stand before its first frame.
+    /// Starts to read a session for a replay. If `plays` is false, the replay is paused before its first frame.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn to_play(
         path: &Path,
         pace: Pace,
@@ -246,7 +247,7 @@ impl Reading {
         Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
-    /// Waits until it is read, at most this long (`None`: as long as it takes).
+    /// Waits until the session is read, at most this time; `None` waits without limit.
     pub fn wait(self, at_most: Option<Duration>) -> Waited {
         let By::Thread(done) = &self.0.by else { return Waited::GoesOn(self) };
         let done = match at_most {
@@ -264,16 +265,16 @@ impl Reading {
                     (session, Opened { remarks, is_recovered: false })
                 }))
             }
-            // One that fails without a word is seen to have failed later, too.
+            // A thread that ended without a result is noticed later.
             Ok(Done::Exported { .. }) | Err(_) => Waited::GoesOn(self),
         }
     }
 }
 
-/// What came of waiting.
+/// The result of [`Reading::wait`].
 #[derive(Debug)]
 pub enum Waited {
-    /// The session, or why it cannot be read.
+    /// The session, or the error.
     Read(Result<(Box<Session>, Opened), OpenError>),
     /// It is still being read.
     GoesOn(Reading),
@@ -295,16 +296,17 @@ pub(super) fn to_play(
     ToPlay { path: path.to_owned(), reader, plays, is_sole }
 }
 
-/// Work beside the window as it is shown.
+/// The progress of background work, for the user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkShown {
-    /// What is done, and how far it has come.
+    /// Name of the work, and its progress.
     pub text: String,
-    /// The part that is done, 0 to 1, if that is known.
+    /// The completed part, 0 to 1, if known.
     pub part: Option<f32>,
 }
 
-/// A model may replace a model and no other file. The person is asked before, and may agree to lose one of another program.
+/// Whether a model may be written to this path. It may replace a model, also of another program, after the user has agreed,
+/// but no other file.
 pub(crate) fn check_model(path: &Path) -> Result<(), OutputError> {
     match check_output(path, OutputKind::Glb, false) {
         Err(OutputError::ForeignModel { .. }) => Ok(()),

@@ -18,7 +18,7 @@ use osp_lab::Contender;
 use osp_rivals::IndexKind;
 use osp_session::{recording::Pace, replay::CameraChoice};
 
-/// Compare all structures, on sessions of yours and on a synthetic one that grows to millions of polygons.
+/// Compare all structures on your sessions and on a synthetic model that grows to millions of polygons.
 ///
 /// All indexes take turns in one process: each frame goes through every index before the next frame begins. The report
 /// gives each median with its 95 % confidence interval, and each time with counts of work.
@@ -72,7 +72,7 @@ pub(super) struct BenchArgs {
     /// The index that the others are compared with.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) reference: IndexKind,
-    /// Numbers of polygons of the growing model [default: 1000,10000,100000,1000000; with --quick up to 100000].
+    /// Sizes of the growing model, polygons [default: 1000,10000,100000,1000000; with --quick up to 100000].
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
     pub(super) sizes: Vec<u32>,
     /// Leave out the growing model.
@@ -84,11 +84,10 @@ pub(super) struct BenchArgs {
     /// Leave out moving things.
     #[arg(long)]
     pub(super) no_moving: bool,
-    /// How much of a session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Length of a frame: `recorded` (by the session's time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:1")]
     pub(super) pace: Pace,
-    /// Where the eye is in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`;
+    /// Position of the eye in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`;
     /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,

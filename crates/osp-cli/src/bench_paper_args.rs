@@ -6,7 +6,7 @@ use super::{numbers, occlusion_test_args::TestArgs};
 use osp::occlusion::SelectConfig;
 use osp_rivals::MAX_MAX_DEPTH;
 
-/// What `--paper` leaves of the other parts.
+/// Whether `--paper` keeps the other parts of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Which {
     /// Only the paper's experiments.
@@ -18,21 +18,21 @@ enum Which {
 /// Options of the paper's experiments.
 #[derive(Args, Debug)]
 pub(super) struct PaperArgs {
-    /// Repeat the experiments of the paper as it is printed (without a session, on a synthetic one): alone, or after the
-    /// other parts (`--paper=also`).
+    /// Repeat the experiments of the paper (on a synthetic session if none is given): alone, or after the other parts
+    /// (`--paper=also`).
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "alone", require_equals = true)]
     paper: Option<Which>,
-    /// With --paper: draw the frames on the graphics adapter, so that their times have the drawing in them [default size:
-    /// 1280x720]. Without an adapter, or without the feature `render`, nothing is drawn, and the report says so.
+    /// With --paper: draw the frames on the graphics adapter, so that their times include drawing [default size: 1280x720].
+    /// Without an adapter, or without the feature `render`, osp draws nothing, and the report says so.
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true,
         requires = "paper", value_parser = size)]
     pub(super) draw: Option<(u32, u32)>,
     /// With --paper: maximum depths of the paper's tree, binary levels, separated by commas [default: 3,6,9,12,15,18; with
-    /// --quick up to 12]. A single depth is also that of the other experiments, which else take 15.
+    /// --quick up to 12]. With a single depth the other experiments use it, too; else they use 15.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_MAX_DEPTH)))]
     pub(super) depth: Vec<u32>,
-    /// With --paper: edges of its cube, as multiples of the session's cube, separated by commas [default: 0.5,1,2,4]. A single
-    /// one is also that of the other experiments, which else take 1.
+    /// With --paper: edges of its cube, as multiples of the session's cube, separated by commas [default: 0.5,1,2,4]. With
+    /// a single value the other experiments use it, too; else they use 1.
     #[arg(long, value_delimiter = ',', requires = "paper", value_parser = numbers::multiple)]
     pub(super) cube: Vec<f32>,
     /// With --paper: largest number of occluders in a frame.

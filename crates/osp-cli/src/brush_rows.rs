@@ -29,7 +29,7 @@ pub(super) struct Plain {
 pub(super) struct BrushRow {
     brush: String,
     drawn_as: String,
-    /// None of finished polygons: nobody has drawn them as strokes.
+    /// 0 for finished polygons, which belong to no drawn stroke.
     pub(super) strokes: u64,
     /// Of these: strokes that are not drawn, as their layer is hidden.
     hidden_strokes: u64,

@@ -10,7 +10,7 @@ use super::{
 use osp_lab::report::{ChartError, ChartFormat, ReplayReport, draw_frame_times};
 use osp_session::output_file::OutputKind;
 
-/// The files of the charts: one for each session, or none.
+/// The chart files: one for each session, or none without `--chart`.
 pub(super) struct Charts(Vec<Output>);
 
 impl Charts {
@@ -40,7 +40,7 @@ impl Charts {
     }
 }
 
-/// `frames.png` as `frames-2.png`.
+/// Appends a number to the name: `frames.png` becomes `frames-2.png`.
 fn numbered(path: &Path, number: usize) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = match path.extension() {

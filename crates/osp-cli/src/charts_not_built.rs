@@ -1,4 +1,4 @@
-//! Stands for `charts` in a build without them: [`super::built`] has refused `--chart` before.
+//! Replaces the module `charts` in a build without the feature `bench`. [`super::built`] has already refused `--chart`.
 
 use super::{outputs::Outputs, replay_args::ReplayArgs};
 use osp_lab::report::ReplayReport;

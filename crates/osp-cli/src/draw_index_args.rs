@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::{parsers::index_parser, played::IndexedFrameArgs, query::Numbers};
 use osp_rivals::IndexKind;
 
-/// Draw the cells of an index over the polygons, or its tree, as the index is after a frame.
+/// Draw an index as it is after a frame: its cells over the polygons, or its tree.
 ///
 /// Large trees are collapsed: the picture leaves out the deepest levels and says so. A legend names the levels.
 #[derive(Args, Debug)]
@@ -22,10 +22,10 @@ use osp_rivals::IndexKind;
 pub(super) struct DrawIndexArgs {
     #[command(flatten)]
     pub(super) frame: IndexedFrameArgs,
-    /// Where the picture goes: .svg or .png, or .dot for a tree.
+    /// File of the picture: .svg or .png, or .dot for a tree.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
-    /// What is drawn.
+    /// Cells or tree.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,
     /// The side from which the cells are seen.
@@ -34,14 +34,13 @@ pub(super) struct DrawIndexArgs {
     /// A second index, drawn beside the first.
     #[arg(long, value_name = "INDEX", value_parser = index_parser())]
     pub(super) beside: Option<IndexKind>,
-    /// What the colours of the cells tell: their `level`, or for each polygon the lowest node that holds it (`leaf`).
+    /// Colour cells by `level`, or polygons by the lowest node that holds them (`leaf`).
     #[arg(long, value_enum, default_value_t = Colors::Level)]
     pub(super) colors: Colors,
-    /// A ray, where it starts and in which direction it goes: the nodes that it enters stand out, and the first polygon that
-    /// it meets is marked.
+    /// A ray: its origin and its direction. Highlights the nodes that it enters, and marks the first polygon that it hits.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     pub(super) ray: Option<Vec<Numbers>>,
-    /// Draw the planes of a `bsp` in place of the boxes of its nodes: the upper 2,000, each cut off by those above it.
+    /// Draw the planes of a `bsp` instead of the boxes of its nodes: the upper 2,000, each clipped by the planes above it.
     #[arg(long)]
     pub(super) planes: bool,
     /// Let the picture replace a file of another kind, but never the session.

@@ -51,9 +51,9 @@ struct JsonInfo<'a> {
     format: &'a str,
     name: &'a str,
     source: &'a str,
-    /// All that were drawn.
+    /// All drawn strokes.
     strokes: u64,
-    /// Those that are neither erased nor undone: the sum over the brushes.
+    /// Strokes that are neither erased nor undone; `brushes` adds up to it.
     strokes_at_end: u64,
     points: u64,
     polygons: u64,

@@ -276,8 +276,8 @@ fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
-/// The rendered error. clap passes on the standard library's words about a number: what was expected replaces them. A file in
-/// the place of a command adds a hint.
+/// Formats a clap error. It replaces the standard library's message for a malformed number with the expected form. If the
+/// user named a file instead of a command, it adds a hint.
 fn usage_error(error: &clap::Error) -> String {
     let mut text = error.render().to_string();
     if let Some(cause) = error.source().and_then(|cause| cause.downcast_ref::<ParseIntError>()) {

@@ -10,12 +10,11 @@ use osp::occlusion::{NodeTest, Score};
 /// Options of the commands that cull by occlusion.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct TestArgs {
-    /// How occlusion culling tests a node of the index: by its `box`, the `sphere` around it (as in the paper), the
-    /// `outline` of the box, or its eight `corners`, all in one shadow [default: box].
+    /// How occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper), the `outline`
+    /// of the box, or whether all eight `corners` lie in one shadow [default: box].
     #[arg(long, value_name = "VOLUME", value_parser = node_test_parser())]
     node_test: Option<NodeTest>,
-    /// What makes a good occluder: the `solid-angle` of what the picture shows of it, or equation (1) of the `paper`
-    /// [default: solid-angle].
+    /// Score of an occluder: the `solid-angle` of its part in view, or equation (1) of the `paper` [default: solid-angle].
     #[arg(long, value_name = "SCORE", value_parser = score_parser())]
     score: Option<Score>,
 }

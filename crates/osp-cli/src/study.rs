@@ -1,4 +1,4 @@
-//! `osp study`: the figures of many sessions, a line of JSON each.
+//! `osp study`: measures many sessions and writes a line of JSON for each.
 
 use std::{
     collections::HashMap,
@@ -24,43 +24,43 @@ use super::{
 use osp::frame::AutoBasis;
 use osp_session::recording::RecordingError;
 
-/// Measure sessions one after the other, and keep a line of JSON for each.
+/// Measure sessions one after the other, and write a line of JSON for each.
 ///
-/// A line holds what `osp replay --json` prints, the file and a hash of its contents, the options, the machine and the build of
-/// osp. A session that cannot be read is a line with its error.
+/// A line holds the output of `osp replay --json`, the file and a hash of its contents, the options, the machine and the
+/// build of osp. If osp cannot read a session, the line holds the error.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp study sketches --out results.ndjson
   osp study sketch.tilt --index osp,octree-rebuild,bvh-sah --camera inside
   find sketches -name '*.tilt' | parallel osp study {} --out results.ndjson
 
-Lines are added to FILE. Sessions whose contents it already has are left out if the options, the machine and the build
-of osp are the same: the same command goes on where it was stopped. Several processes may add to one FILE.
-Exit codes: 1 if two indexes see different polygons in a session, else 2 if a session cannot be read.
-docs/study.md describes the fields; it has recipes for GNU parallel, Slurm and Ray, and questions in SQL.
+osp adds lines to FILE. It skips a session if FILE has a line with the same contents, options, machine and build of osp.
+So the same command continues after an interruption. Several processes may add to one FILE.
+Exit codes: 1 if two indexes see different polygons in a session, else 2 if osp cannot read a session.
+docs/study.md describes the fields, recipes for GNU parallel, Slurm and Ray, and SQL queries.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
 pub(super) struct StudyArgs {
     /// The sessions, of any format that replay reads, or folders of them.
     #[arg(required = true, value_name = "FILES_OR_FOLDERS")]
     files: Vec<PathBuf>,
-    /// The file to add lines to, .ndjson [default: lines are printed].
+    /// The file to add lines to, .ndjson [default: print the lines].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Begin FILE anew, whatever it holds. It never replaces a file that is read.
+    /// Empty FILE first, even if it holds something else. osp never empties a session that it measures.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
     play: PlayArgs,
 }
 
-/// The sessions that are measured, and how.
+/// A running study.
 struct Study<'a> {
     play: &'a PlayArgs,
     options: String,
     place: Place,
-    /// Where lines are added; none: they are printed.
+    /// The file to add lines to; `None` prints the lines.
     file: Option<StudyFile>,
-    /// What was found in sessions that need not be measured again, by the hash of their contents.
+    /// Results of sessions that need no measurement, by the hash of their contents.
     known: HashMap<String, Found>,
     measured: usize,
 }
@@ -77,7 +77,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
     let (mut unread, mut disagreeing) = (0, 0);
     let bar = match &study.file {
         Some(_) => progress::bar(sessions.len() as u64, "sessions", "study"),
-        // On a terminal the lines themselves show how far it is.
+        // The printed lines show the progress.
         None => ProgressBar::hidden(),
     };
     for path in &sessions {
@@ -110,7 +110,7 @@ pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
 }
 
 impl Study<'_> {
-    /// What is in a session: known, or measured and written now.
+    /// Returns the result of a session. A new session is measured, and its line is written.
     fn found(&mut self, path: &Path, name: &str) -> anyhow::Result<Found> {
         let contents = Contents::of(path).with_context(|| path.display().to_string());
         if let Some(found) = contents.as_ref().ok().and_then(|contents| self.known.get(&contents.hash)) {
@@ -143,17 +143,17 @@ impl Study<'_> {
         let contents = contents?;
         line.file_bytes = Some(contents.bytes);
         let around = Around {
-            // Other processes may have the other cores: a reader beside it would be in their way.
+            // Other processes may use the other cores, so there is no reader thread.
             reader: Reader::Here,
             basis: AutoBasis::Work,
             progress: |_, _| ProgressBar::hidden(),
             remark: &mut |remark| line.remarks.push(remark.to_owned()),
         };
         let replayed = replay(&ReplayArgs::plain(self.play.clone()), path, None, None, around);
-        // Somebody may draw on it meanwhile: the hash is then not of what was measured.
+        // If the file changed during the measurement, the hash is not that of the measured contents.
         let is_the_same = Contents::of(path).is_ok_and(|now| now == contents);
-        ensure!(is_the_same, "{}: it was changed while it was measured", path.display());
-        // What the system refuses now may be readable later: without a hash it is tried again.
+        ensure!(is_the_same, "{}: the session changed during the measurement", path.display());
+        // A later run may succeed after an I/O error. A line without a hash makes it try again.
         if !replayed.as_ref().is_err_and(is_of_the_system) {
             line.file_hash = Some(contents.hash);
         }

@@ -1,4 +1,4 @@
-//! What is in a session: a hash of the files that it is read from.
+//! The hash of a session's contents.
 
 use std::{
     collections::BTreeMap,
@@ -14,12 +14,12 @@ use osp_session::{recording::import::files_beside, small_file::open_regular};
 /// Bytes read at once.
 const CHUNK: usize = 1 << 20;
 
-/// The files of a session.
+/// Size and hash of all files of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Contents {
     pub(super) bytes: u64,
-    /// 32 hexadecimal digits. Of a session that is one file the hash is that of the file; of several, that of a list of their
-    /// names and hashes.
+    /// 32 hexadecimal digits. For a single file it is the hash of that file; for several files it is the hash of a list of
+    /// their names and hashes.
     pub(super) hash: String,
 }
 
@@ -42,7 +42,7 @@ impl Contents {
     }
 }
 
-/// The files that a session is read from, each with a name that does not depend on where they lie.
+/// The files of a session, each with a name that does not depend on the session's folder.
 fn files_of(session: &Path) -> io::Result<BTreeMap<String, PathBuf>> {
     let mut files = BTreeMap::new();
     if session.is_dir() {
@@ -56,13 +56,13 @@ fn files_of(session: &Path) -> io::Result<BTreeMap<String, PathBuf>> {
         return Ok(files);
     }
     let label = |path: &Path| {
-        // CASSIE's two files have one name, in two folders.
+        // A CASSIE session has two files of the same name in two folders.
         let folder = path.parent().and_then(Path::file_name).unwrap_or_default();
         format!("{}/{}", folder.display(), path.file_name().unwrap_or_default().display())
     };
     files.insert(label(session), session.to_owned());
     for path in files_beside(session) {
-        // One that is not there is the reader's affair.
+        // The reader reports a missing file.
         if path.is_file() {
             files.insert(label(&path), path);
         }

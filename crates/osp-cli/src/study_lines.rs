@@ -1,4 +1,4 @@
-//! The lines of a study: what is in one, and the file that they are added to.
+//! The lines of a study, and the file that holds them.
 
 use std::{
     collections::HashMap,
@@ -18,13 +18,13 @@ use osp_session::{
 
 /// Version of the fields.
 const VERSION: u32 = 1;
-/// Longest line that is read: names, errors and remarks are far shorter.
+/// Longest line that osp reads; real lines are far shorter.
 const MOST_LINE_BYTES: u64 = 16 << 20;
 
 /// One session. docs/study.md describes the fields.
 #[derive(Serialize)]
 pub(super) struct StudyLine<'a> {
-    /// The first field: it tells these lines from JSON of other programs.
+    /// Version of the fields. It comes first, so that osp recognises its own lines.
     osp_study: u32,
     pub(super) file: &'a str,
     pub(super) file_hash: Option<String>,
@@ -59,7 +59,7 @@ impl<'a> StudyLine<'a> {
     }
 }
 
-/// The machine and the build of osp that measure.
+/// The machine and the build of osp.
 #[derive(PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Place {
     host: String,
@@ -69,7 +69,7 @@ pub(super) struct Place {
     simd: String,
     osp_version: String,
     osp_commit: String,
-    /// Hash of the program, where the commit does not say what was built.
+    /// Hash of the program if the commit is unknown or had changes.
     osp_program: Option<String>,
     optimized: bool,
 }
@@ -96,7 +96,7 @@ impl Place {
     }
 }
 
-/// What a line says of its session.
+/// The result of a session.
 #[derive(Clone)]
 pub(super) enum Found {
     Agreement,
@@ -122,7 +122,7 @@ impl StudyLine<'_> {
     }
 }
 
-/// The part of a line by which its session is known.
+/// The fields of a line that decide whether a session needs a measurement.
 #[derive(Deserialize)]
 struct Head {
     file_hash: Option<String>,
@@ -137,21 +137,18 @@ struct Verdict {
     indexes_agree: bool,
 }
 
-/// The file that lines are added to.
+/// The output file of a study.
 pub(super) struct StudyFile {
     path: PathBuf,
     file: File,
 }
 
 impl StudyFile {
-    /// Opens or creates it. `inputs`: the sessions, none of which it may be.
+    /// Opens or creates the file. It must be none of the `inputs`, the sessions.
     pub(super) fn open(path: &Path, inputs: &[PathBuf], force: bool) -> anyhow::Result<Self> {
         let named = || path.display().to_string();
         if !matches!(Destination::of(path).with_context(named)?, Destination::File(_)) {
-            bail!(
-                "{}: lines are added to what is there: expected a regular file; found a pipe or a device",
-                named()
-            );
+            bail!("{}: expected a regular file to add lines to; found a pipe or a device", named());
         }
         Outputs::new(force).reads(inputs).add("--out", path, OutputKind::Study)?;
         let file = File::options().create(true).read(true).append(true).open(path).with_context(named)?;
@@ -167,7 +164,7 @@ impl StudyFile {
         &self.path
     }
 
-    /// A process that was killed may have left a part of a line.
+    /// Ends an incomplete line, which a killed process may have left.
     fn end_line(&mut self) -> io::Result<()> {
         if self.file.metadata()?.len() == 0 {
             return Ok(());
@@ -178,12 +175,12 @@ impl StudyFile {
         if last == *b"\n" { Ok(()) } else { self.file.write_all(b"\n") }
     }
 
-    /// Adds a line in one piece: other processes may add to the same file.
+    /// Adds a line with one write, because other processes may add to the same file.
     pub(super) fn add(&mut self, text: &str) -> anyhow::Result<()> {
         self.file.write_all(format!("{text}\n").as_bytes()).with_context(|| self.path.display().to_string())
     }
 
-    /// The sessions that were measured like this, by the hash of their contents. Parts of lines are passed over.
+    /// Results with the same options and machine, by the hash of the contents. Skips incomplete lines.
     pub(super) fn known(&self, options: &str, machine: &Place) -> anyhow::Result<HashMap<String, Found>> {
         let named = || self.path.display().to_string();
         let mut lines = BufReader::new(open_regular(&self.path).with_context(named)?);
@@ -199,7 +196,7 @@ impl StudyFile {
                 }
                 _ => {}
             }
-            // Other readers refuse a line that is no UTF-8, wherever the damage is.
+            // Other readers refuse a line that is not UTF-8, even if its damage is in other fields.
             let head = str::from_utf8(&line).ok().and_then(|line| serde_json::from_str::<Head>(line).ok());
             let Some(head) = head.filter(|head| head.options == options && head.machine == *machine) else {
                 continue;

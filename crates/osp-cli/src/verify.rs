@@ -389,7 +389,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         }
     }
     read?;
-    // Zeros in a table would look like a result. Among all sessions of a folder, one of them may be empty.
+    // A table of zeros would look like a result. With `--all` a folder may contain empty sessions.
     ensure!(args.all || summary.counts.polygons > 0, "{} has no polygons", file.display());
     let source = Source::open(file, &args.reading)?;
     let is_built_in = matches!(source, Source::Scene(_));

@@ -93,7 +93,7 @@ fn join(paths: &[PathBuf]) -> String {
 fn begins_like_session(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(START_BYTES).read_to_end(&mut start));
-    // The lines of a study are JSON, as some sessions are.
+    // A file of `osp study` is JSON, too, but no session.
     read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 

@@ -1,18 +1,18 @@
-//! Times that are short beside the steps of the clock are measured over several runs at once.
+//! Measures work that takes less than 50 steps of the clock over several runs at once.
 
 use std::sync::OnceLock;
 
 use osp::frame::shortest_step_ns;
 use osp_session::platform::time::Instant;
 
-/// Resolutions of the clock that a measurement lasts at least, where the work can be repeated: it is then off by 2 % at most.
+/// A measurement of repeatable work lasts at least so many steps of the clock. Its error is then at most 2 %.
 pub(super) const RESOLUTIONS: f64 = 50.0;
-/// Runs in one measurement at most, whatever the clock.
+/// Most runs in one measurement.
 const MOST_RUNS: f64 = 10_000.0;
-/// Steps that the resolution is found with.
+/// Number of steps that are measured to find the resolution.
 const STEPS: u32 = 1000;
 
-/// The least time between two readings of this machine's clock that differ, nanoseconds: its step, or what reading it takes.
+/// Resolution of this machine's clock, nanoseconds: the least time between two different readings.
 pub(super) fn resolution_ns() -> u64 {
     static FOUND: OnceLock<u64> = OnceLock::new();
     *FOUND.get_or_init(|| {
@@ -21,7 +21,7 @@ pub(super) fn resolution_ns() -> u64 {
     })
 }
 
-/// The same of any clock that says nanoseconds. A clock that stands still is taken for one of steps of a millisecond.
+/// Resolution of any clock in nanoseconds. For a clock that stands still it is one millisecond.
 fn resolution_of(now_ns: impl FnMut() -> u64) -> u64 {
     match shortest_step_ns(STEPS, now_ns) {
         0 => 1_000_000,
@@ -29,10 +29,10 @@ fn resolution_of(now_ns: impl FnMut() -> u64) -> u64 {
     }
 }
 
-/// How often work that takes so long has to be repeated, so that all runs together last [`RESOLUTIONS`].
+/// Number of runs of work of this duration that together last [`RESOLUTIONS`] steps.
 pub(super) fn runs_for(run_ns: f64, resolution_ns: u64) -> u32 {
     let least_ns = RESOLUTIONS * resolution_ns as f64;
-    // What took no step at all is taken for one that lasts a tenth of it.
+    // Work that took less than one step counts as a tenth of a step.
     let run_ns = run_ns.max(resolution_ns as f64 / 10.0);
     (least_ns / run_ns).ceil().clamp(1.0, MOST_RUNS) as u32
 }

@@ -3,10 +3,10 @@ use osp_rivals::IndexKind;
 #[cfg(feature = "peers")]
 use osp_rivals::PeerKind;
 
-/// A structure that is measured: one of the crate's own, or (with the feature `peers`) another crate's.
+/// A structure to measure: one of this project, or (with the feature `peers`) one of another crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contender {
-    /// One of our own.
+    /// One of this project.
     Own(IndexKind),
     /// Another crate's.
     #[cfg(feature = "peers")]
@@ -14,7 +14,7 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// The names of the other crates' structures, which builds with the feature `peers` have.
+    /// Names of the structures of other crates; only builds with the feature `peers` have them.
     pub const PEERS: [&'static str; 6] =
         ["parry3d", "parry3d-rebuilt", "obvhs", "obvhs-rebuilt", "rstar", "bvh-crate"];
 

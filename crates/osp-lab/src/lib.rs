@@ -1,8 +1,9 @@
 //! Where osp is judged: slow and exact references, benchmarks, reports.
 //!
-//! [`oracle`] finds the visible polygons, [`verify`] compares culling with it, [`scenes`] are models for that, [`literal`] is
-//! what the paper says where that is wrong, [`pvs`] samples potentially visible sets, [`mod@bench`] measures structures against
-//! each other (feature `bench`), [`report`] makes tables, pages and charts. It knows all crates but those of the network, the window and the program.
+//! [`oracle`] finds the visible polygons. [`verify`] compares culling with it on the models of [`scenes`]. [`literal`] is
+//! the paper's own method where that is wrong. [`pvs`] samples potentially visible sets. [`mod@bench`] compares structures
+//! (feature `bench`). [`report`] makes tables, pages and charts. This crate may depend on all others except `osp-net`,
+//! `osp-app` and `osp-cli`.
 
 #[cfg(feature = "bench")]
 pub mod bench;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::clock::resolution_ns;
 use osp::index::Backend;
 
-/// The machine and the program that the figures were measured with.
+/// The machine and the build of osp that measured the results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Name of the processor, as the system gives it.
@@ -18,7 +18,7 @@ pub struct Machine {
     pub simd: String,
     /// Version of the program.
     pub version: String,
-    /// Commit that the program was built from; `-dirty` if something was changed since.
+    /// Commit of the build; it ends in `-dirty` if the working tree had changes.
     pub commit: String,
     /// The least time between two readings of the clock that differ, nanoseconds.
     pub clock_resolution_ns: u64,
@@ -41,7 +41,7 @@ impl Machine {
         }
     }
 
-    /// All in one line.
+    /// The description in one line.
     pub fn text(&self) -> String {
         format!(
             "{}, {} threads, {}, box tests on {}, clock resolution {} ns; osp {}, commit {}{}",

@@ -1,4 +1,4 @@
-//! Carries out what is done to the selection.
+//! Changes, copies, pastes and erases the selected strokes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ use osp_session::{
 };
 
 impl Studio {
-    /// The selected strokes that can be changed now.
+    /// The selected strokes that can be changed now: visible, finished, on an open layer.
     fn alterable(&self) -> Vec<StrokeId> {
         let scene = self.scene();
         let can = |id: &StrokeId| {
@@ -27,7 +27,7 @@ impl Studio {
         self.input.selection.strokes().iter().copied().filter(can).collect()
     }
 
-    /// The box of what is selected, world space; empty if nothing is.
+    /// The box around the selected strokes, in world space; empty without a selection.
     pub fn selection_bounds(&self) -> Aabb {
         let scene = self.scene();
         let strokes = self.input.selection.strokes().iter().filter_map(|id| scene.stroke(*id));
@@ -71,7 +71,8 @@ impl Studio {
         self.take_copies(&alteration);
     }
 
-    /// The event that moves the selection, if it is a whole group: that costs a line, not all of its strokes.
+    /// The event that moves the selection if it is a whole group. It takes one line of the file instead of copies of all
+    /// strokes.
     fn placed_group(&self, motion: &Motion) -> Option<Event> {
         let (group, scene) = (self.selected_group()?, self.scene());
         let own = Motion { is_mirrored: false, to: scene.group_transform(group)? };
@@ -83,7 +84,7 @@ impl Studio {
         Some(Event::Place { author: Author::SOLE, t: self.now_secs(), group, to })
     }
 
-    /// Takes changed copies for the selected strokes.
+    /// Replaces the selected strokes by changed copies.
     fn take_copies(&mut self, alteration: &Alteration) {
         let strokes = self.alterable();
         let Some(events) = self.events_of(&strokes) else { return };
@@ -121,7 +122,7 @@ impl Studio {
             edits += out.len() - first;
         }
         edits += assign(t, layers, &mut out);
-        // The copies come first: a crash on the way loses nothing.
+        // The copies come first, so a crash in between loses nothing.
         out.extend(old.iter().map(|&stroke| Event::Erase { author: Author::SOLE, t, stroke }));
         if self.take_step(edits, out) {
             self.input.replaced.0.extend(old.into_iter().zip(copies.iter().copied()));
@@ -155,14 +156,14 @@ impl Studio {
         }
     }
 
-    /// Numbers for new strokes, the last one to be used first.
+    /// Numbers for new strokes, in reverse order of use.
     fn new_strokes(&mut self, count: usize) -> Vec<StrokeId> {
         let mut ids: Vec<StrokeId> = (0..count).map(|_| self.session.new_stroke()).collect();
         ids.reverse();
         ids
     }
 
-    /// Carries out edits as one step, all of them or none.
+    /// Applies all edits as one step of undo, or none of them.
     pub(crate) fn take_step(&mut self, edits: usize, events: Vec<Event>) -> bool {
         if edits == 0 || !self.can_draw() {
             return false;
@@ -187,7 +188,7 @@ impl Studio {
         }
         self.events.extend(events);
         self.apply_events();
-        // An edit that changed nothing did not count.
+        // The step does not count an edit that changed nothing, so it may still be open.
         if self.scene().is_step_open() || (edits > 1 && self.session.may_have_open_step()) {
             self.events.push(Event::Step { author: Author::SOLE, t, edits: 0 });
             self.apply_events();
@@ -204,12 +205,12 @@ impl Studio {
         self.take_step(erased.len(), events);
     }
 
-    /// Whether something was copied.
+    /// Whether there are strokes to paste.
     pub fn has_clip(&self) -> bool {
         !self.input.clip.strokes.is_empty()
     }
 
-    /// Whether anything was copied.
+    /// Copies the selected strokes. Returns `false` if there were none.
     pub(crate) fn copy_selection(&mut self) -> bool {
         self.finish_gestures();
         let Some(clip) = self.clip_selection() else { return false };
@@ -218,7 +219,7 @@ impl Studio {
         true
     }
 
-    /// What is selected, as it is in the world, with the groups that are selected as a whole.
+    /// The selected strokes in world space, with the groups that are selected as a whole.
     fn clip_selection(&mut self) -> Option<Clip> {
         let strokes = self.alterable();
         let extent_m = self.selection_bounds().extent().max_element();
@@ -264,13 +265,13 @@ impl Studio {
         }
     }
 
-    /// Draws copied strokes anew, a little beside their place for each time that they were pasted, and selects them.
+    /// Draws the copied strokes again and selects them. Each paste moves them a little farther from their original place.
     fn place_clip(&mut self, clip: &Clip) {
-        /// Part of the extent.
+        /// Offset of one paste, as a fraction of the extent.
         const BESIDE: f32 = 0.1;
         let aside = rotate(self.navigator.world_from_view(), Vec3::new(1.0, -1.0, 0.0));
         let motion = Motion::by(aside * (clip.extent_m * BESIDE * clip.pasted as f32));
-        // What comes from a layer that takes nothing goes to the one that is drawn on.
+        // Strokes of a closed layer go to the layer that is drawn on.
         let mut moved_to = BTreeMap::<u32, u32>::new();
         for layer in clip.strokes.iter().map(|stroke| stroke.layer).collect::<BTreeSet<_>>() {
             if !self.is_layer_open(layer) {
@@ -315,8 +316,8 @@ impl Studio {
         }
     }
 
-    /// After an undo or redo: strokes that have gone are not selected any more; if others were taken for them, or they for
-    /// others, those are.
+    /// Updates the selection after an undo or redo: removes strokes that are gone, and selects the originals or copies that
+    /// replaced them.
     pub(crate) fn follow_selection(&mut self, is_undo: bool) {
         let scene = self.session.scene();
         let is_there = |id: &StrokeId| scene.stroke(*id).is_some_and(|stroke| stroke.is_visible());
@@ -333,8 +334,8 @@ impl Studio {
     }
 }
 
-/// From the space of a stroke's samples to that of a copy in the same group that is moved in the world, and from there to
-/// the world. None in a group that has shrunk to a point.
+/// Two transforms for a copy that moves in the world but stays in its group: from the space of the stroke's samples to that
+/// of the copy, and from there to the world. `None` if the group is scaled to a point.
 fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motion)> {
     let stroke = scene.stroke(id)?;
     let home = match scene.groups_of(stroke).first() {
@@ -342,14 +343,14 @@ fn spaces(scene: &Scene, id: StrokeId, motion: &Motion) -> Option<(Motion, Motio
         None => Motion::STAY,
     };
     let back = home.inverse()?;
-    // What stays where it is keeps its bits.
+    // Without a motion the coordinates stay the same, bit for bit.
     if *motion == Motion::STAY {
         return Some((Motion::by(stroke.offset()), home));
     }
     Some((scene.world_from_stroke(id)?.then(motion).then(&back), home))
 }
 
-/// The layer that a stroke with these events begins on.
+/// The layer on which a stroke with these events begins.
 fn layer_of(events: &[Event]) -> u32 {
     match events.first() {
         Some(Event::Begin { paint: Some(paint), .. }) => paint.layer,
@@ -357,7 +358,7 @@ fn layer_of(events: &[Event]) -> u32 {
     }
 }
 
-/// Appends the events that bring strokes to layers; returns how many.
+/// Appends the events that move strokes to layers; returns their number.
 fn assign(t: f64, layers: BTreeMap<u32, Vec<StrokeId>>, out: &mut Vec<Event>) -> usize {
     let first = out.len();
     for (layer, strokes) in layers {

@@ -1,4 +1,4 @@
-//! Asks a person before something is lost, and does what the answer says.
+//! Questions to the user before data is lost, and the actions for the answers.
 
 use std::path::{Path, PathBuf};
 
@@ -20,12 +20,12 @@ impl Studio {
         self.work.question.as_ref()
     }
 
-    /// Makes the window show a question.
+    /// Shows a question in the window.
     pub fn ask(&mut self, question: Question) {
         self.work.question = Some(question);
     }
 
-    /// Asks whether to go on with earlier edits of the session that the window shows a copy of.
+    /// If the window shows a copy with earlier edits, asks whether to continue with these edits.
     pub(crate) fn offer_edits(&mut self) {
         if self.work.question.is_none()
             && let Some(edits) = self.session.take_earlier()
@@ -34,17 +34,17 @@ impl Studio {
         }
     }
 
-    /// Whether a person has asked for the end, and nothing keeps it.
+    /// Whether the user has closed the window and no question is open.
     pub fn is_closing(&self) -> bool {
         self.work.is_closing
     }
 
-    /// Ends the session if all of it is written, else asks.
+    /// Closes the window if the session is fully written, else asks.
     pub fn ask_to_close(&mut self) {
         self.leave(Then::Close);
     }
 
-    /// Closes the current session for another one, or asks if a part of it could not be written.
+    /// Closes the current session and continues with `then`. Asks first if a part of the session could not be written.
     pub(crate) fn leave(&mut self, then: Then) {
         self.finish_gestures();
         if matches!(then, Then::Open(..)) && self.is_busy() {
@@ -80,17 +80,17 @@ impl Studio {
                 self.tell_of_file(Ok(format!("{}: is open already", path.display())));
                 return;
             }
-            // Another file lies there now, and our own session keeps it from being opened.
+            // Another program has replaced the file. Our session must release its lock before the new file can be opened.
             self.begin();
         }
         self.open_beside(path, how);
     }
 
-    /// Asks what to do with a session that could not be opened, or says why.
+    /// Asks what to do with a session that could not be opened, or reports the error.
     pub(crate) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
         match error {
             OpenError::Held(held) => {
-                // Another window still has it: this one keeps showing it, read-only.
+                // Another window still has the session open, and this window already shows it read-only.
                 let is_shown = !self.session.is_replay()
                     && self.session.is_read_only()
                     && self.session.path() == held.session();
@@ -113,7 +113,7 @@ impl Studio {
         }
     }
 
-    /// A model may replace a model if the person agrees; the export refuses to replace any other file.
+    /// Exports the model, and asks before it replaces another model. The export refuses to replace any other file.
     pub(crate) fn ask_to_export(&mut self, path: PathBuf) {
         if fs::is_file(&path) && check_model(&path).is_ok() {
             self.ask(Question::ExportOver(path));
@@ -122,7 +122,7 @@ impl Studio {
         }
     }
 
-    /// A picture may replace a picture if the person agrees.
+    /// Saves a picture with the next frame, and asks before it replaces another picture.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Err(error) => self.tell_of_file(Err(error.to_string())),
@@ -131,7 +131,7 @@ impl Studio {
         }
     }
 
-    /// A picture may replace a picture and no other file.
+    /// Saves a picture with the next frame. It replaces another picture, but no other file.
     pub(crate) fn picture_over(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Ok(()) => self.work.picture = Some(path),
@@ -148,7 +148,7 @@ impl Studio {
         }
     }
 
-    /// Takes a person's answer to the question that is asked.
+    /// Handles the user's answer to the open question.
     pub(crate) fn answer(&mut self, answer: Answer) {
         let may_open = |question: &Question| {
             matches!(question, Question::Held { .. } | Question::Edits(_) | Question::Damaged { .. })
@@ -186,7 +186,7 @@ impl Studio {
     }
 
     fn discard(&mut self) {
-        // What the hands draw next begins anew, and their senders join anew.
+        // Ends the strokes of the tracked hands. Their senders join the new session again.
         self.end_hands_strokes();
         let events = self.session.journal().new_events();
         match self.session.discard() {

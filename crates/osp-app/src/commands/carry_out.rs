@@ -15,7 +15,7 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Who draws in this window: in a session of one author, the only one.
+    /// The author that draws in this window.
     pub(crate) fn author(&self) -> Author {
         #[cfg(feature = "live")]
         if let Some(live) = self.session.live() {
@@ -24,13 +24,13 @@ impl Studio {
         Author::SOLE
     }
 
-    /// Whether a command would do anything now. What gives a command that would not is to be shown as disabled.
+    /// Whether a command would do anything now. The window disables the buttons and menu entries of all other commands.
     pub fn can(&self, command: &Command) -> bool {
         let scene = self.session.scene();
         match command {
             Command::Undo => self.can_draw() && scene.can_undo_of(self.author()),
             Command::Redo => self.can_draw() && scene.can_redo_of(self.author()),
-            // Looking and measuring changes nothing.
+            // Measuring changes nothing.
             Command::Tool(ToolChoice::Span(Span::Distance)) => true,
             Command::Tool(_)
             | Command::Widen(_)
@@ -190,7 +190,7 @@ impl Studio {
             Command::Picture(path) => self.ask_for_picture(path),
             Command::PictureOver(path) => self.picture_over(path),
             Command::Quit if cfg!(target_arch = "wasm32") => {
-                self.say("a page is closed with its tab".to_owned())
+                self.say("close the tab of the browser to close this page".to_owned())
             }
             Command::Quit => self.ask_to_close(),
             Command::Answer(answer) => self.answer(answer),
@@ -219,7 +219,7 @@ impl Studio {
         }
     }
 
-    /// Every event is in the file already, or soon is: what waits is written at once, and it is said where all of it is.
+    /// Writes all pending events to the file at once, and names the file.
     fn save(&mut self) {
         self.finish_gestures();
         self.apply_events();
@@ -254,7 +254,7 @@ impl Studio {
         self.tell_of_file(outcome.map(|()| done));
     }
 
-    /// Says how a file was read or written, and lets the dialog know that asked for it.
+    /// Reports the outcome of reading or writing a file, and keeps it for the file dialog.
     pub(crate) fn tell_of_file(&mut self, outcome: Result<String, String>) {
         self.work.file_outcome = Some(outcome.as_ref().map(|_| ()).map_err(Clone::clone));
         match outcome {
@@ -263,12 +263,12 @@ impl Studio {
         }
     }
 
-    /// How the file was read or written that a command named, once; of the last such command.
+    /// Returns the outcome of the last command that read or wrote a file, once.
     pub fn take_file_outcome(&mut self) -> Option<Result<(), String>> {
         self.work.file_outcome.take()
     }
 
-    /// The file for a picture of the window's model that a command asked for, once.
+    /// Returns the file for the picture that a command requested, once.
     pub(crate) fn take_picture(&mut self) -> Option<std::path::PathBuf> {
         self.work.picture.take()
     }
@@ -299,7 +299,7 @@ impl Studio {
     }
 
     fn take_jump(&mut self, jump: Jump) {
-        // At once: after another jump the scene may not have these polygons any more.
+        // The index follows at once, because after another jump the scene may lack these polygons.
         self.culling.follow(self.session.scene(), &jump.changes);
         let keep = self.pending.keep.map_or(jump.polygon_count, |keep| keep.min(jump.polygon_count));
         self.pending.keep = Some(keep);

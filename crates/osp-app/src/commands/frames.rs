@@ -1,4 +1,4 @@
-//! Begins and ends the writing of frames.
+//! Starts and stops writing each frame to a picture file.
 
 use crate::{
     frames::{FrameWriter, VIDEO_RATE},
@@ -12,7 +12,7 @@ impl Studio {
         self.work.frames.is_some()
     }
 
-    /// Begins to write each frame to a new folder beside the session, or ends it.
+    /// Starts or stops writing each frame to a new folder beside the session.
     pub(crate) fn toggle_frames(&mut self) {
         if self.work.frames.is_some() {
             self.end_frames(None);
@@ -32,7 +32,7 @@ impl Studio {
         }
     }
 
-    /// Takes a frame, if frames are being written.
+    /// Writes a frame, if frames are being written.
     pub fn take_frame(&mut self, image: Image) {
         if let Some(frames) = &mut self.work.frames
             && let Err(error) = frames.take(image)

@@ -1,4 +1,4 @@
-//! Carries out what is done to groups.
+//! Makes, names, places and moves groups.
 
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ impl Studio {
         self.session.group_tree()
     }
 
-    /// The group that is selected as a whole, and nothing else; of several around the same strokes the outermost.
+    /// The outermost group whose strokes are exactly the selection.
     pub fn selected_group(&self) -> Option<GroupId> {
         match whole_groups(self.scene(), self.input.selection.strokes()) {
             (groups, loose) if loose.is_empty() && groups.len() == 1 => groups.first().copied(),
@@ -32,7 +32,8 @@ impl Studio {
         self.deselect_locked();
     }
 
-    /// Makes a group of what is selected. Groups that are selected as a whole hang under it; where all else lies stays.
+    /// Makes a group of the selection. Groups that are selected as a whole become its children. No stroke changes its
+    /// place.
     pub(crate) fn group_selection(&mut self) {
         let scene = self.session.scene();
         let (groups, loose) = whole_groups(scene, self.input.selection.strokes());
@@ -105,7 +106,8 @@ impl Studio {
         });
     }
 
-    /// The event that moves what is selected, if it is a whole group: that costs a line and an edit, not all of its strokes.
+    /// The event that moves the selection if it is a whole group. It takes one line of the file and one edit, for any
+    /// number of strokes.
     pub(crate) fn moved_group(&self, by: Vec3) -> Option<Event> {
         let (group, scene) = (self.selected_group()?, self.scene());
         let before = scene.group_transform(group)?;

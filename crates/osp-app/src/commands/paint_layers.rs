@@ -1,4 +1,4 @@
-//! Carries out what is done to the layers of a session.
+//! Names, hides, locks and chooses the layers of a session.
 
 use crate::{
     paint_layers::{LayerEdit, LayerRow, name_or_number},
@@ -7,7 +7,7 @@ use crate::{
 use osp_session::recording::{Author, Event};
 
 impl Studio {
-    /// The layers, in their order; a session without any has one.
+    /// The layers in order. A session without layers has one row.
     pub fn session_layers(&self) -> Vec<LayerRow> {
         let header = &self.session.header().layers;
         let states = self.scene().layer_states();
@@ -40,7 +40,7 @@ impl Studio {
         self.input.brush.layer
     }
 
-    /// Whether the author of this window can close a layer to all others, or has closed it.
+    /// Whether this window's author can reserve a layer for themselves, or has done so.
     pub fn can_close_layer(&self, layer: u32) -> bool {
         let me = self.author();
         let owner = self.scene().layer_states().get(&layer).and_then(|state| state.owner);
@@ -49,12 +49,12 @@ impl Studio {
         self.can_draw() && !me.is_sole() && layer > 0 && is_free
     }
 
-    /// Whether a layer is another author's alone.
+    /// Whether a layer is reserved for another author.
     pub fn is_layer_of_others(&self, layer: u32) -> bool {
         !self.scene().may_touch(self.author(), layer)
     }
 
-    /// Whether an edit would do anything now.
+    /// Whether an edit of the layers would do anything now.
     pub(crate) fn can_edit_layers(&self, edit: &LayerEdit) -> bool {
         let chosen = self.input.brush.layer;
         self.can_draw()
@@ -117,8 +117,7 @@ impl Studio {
                 self.events.push(event);
             }
             LayerEdit::TakeSelection => {
-                // What the header says of the layer becomes an event: strokes that come follow it, not the layer that they
-                // came from.
+                // The header's settings of the layer become an event. New strokes on this layer then follow it.
                 let state = self.scene().layer_states().get(&chosen.layer);
                 if state.is_none_or(|state| state.hidden.is_none()) {
                     self.events.push(change(chosen.layer, None, Some(chosen.is_hidden), None));
@@ -138,7 +137,7 @@ impl Studio {
         self.deselect_locked();
     }
 
-    /// What is hidden or locked is not selected.
+    /// Deselects strokes on hidden or locked layers.
     pub(crate) fn deselect_locked(&mut self) {
         let scene = self.session.scene();
         let is_loose = |id: &osp_session::recording::StrokeId| {
@@ -149,17 +148,17 @@ impl Studio {
         self.input.selection.set(strokes);
     }
 
-    /// Whether the strokes of a layer are to be left alone: it is locked, or another author's alone.
+    /// Whether the strokes of a layer must not change: it is locked, or reserved for another author.
     pub(crate) fn is_layer_held(&self, layer: u32) -> bool {
         self.scene().is_locked(layer) || self.is_layer_of_others(layer)
     }
 
-    /// Whether a layer is neither hidden nor locked, nor another author's alone.
+    /// Whether a layer is neither hidden nor locked, nor reserved for another author.
     pub(crate) fn is_layer_open(&self, layer: u32) -> bool {
         !self.session_layer(layer).is_hidden && !self.is_layer_held(layer)
     }
 
-    /// Why nothing is to be drawn on the chosen layer, if so.
+    /// The reason why nobody can draw on the chosen layer here; `None` if it is open.
     pub(crate) fn why_layer_is_closed(&self) -> Option<String> {
         let LayerRow { name, is_hidden, is_locked, owner, .. } = self.session_layer(self.input.brush.layer);
         if self.is_layer_of_others(self.input.brush.layer) {
@@ -170,7 +169,7 @@ impl Studio {
         (is_hidden || is_locked).then(|| format!("{name} is {why}"))
     }
 
-    /// Whether the layer that is drawn on takes strokes; says why not.
+    /// Whether the chosen layer accepts strokes. If not, reports the reason.
     pub(crate) fn may_draw_on_layer(&mut self) -> bool {
         let Some(why) = self.why_layer_is_closed() else { return true };
         if !self.session.is_replay() {

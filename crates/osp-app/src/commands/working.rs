@@ -1,4 +1,4 @@
-//! Reads sessions and writes models beside the window.
+//! Reads sessions and writes models in the background.
 
 use std::{
     io::{self, Write},
@@ -22,7 +22,8 @@ use osp_session::{
 };
 
 impl Studio {
-    /// Reads and writes beside the window from now on; until then a command has done what it says when it returns.
+    /// From now on commands read and write in the background. Before this call a command finishes its work before it
+    /// returns.
     pub fn work_beside(&mut self) {
         self.work.way = match cfg!(target_arch = "wasm32") {
             true => Way::Turns(TURN),
@@ -30,32 +31,32 @@ impl Studio {
         };
     }
 
-    /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] goes on with it for so long.
+    /// As [`Studio::work_beside`], but without a thread: each call of [`Studio::tend`] works for the time `turn`.
     pub fn work_in_turns(&mut self, turn: Duration) {
         self.work.way = Way::Turns(turn);
     }
 
-    /// The work that has been going on for a while.
+    /// The progress of background work, once it has taken a while.
     pub fn work_shown(&self) -> Option<WorkShown> {
         self.work.working.as_ref()?.shown()
     }
 
-    /// Whether something is done beside the window.
+    /// Whether there is background work.
     pub fn is_working(&self) -> bool {
         self.work.working.is_some()
     }
 
-    /// Whether it is done in turns, so that whoever has time for it should come soon.
+    /// Whether the work runs in turns, so that [`Studio::tend`] should be called soon.
     pub(crate) fn works_in_turns(&self) -> bool {
         self.work.working.as_ref().is_some_and(Working::is_in_turns)
     }
 
-    /// Whether another session is being read: the one that is left takes nothing any more, and everything else waits.
+    /// Whether another session is being read. Until then the current session accepts no events or commands.
     pub fn is_reading(&self) -> bool {
         self.work.working.as_ref().is_some_and(Working::is_reading)
     }
 
-    /// Refuses what cannot be done beside other work, and says so.
+    /// Whether there is background work; if so, tells the user to wait.
     pub(crate) fn is_busy(&mut self) -> bool {
         let Some(work) = &self.work.working else { return false };
         let busy = format!("{}: wait until this is done, or cancel it", work.what());
@@ -63,21 +64,21 @@ impl Studio {
         true
     }
 
-    /// Ends the work beside the window; what it has written so far is removed.
+    /// Cancels the background work and removes its unfinished output.
     pub(crate) fn cancel_work(&mut self) {
         if let Some(work) = &self.work.working {
             work.cancel();
         }
     }
 
-    /// Takes the outcome of the work beside the window, if it is there. What is done in turns gets one.
+    /// Handles the outcome of the background work, if it has ended. Work in turns first continues for one turn.
     pub(crate) fn take_work(&mut self) -> bool {
         let Some(work) = &mut self.work.working else { return false };
         let Some(outcome) = work.poll() else { return false };
         let is_cancelled = work.is_cancelled();
         self.work.working = None;
         match outcome {
-            // It was read to its end before it heard of that.
+            // The session was read completely before the work noticed the cancellation.
             Ok(Done::Opened { path, outcome: Ok(read), .. }) if is_cancelled => {
                 let closed = read.session.close();
                 debug_assert!(closed.is_ok(), "nothing was drawn in it");
@@ -92,8 +93,7 @@ impl Studio {
         true
     }
 
-    /// Waits for a model that is being written, and for a session that is being read to be given back. Returns why there is
-    /// no model.
+    /// Waits for a model that is being written. Cancels the reading of a session and releases its file.
     pub(crate) fn end_work(&mut self) -> Result<(), String> {
         let Some(work) = self.work.working.take() else { return Ok(()) };
         if work.is_reading() {
@@ -101,7 +101,7 @@ impl Studio {
         }
         match work.finish()? {
             Done::Opened { outcome: Ok(read), .. } => {
-                // There is no window any more to say it.
+                // The window is gone, so standard error gets the messages.
                 for remark in read.opened.remarks {
                     let _ = writeln!(io::stderr().lock(), "{remark}");
                 }
@@ -127,7 +127,7 @@ impl Studio {
             },
             Way::Turns(turn) => self.wait_for(Working::in_turns(what, kind, turn, task)),
         }
-        // What is short may be done.
+        // Short work may have ended already.
         self.take_work();
     }
 
@@ -144,7 +144,7 @@ impl Studio {
         }
     }
 
-    /// A window that was opened for this session only has nothing to show.
+    /// Reports that a session could not be read. A window that was opened only for this session closes.
     fn end_unread(&mut self, error: OpenError, is_sole: bool) {
         self.work.is_closing |= is_sole;
         if is_sole || !matches!(error, OpenError::Cancelled(_)) {
@@ -154,12 +154,12 @@ impl Studio {
         }
     }
 
-    /// Why the session of a replay is not shown; the window that was opened for it has closed.
+    /// Returns the error of a session that could not be read, once.
     pub fn take_unread(&mut self) -> Option<OpenError> {
         self.work.unread.take()
     }
 
-    /// Goes on with a session that is being read: it is shown as soon as it is there.
+    /// Takes over a session that is being read, and shows it when it is complete.
     pub fn take_over(&mut self, reading: Reading) {
         self.work_beside();
         self.wait_for(reading.0);
@@ -177,13 +177,13 @@ impl Studio {
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 
-    /// Replays a session from its beginning instead of the current one; if it cannot be read the current one stays, and
-    /// [`Studio::take_unread`] says why.
+    /// Replays a session from its beginning instead of the current one. If reading fails, the current one stays, and
+    /// [`Studio::take_unread`] returns the error.
     pub fn replay_beside(&mut self, path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) {
         if self.is_busy() {
             return;
         }
-        // While it is read, nothing would hear that the button is released.
+        // While the session is read, no release of a button arrives.
         self.finish_gestures();
         self.end_hands_strokes();
         let task = to_play(path, pace, camera, options, true, false);
@@ -245,7 +245,7 @@ impl Studio {
         };
         self.start(what, kind, Box::new(Whole::new(write)));
         if self.is_working() {
-            // Whatever dialog is open when it is done has not asked for it.
+            // A dialog that opens later must not receive the outcome of this export.
             self.tell_of_file(Ok(String::new()));
         }
     }

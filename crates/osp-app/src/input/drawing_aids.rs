@@ -1,4 +1,4 @@
-//! Draws with aids: along a straight edge, on both sides of a mirror, as wide on the screen at any distance.
+//! Aids for drawing: straight lines, a mirror, and a brush width in pixels.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::{Author, Event, Motion, StrokeId};
 
 impl Studio {
-    /// What helps to draw.
+    /// The drawing aids in use.
     pub fn aids(&self) -> Aids {
         self.input.aids
     }
@@ -19,18 +19,18 @@ impl Studio {
         self.follow_width();
     }
 
-    /// Metres of a pixel in the middle of the view.
+    /// Size of a pixel in the centre of the view, metres.
     pub(crate) fn middle_pixel_m(&self) -> f32 {
         let view = self.navigator.view(self.last_aspect, &self.session.bounds());
         pixel_m(&view, self.navigator.distance_m(), self.last_height_px)
     }
 
-    /// Width of the brush in the middle of the view, pixels.
+    /// Width of the brush in the centre of the view, pixels.
     pub fn width_px(&self) -> f32 {
         self.input.brush.width_m / self.middle_pixel_m()
     }
 
-    /// The brush is as wide on the screen as it was, whatever the camera did.
+    /// Adapts the brush to the camera, so that its width in pixels stays the same.
     pub(crate) fn follow_width(&mut self) {
         if let Some(width_px) = self.input.aids.width_px {
             let (narrowest, widest) = Brush::WIDTHS_M;
@@ -38,14 +38,14 @@ impl Studio {
         }
     }
 
-    /// The brush was made as wide as this in the middle of the view.
+    /// Notes that the user has changed the width of the brush, as a width in pixels.
     pub(crate) fn take_width(&mut self) {
         if self.input.aids.width_px.is_some() {
             self.input.aids.width_px = Some(self.width_px());
         }
     }
 
-    /// The brush as it is at a point of the model.
+    /// The brush with its width at a point of the model.
     pub(crate) fn brush_at(&self, view: &View, p: Vec3, height_px: f32) -> Brush {
         let Some(width_px) = self.input.aids.width_px else { return self.input.brush };
         let distance_m = (p - view.eye_in_world).dot(view.forward_in_world());
@@ -53,7 +53,7 @@ impl Studio {
         Brush { width_m: width_m.clamp(Brush::WIDTHS_M.0, Brush::WIDTHS_M.1), ..self.input.brush }
     }
 
-    /// Gives the strokes that a hand draws, as of the waiting event with this number, their mirror images.
+    /// Adds the mirror images of the strokes in the waiting events, from event number `first` on.
     pub(crate) fn mirror_events(&mut self, first: usize) {
         if self.input.aids.mirror_x.is_none() && self.input.twins.0.is_empty() {
             return;
@@ -95,12 +95,12 @@ impl Studio {
         }
     }
 
-    /// The mirror image of a stroke in the making.
+    /// The mirror image of an unfinished stroke.
     pub(crate) fn twin_of(&self, stroke: Option<StrokeId>) -> Option<StrokeId> {
         self.input.twins.0.get(&stroke?).map(|(twin, _)| *twin)
     }
 
-    /// Draws the mirror around the middle of the view, and the straight line in the making.
+    /// Draws the mirror around the centre of the view, and the unfinished straight line.
     pub(crate) fn draw_aids(&mut self) {
         if let Some(x) = self.input.aids.mirror_x {
             let middle = Vec3::new(x, self.navigator.target().y, self.navigator.target().z);

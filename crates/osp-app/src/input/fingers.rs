@@ -1,4 +1,4 @@
-//! Several fingers move the camera; one alone uses the tool.
+//! Several fingers move the camera; a single finger uses the tool.
 
 use glam::Vec2;
 
@@ -8,9 +8,9 @@ use crate::{
     studio::Studio,
 };
 
-/// For so long, seconds, a finger that rests may be the first of several; then it uses the tool.
+/// Time in seconds after which a resting finger counts as a single one and uses the tool.
 const ALONE_SECS: f64 = 0.3;
-/// A finger that goes farther than this, heights of the window, is alone.
+/// Distance in heights of the window after which a moving finger counts as a single one.
 const ALONE_BY: f32 = 0.012;
 
 impl Studio {
@@ -19,8 +19,8 @@ impl Studio {
         self.input.gestures.has_fingers
     }
 
-    /// Takes what several fingers did; `None` as soon as fewer than two are left. While a mouse or a pen is drawing, they do
-    /// nothing: they are the hand that holds it.
+    /// Moves the camera with several fingers; `None` as soon as fewer than two are left. While a mouse or a pen draws,
+    /// fingers are ignored, because they belong to the hand that holds it.
     pub fn take_fingers(&mut self, fingers: Option<Fingers>) {
         let is_other = self.is_dragging() && !self.input.gestures.is_touch;
         let Some(Fingers { count, moved, spread }) = fingers.filter(|_| !is_other && !self.is_reading())
@@ -31,7 +31,7 @@ impl Studio {
         if !self.input.gestures.has_fingers {
             self.input.gestures.has_fingers = true;
             self.input.gestures.resting = None;
-            // What one of them has drawn alone stays.
+            // The stroke of the first finger stays.
             self.finish_gestures();
         }
         match count {
@@ -43,13 +43,13 @@ impl Studio {
         }
     }
 
-    /// The window system tells of a finger first as itself, then as the pointer.
+    /// Notes a finger. The window system reports it first as a touch, then as the pointer.
     pub fn note_finger(&mut self, has_come: bool) {
         self.input.gestures.finger_came = has_come;
     }
 
-    /// Takes a press of the pointer at `at` if it is that of a finger: it is held back until it is clear that the finger is
-    /// alone. Returns whether it was one.
+    /// Holds back a press of the pointer at `at` if it comes from a finger, until the finger counts as a single one.
+    /// Returns whether it came from a finger.
     pub fn touch(&mut self, at: Option<Vec2>) -> bool {
         let is_finger = std::mem::take(&mut self.input.gestures.finger_came);
         if is_finger && let Some(at) = at {
@@ -58,7 +58,7 @@ impl Studio {
         is_finger
     }
 
-    /// The system has taken the finger away: a gesture of its own began. What was drawn stays.
+    /// Ends a touch that the window system cancelled for a gesture of its own. The stroke stays.
     pub fn cancel_touch(&mut self) {
         self.input.gestures.resting = None;
         if self.input.gestures.is_touch {
@@ -66,7 +66,7 @@ impl Studio {
         }
     }
 
-    /// Lets a finger that is alone press where it came down: it has gone to `at`, has been lifted, or has rested long enough.
+    /// Presses where a single finger came down, once it has moved to `at`, was lifted, or has rested long enough.
     pub fn press_touch(&mut self, at: Option<Vec2>, is_lifted: bool, held: Held, size_px: Vec2) {
         let Some(resting) = self.input.gestures.resting else { return };
         let aspect = size_px.x / size_px.y.max(1.0);

@@ -11,7 +11,7 @@ use crate::{
 use osp::view::View;
 
 impl Studio {
-    /// The ring around the selection, while it can be taken.
+    /// The ring around the selection, while the user can grab it.
     fn ring(&self, view: &View, height_px: f32) -> Option<Ring> {
         if self.input.tool != ToolChoice::Select || !self.can_draw() {
             return None;
@@ -20,7 +20,7 @@ impl Studio {
         Ring::around(bounds.center(), bounds.extent().length() * 0.5, view, height_px)
     }
 
-    /// The handle under a point of the window, and that point on the plane of the ring.
+    /// The handle under a point of the window, its ring, and the point on the plane of the ring.
     pub(crate) fn handle_under(&self, at: Vec2, size_px: Vec2) -> Option<(Handle, Ring, Vec3)> {
         let (view, on_screen) = self.view_at(at, size_px.x / size_px.y.max(1.0))?;
         let ring = self.ring(&view, size_px.y)?;
@@ -28,7 +28,7 @@ impl Studio {
         Some((ring.handle_at(p)?, ring, p))
     }
 
-    /// Draws the handles; not while the selection is dragged.
+    /// Draws the handles, except while the selection is dragged.
     pub(crate) fn draw_handles(&mut self, view: &View, height_px: f32) {
         let is_stale =
             self.input.bounds_of.as_ref() != Some(&self.input.selection) || !self.changes.is_empty();

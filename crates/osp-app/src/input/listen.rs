@@ -13,16 +13,16 @@ use osp_session::{
     recording::{Author, Event},
 };
 
-/// Messages of a tracker that a frame takes; the others wait for the next one. At 60 frames a second that is more than a
-/// hundred trackers send.
+/// Most messages of a tracker that a frame handles; the others wait for the next frame. At 60 frames a second a hundred
+/// trackers send fewer.
 const MESSAGES_A_FRAME: u32 = 4096;
-/// Erasures, undos and redos among them: a few bytes may concern the whole model.
+/// Most erasures, undos and redos among them, because a single one may change the whole model.
 const EDITS_A_FRAME: u32 = 64;
-/// Once so many polygons have come, gone or moved, the frame takes no more messages.
+/// After so many changed polygons the frame handles no more messages.
 const CHANGES_A_FRAME: usize = 1 << 16;
 
 impl Studio {
-    /// The tracker's messages since the last frame.
+    /// Handles the tracker's messages since the last frame.
     pub(crate) fn listen(&mut self) {
         if self.is_reading() {
             return;
@@ -38,7 +38,7 @@ impl Studio {
         self.input.tracker_waits = !self.take_messages(t, &tracker);
         let first = self.events.len();
         self.input.hands.rest(t, &mut self.events);
-        // While messages wait, nobody is known to be silent.
+        // While messages wait, a sender may not be silent at all.
         if let Some(senders) = self.input.senders.as_mut().filter(|_| !self.input.tracker_waits) {
             senders.rest(Instant::now(), t, &mut self.events);
         }
@@ -47,7 +47,7 @@ impl Studio {
         self.input.tracker = Some(tracker);
     }
 
-    /// Takes messages up to the limit of a frame; returns whether none was left.
+    /// Handles messages up to the limits of a frame. Returns whether none is left.
     fn take_messages(&mut self, t: f64, tracker: &Tracker) -> bool {
         let (mut messages, mut edits) = (0, 0);
         while messages < MESSAGES_A_FRAME
@@ -58,7 +58,7 @@ impl Studio {
             let mut in_room = self.room.message_to_room(sent);
             self.input.watch.note(at, &sent, &in_room);
             if let (Message::Hand { pressure, .. }, true) = (&mut in_room, self.input.is_calibrating) {
-                // It touches the corners of a screen.
+                // During calibration the hand touches the corners of a screen and draws nothing.
                 *pressure = 0.0;
             }
             messages += 1;
@@ -85,7 +85,7 @@ impl Studio {
                     begins = true;
                 }
             }
-            // Who wears a helmet does not see the window: what the hand draws is kept all the same.
+            // A user with a headset does not see the window, so the strokes are kept in any case.
             if begins && !may_touch {
                 let name = self.session_layer(layer).name;
                 self.say_once(&format!(
@@ -94,18 +94,18 @@ impl Studio {
             } else if begins && let Some(why) = self.why_layer_is_closed() {
                 self.say_once(&format!("{why}: a tracker draws on it all the same"));
             }
-            // The mirror is the window's.
+            // The mirror applies only to the window's author.
             if author.is_sole() {
                 self.mirror_events(first);
             }
-            // The screens show what the head sees from its place in the room; the session has it in the world, like the hands.
+            // The screens need the head's pose in the room; the session stores it in the world, like the hands.
             if let (Message::Head { .. }, Some(Event::Head { p, q, .. })) = (&message, self.events.last_mut())
             {
                 (*p, *q) = self.room.pose_to_world(&self.navigator, (*p, *q));
             }
             if matches!(message, Message::Erase { .. } | Message::Undo | Message::Redo) {
                 edits += 1;
-                // The stroke to erase may be among those that have just been drawn.
+                // The stroke to erase may be in the waiting events.
                 self.apply_events();
             }
             if let (Message::Undo | Message::Redo, true) = (&message, author.is_sole()) {
@@ -118,7 +118,8 @@ impl Studio {
         false
     }
 
-    /// The events of a message wait to be applied. Who said it, and where it erases something; none if nobody can have said it.
+    /// Appends the events of a message to the waiting events. Returns the author, and the point where it erases; `None` if
+    /// its sender cannot become an author.
     fn take_message(
         &mut self,
         t: f64,
@@ -137,18 +138,18 @@ impl Studio {
         };
         let taken = senders.take((from, Instant::now()), t, message, session.scene(), &mut self.events);
         if taken.is_some_and(|(author, _)| senders.first_with_head() == Some(author)) {
-            // The screens show what one of them sees.
+            // The screens follow the head of the first sender that has one.
             self.input.hands.look(message);
         }
         if taken.is_none() {
             self.say_once(
-                "tracker: this session has had as many authors as one can have: who comes is not heard",
+                "tracker: this session has had the maximum number of authors: new senders are ignored",
             );
         }
         taken
     }
 
-    /// Strokes of a tracker end in the session that they began in, and its senders leave it.
+    /// Ends the unfinished strokes of the tracker, and its senders leave the session.
     pub(crate) fn end_hands_strokes(&mut self) {
         let t = self.now_secs();
         self.input.hands.stop(t, &mut self.events);
@@ -158,7 +159,7 @@ impl Studio {
         self.apply_events();
     }
 
-    /// A session that is new, to draw on.
+    /// A new, empty session.
     pub(crate) fn new_session(&self) -> Session {
         match &self.input.senders {
             Some(_) => Session::of_several(&self.autosaves),
@@ -168,7 +169,7 @@ impl Studio {
 
     /// Erases the stroke nearest to a point, if one is within reach.
     fn erase_near(&mut self, t: f64, p: Vec3, author: Author) {
-        /// How far from the point a stroke may be, metres: about a finger's width.
+        /// Largest distance from the point to a stroke, metres: about a finger's width.
         const REACH_M: f32 = 0.01;
         let scene = self.session.scene();
         let nearest = self.culling.nearest_box(scene, self.session.changes(), p, REACH_M);

@@ -14,16 +14,16 @@ use crate::{
 use osp::view::View;
 use osp_session::recording::{Author, Event, Motion, StrokeId};
 
-/// How far a pointer may wander during a click, heights of the window.
+/// Largest movement of the pointer during a click, heights of the window.
 const CLICK: f32 = 0.006;
 
-/// How far beside the pointer's tip a stroke is still touched, pixels: strokes can be thinner than a pixel.
+/// Distance in pixels at which the pointer still touches a stroke. Strokes can be thinner than a pixel.
 const TOUCH_PX: f32 = 4.0;
-/// Most points tested along one movement of the eraser: a fast hand makes long movements.
+/// Most points tested along one movement of the eraser, because a fast hand makes long movements.
 const MAX_TOUCHES: f32 = 256.0;
 
 impl Studio {
-    /// Takes something that the pointer did, on a window of this size in pixels.
+    /// Handles an input of the pointer, for a window of this size in pixels.
     pub fn input(&mut self, input: Input, held: Held, size_px: Vec2) {
         if self.is_reading() {
             return;
@@ -54,7 +54,7 @@ impl Studio {
     }
 
     fn press(&mut self, button: Button, held: Held, size_px: Vec2, aspect: f32) {
-        // How hard a pen is pressed is said before that it is.
+        // The event of a pen's pressure comes before the event of its press.
         let pressure = self.input.gestures.pressure;
         self.finish_gestures();
         self.input.gestures.pressure = pressure;
@@ -173,7 +173,7 @@ impl Studio {
         self.finish_gestures();
     }
 
-    /// Ends what the pointer is doing; what was drawn or moved stays.
+    /// Ends the gesture of the pointer. Drawn and moved strokes stay.
     pub fn finish_gestures(&mut self) {
         let t = self.now_secs();
         let first = self.events.len();
@@ -195,7 +195,7 @@ impl Studio {
             if let Some(placed) = self.moved_group(by) {
                 self.events.push(placed);
             } else {
-                // One edit, unless they are more than a line of the file can name.
+                // One edit, or several if one line of the file cannot name all strokes.
                 let parts = self.input.selection.strokes().chunks(Event::MAX_STROKES_NAMED);
                 self.events.extend(parts.map(|strokes| Event::Move {
                     author: Author::SOLE,
@@ -217,7 +217,7 @@ impl Studio {
         }
     }
 
-    /// An edit of somebody else comes between: what the eraser takes from now on is another step.
+    /// Ends the eraser's step of undo, because an edit of somebody else comes next.
     pub(crate) fn part_eraser_step(&mut self) {
         if let Some(Gesture::Erase { is_step_open: is_open @ true }) = &mut self.input.gestures.gesture {
             *is_open = false;
@@ -225,7 +225,7 @@ impl Studio {
         }
     }
 
-    /// Sets where to fly: right, up, back, -1 to 1 each; zero stands still.
+    /// Sets the direction of flight: right, up, back, each -1 to 1; zero stands still.
     pub fn set_flight(&mut self, direction: Vec3) {
         self.input.gestures.flight = direction;
     }
@@ -236,9 +236,9 @@ impl Studio {
     }
 
     pub(crate) fn fly(&mut self, frame_secs: f32) {
-        /// Speed of flying: distances to the centre of the view, a second.
+        /// Speed of flight: distances to the centre of the view, per second.
         const SPEED: f32 = 0.9;
-        // A frame that hung must not throw the eye out of the model.
+        // After a very long frame the eye must not leave the model.
         self.navigator.fly(self.input.gestures.flight * (SPEED * frame_secs.clamp(0.0, 0.1)));
     }
 
@@ -261,8 +261,8 @@ impl Studio {
         PenPoint { view, at, height_px, surface, target: self.navigator.target(), pressure }
     }
 
-    /// The point of the model under a point of a screen. The stroke in the making does not count: it would come nearer
-    /// and nearer by lying on itself.
+    /// The point of the model under a point of a screen. It ignores the unfinished stroke, which would otherwise climb
+    /// towards the eye on itself.
     fn surface_under(&mut self, view: &View, at: Vec2) -> Option<Vec3> {
         if self.input.snap == Snap::Off {
             return None;
@@ -276,9 +276,9 @@ impl Studio {
         Some(ray.origin + ray.direction * t)
     }
 
-    /// The stroke under a point of the window or close beside it, and where on it. Those on locked layers do not count.
+    /// The stroke under or close to a point of the window, and the point on the stroke. Ignores strokes on locked layers.
     pub(crate) fn stroke_under(&mut self, at: Vec2, size_px: Vec2) -> Option<(StrokeId, Vec3)> {
-        /// The point itself, then around it.
+        /// Offsets to try: the point itself, then the points around it.
         const BESIDE: [(f32, f32); 9] = [
             (0.0, 0.0),
             (1.0, 0.0),
@@ -293,7 +293,7 @@ impl Studio {
         let aspect = size_px.x / size_px.y.max(1.0);
         let layers = self.scene().layer_states().keys().copied();
         let locked: Vec<u32> = layers.filter(|&layer| self.is_layer_held(layer)).collect();
-        // The window is 2 wide and 2 high.
+        // The coordinates of the window go from -1 to 1.
         let touch = 2.0 * TOUCH_PX / size_px.max(Vec2::ONE);
         BESIDE.iter().find_map(|&beside| {
             let (view, on_screen) = self.view_at(at + touch * Vec2::from(beside), aspect)?;
@@ -304,7 +304,7 @@ impl Studio {
         })
     }
 
-    /// Erases what lies under the way from one point of the window to another.
+    /// Erases the strokes along a line from one point of the window to another.
     fn erase_along(&mut self, from: Vec2, to: Vec2, size_px: Vec2) {
         let steps = ((to - from) * 0.5 * size_px).length() / TOUCH_PX;
         let steps = steps.ceil().clamp(1.0, MAX_TOUCHES);
@@ -314,7 +314,7 @@ impl Studio {
                 && !self.session.is_erasing(stroke)
             {
                 let t = self.now_secs();
-                // What one way of the pointer erases is one step, which ends with the gesture.
+                // All strokes of one gesture are one step of undo, which ends with the gesture.
                 if let Some(Gesture::Erase { is_step_open: is_open @ false }) =
                     &mut self.input.gestures.gesture
                 {
@@ -327,7 +327,7 @@ impl Studio {
         }
     }
 
-    /// Looks at what is under the pointer from where the eye is.
+    /// Turns the eye to the point under the pointer.
     pub(crate) fn look_at_pointer(&mut self, aspect: f32) {
         let Some((view, on_screen)) = self.input.gestures.pointer.and_then(|at| self.view_at(at, aspect))
         else {

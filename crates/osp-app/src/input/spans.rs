@@ -1,4 +1,4 @@
-//! Picks two points of the model.
+//! Measures, or selects in a box or sphere, between two points of the model.
 
 use glam::{Vec2, Vec3};
 
@@ -10,12 +10,12 @@ use crate::{
 };
 
 impl Studio {
-    /// The points between which a distance was measured last.
+    /// The two points of the last measured distance.
     pub fn measured(&self) -> Option<(Vec3, Vec3)> {
         self.input.measured
     }
 
-    /// The point of the model under the pointer; beside it, the one at the depth of `from`.
+    /// The point of the model under the pointer; if there is none, the point at the depth of `from`.
     pub(crate) fn span_point(&mut self, at: Vec2, size_px: Vec2, from: Option<Vec3>) -> Option<Vec3> {
         if let Some((_, point)) = self.stroke_under(at, size_px) {
             return Some(point);
@@ -24,7 +24,7 @@ impl Studio {
         from.map(|from| on_plane_through(&view, on_screen, from))
     }
 
-    /// Takes the two points.
+    /// Ends the choice of two points: measures their distance or selects strokes.
     pub(crate) fn end_span(&mut self, span: Span, from: Vec3, to: Vec3, adds: bool) {
         let Some(part) = Part::of(span, from, to) else {
             self.input.measured = Some((from, to));
@@ -38,7 +38,7 @@ impl Studio {
         self.deselect_locked();
     }
 
-    /// The two points to be shown: those that are being taken, else the distance measured last.
+    /// The two points to show: those being chosen, else those of the last measured distance.
     pub(crate) fn shown_span(&self) -> Option<(Span, Vec3, Vec3)> {
         let is_measuring = self.input.tool == ToolChoice::Span(Span::Distance);
         let measured = self.input.measured.filter(|_| is_measuring);

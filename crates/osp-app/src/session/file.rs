@@ -1,4 +1,4 @@
-//! Opens sessions to be drawn on, or read only.
+//! Opens sessions for drawing or read-only.
 
 use std::{
     cell::Cell,
@@ -34,7 +34,7 @@ impl Session {
         Self::around(journal.expect("a header without numbers is sound"))
     }
 
-    /// The newest session that a crash left open and that can be read, or an empty one.
+    /// Restores the newest readable session that a crash left open. If there is none, begins an empty one.
     pub fn recover_or_new(autosaves: &Autosaves) -> (Self, Opened) {
         Self::recover_or_new_within(autosaves, Limits::DEFAULT)
     }
@@ -43,7 +43,7 @@ impl Session {
     pub fn recover_or_new_within(autosaves: &Autosaves, limits: Limits) -> (Self, Opened) {
         let mut opened = Opened::default();
         for path in autosaves.marked() {
-            // The lock comes before anything is read: another window may be looking for the same.
+            // Take the lock before reading, because another window may try to restore the same session.
             let Some(lock) = SessionLock::take_over(&path) else { continue };
             let file = match SessionFile::open(path.clone(), lock) {
                 Ok(file) => file,
@@ -71,11 +71,11 @@ impl Session {
         (Self::new(autosaves), opened)
     }
 
-    /// Opens a session of any format. One that was drawn here goes on in its file (which is made if it is not there); of
-    /// any other a copy is made among the autosaves, with the first event that is drawn.
+    /// Opens a session of any format. A session of `osp sketch` continues in its file, which may be new. For any other
+    /// session, the first new event creates a copy among the autosaves.
     ///
     /// # Errors
-    /// The session cannot be read, is of no known format, or is to be drawn on while another window has it.
+    /// The session cannot be read, has an unknown format, or is open for drawing in another window.
     pub fn open(path: &Path, autosaves: &Autosaves) -> Result<(Self, Opened), OpenError> {
         Self::open_as(path, autosaves, Opening::default())
     }
@@ -83,15 +83,15 @@ impl Session {
     /// [`Session::open`] with options.
     ///
     /// # Errors
-    /// As there; a session that is opened read-only or as a copy may be open in another window.
+    /// As [`Session::open`]; but another window may have the session open if it is opened read-only or as a copy.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
 
-    /// [`Session::open_as`]; `go_on` is asked from time to time, with the number of events that were read.
+    /// [`Session::open_as`] with progress: calls `go_on` from time to time with the number of events read.
     ///
     /// # Errors
-    /// As there, and `go_on` said no.
+    /// As [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
     pub fn open_watched(
         path: &Path,
         autosaves: &Autosaves,
@@ -105,14 +105,14 @@ impl Session {
             goes_on
         };
         let outcome = Self::start(path, autosaves, how)?.read(&watch);
-        // The reader's error is that it was interrupted.
+        // The error of the reader would only be that it was interrupted.
         if was_cancelled.get() { Err(OpenError::Cancelled(path.to_owned())) } else { Ok(outcome?) }
     }
 
-    /// Begins to open a session as [`Session::open_as`] does; its events are still to be read.
+    /// Starts to open a session as [`Session::open_as`] does. The caller then reads the events.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Session::open_as`].
     pub(crate) fn start(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {
@@ -136,13 +136,13 @@ impl Session {
         };
         let reader = match why_copied {
             Some(why) => {
-                // Who wants another copy has one.
+                // A user who asks for a copy does not want the earlier copy.
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
                 Self::to_copy(session, path, why, autosaves)?.offering(earlier)
             }
             None => {
-                // One that a crash left open stays marked if it is not opened now.
+                // A session that a crash left open stays marked if opening it fails.
                 let was_left_open = fs::is_there(&SessionLock::mark_of(path));
                 let file = take(path)?;
                 let give_back = if was_left_open { SessionFile::leave } else { SessionFile::release };
@@ -152,7 +152,7 @@ impl Session {
         Ok(Started::Reads(Box::new(reader)))
     }
 
-    /// Opens a session that another window has, read-only. It may be empty.
+    /// Opens a session read-only, even if another window has it open or it is empty.
     ///
     /// # Errors
     /// The session cannot be read, or is of no known format.
@@ -173,15 +173,16 @@ impl Session {
         let session = recording::open(path, &how.options())?;
         let journal = Journal::of_reader(path, session.header.clone(), autosaves)?;
         let remark = format!("{}: opened read-only", path.display());
-        // It has no file that could be given back.
+        // A read-only session holds no file to release.
         let reader = SessionReader::new(session, journal, SessionFile::release);
         Ok(Started::Reads(Box::new(reader.remarking(Some(remark), None))))
     }
 
-    /// The file of a shared session that begins with this header: as it was left, with a reader of the same, or a new one.
+    /// Opens the file of a shared session with this header, or begins a new file. For an existing file it also returns a
+    /// second reader.
     ///
     /// # Errors
-    /// It cannot be read or written, another window has it, or it holds something else.
+    /// The file cannot be read or written, another window has it open, or it has other contents.
     #[cfg(feature = "live")]
     pub(crate) fn left(
         path: &Path,
@@ -217,7 +218,7 @@ impl Session {
         Ok((session, opened, has_events.then_some(again)))
     }
 
-    /// A session that is not there yet, or an empty file.
+    /// Begins a session in a new or empty file.
     fn begin(path: &Path, header: Header, autosaves: &Autosaves) -> Result<Self, OpenError> {
         let file = if fs::is_there(path) {
             take(path)?
@@ -229,7 +230,7 @@ impl Session {
             let lock = match SessionLock::take(path) {
                 Ok(lock) => Some(lock),
                 Err(NotTaken::Held(held)) => return Err(OpenError::Held(held)),
-                // The first event makes the folder, and says why if it cannot.
+                // The first event takes the lock again and reports why that fails.
                 Err(NotTaken::Failed(_)) => None,
             };
             SessionFile::new(path.to_owned(), lock)
@@ -239,7 +240,7 @@ impl Session {
         Ok(Self::around(journal))
     }
 
-    /// A session to continue in its file, whose lock we have. If it cannot be read, the lock is released.
+    /// Starts to read a session that continues in `file`. On an error it calls `give_back`.
     fn to_go_on(
         path: &Path,
         limits: Limits,
@@ -247,7 +248,7 @@ impl Session {
         autosaves: &Autosaves,
         give_back: fn(SessionFile),
     ) -> Result<SessionReader, OpenError> {
-        // Nothing may be appended behind damage: it would not be read again.
+        // osp must not append behind damage, because no reader would reach the new events.
         match recording::open(path, &OpenOptions { lenient: false, limits }) {
             Ok(session) => {
                 let journal = Journal::named(file, session.header.clone(), autosaves)?;
@@ -260,7 +261,7 @@ impl Session {
         }
     }
 
-    /// A session to read into a new one among the autosaves.
+    /// Starts to read a session into a new one among the autosaves.
     fn to_copy(
         session: recording::Session,
         path: &Path,
@@ -277,7 +278,7 @@ impl Session {
     }
 }
 
-/// The folder of a file that is not there, if it is missing, too.
+/// The folder of a file, if the folder does not exist.
 fn missing_folder(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty())?;
@@ -297,7 +298,7 @@ fn our_header(name: &str) -> Header {
     Header { format: ONE_AUTHOR_FORMAT, ..Header::new(name, source) }
 }
 
-/// The file of a session, with its lock.
+/// Takes the lock of a session and opens its file.
 fn take(path: &Path) -> Result<SessionFile, OpenError> {
     let lock = SessionLock::take(path).map_err(|reason| match reason {
         NotTaken::Held(held) => OpenError::Held(held),
@@ -312,7 +313,7 @@ fn take(path: &Path) -> Result<SessionFile, OpenError> {
     })
 }
 
-/// Why a copy is drawn on, and not the session itself.
+/// The reason why the user draws on a copy; `None` if the session itself can continue.
 fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> Option<&'static str> {
     if lenient {
         Some("its damaged pieces are left out")
@@ -327,7 +328,7 @@ fn why_not_itself(session: &recording::Session, path: &Path, lenient: bool) -> O
     }
 }
 
-/// Root may write everything, but respects the file's own permissions, too.
+/// Root could write to any file, but osp respects the file's read-only permission.
 fn may_be_written(path: &Path) -> bool {
     let is_marked = fs::metadata(path).is_ok_and(|data| data.permissions().readonly());
     !is_marked && fs::File::options().write(true).open(path).is_ok()

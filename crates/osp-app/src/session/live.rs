@@ -1,5 +1,5 @@
-//! A session that several people draw at once, in the window: own events go to the others and come back in the order that
-//! counts for all; until then they are shown over the model.
+//! A shared session in the window. Own events go to the server, which returns the events of all authors in one order. Until
+//! then an overlay shows the own strokes.
 
 mod inbox;
 mod joining;
@@ -32,13 +32,13 @@ use osp_session::{
 };
 pub use overlay::Overlay;
 
-/// How often the files are looked after.
+/// Interval between two checks of the files.
 const TEND: Duration = Duration::from_millis(500);
 
-/// What somebody else draws with.
+/// The pen of another author.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherPen {
-    /// Whose it is.
+    /// Its author.
     pub author: Author,
     /// The last point, world space.
     pub at: Vec3,
@@ -49,46 +49,46 @@ pub struct OtherPen {
 pub struct Live {
     link: Link,
     has_news: Arc<AtomicBool>,
-    /// Something was taken after the panels of that frame were laid out.
+    /// Whether events were taken after the panels of that frame were laid out.
     was_taken: bool,
     /// Events that have arrived and are not in the model.
     inbox: Inbox,
-    /// How long each frame takes events from it.
+    /// Time in each frame for events from the inbox.
     turns: Turns,
-    /// The last slice left something for the next one.
+    /// Whether the last slice left events in the inbox.
     is_behind: bool,
     session: String,
     is_watcher: bool,
-    /// Own events that are not in the session, the oldest first.
+    /// Own events that have not come back from the server, oldest first.
     waiting: VecDeque<Event>,
-    /// All own events: whatever becomes of this program, what was drawn without a server is in a file.
+    /// All own events. This file keeps strokes that were drawn without a server, even after a crash.
     own: Journal,
     overlay: Overlay,
-    /// What the session's file held before.
+    /// The events that the session's file held before joining.
     known: Option<Known>,
-    /// Own strokes whose erasing is on its way.
+    /// Strokes that own events erase which are on their way to the server.
     erasing: BTreeSet<StrokeId>,
-    /// Own events that will never be in the session, and strokes that came too late for their layer.
+    /// Number of own events that the server refused, and of own strokes that the model left out because of their layer.
     refused: usize,
-    /// The authors that this window has been.
+    /// The authors as which this window has joined.
     own_authors: BTreeSet<Author>,
-    /// The next own stroke or group.
+    /// The next number for an own stroke or group.
     next: u32,
-    /// Each author's stroke that has not ended, and its last point.
+    /// Each author's unfinished stroke, and its last point.
     pens: BTreeMap<Author, (StrokeId, Option<Vec3>)>,
-    /// As it was told last.
+    /// The status at the last [`Live::take_note`].
     told: Status,
     tended_at: Option<Instant>,
-    /// Why nothing comes any more.
+    /// The reason why no more events come.
     ended: Option<String>,
     has_left: bool,
 }
 
 impl Live {
-    /// Begins to take part.
+    /// Joins a shared session.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn join(address: &Address, options: &LinkOptions, autosaves: &Autosaves) -> Result<Self, LiveError> {
         let has_news = Arc::new(AtomicBool::new(false));
         let of_link = Arc::clone(&has_news);
@@ -123,7 +123,7 @@ impl Live {
         })
     }
 
-    /// Whether something has come, or was taken, or the connection is another one, since the last call.
+    /// Whether events have arrived or were taken, or the connection has changed, since the last call.
     pub(crate) fn take_note(&mut self) -> bool {
         let status = self.link.status();
         let of = |status: &Status| (status.connection.clone(), status.trouble.clone(), status.authors);
@@ -132,7 +132,7 @@ impl Live {
         is_other | self.has_news.swap(false, Relaxed) | std::mem::take(&mut self.was_taken)
     }
 
-    /// Looks after the file of own events; whether it is time to look after others, too.
+    /// Maintains the file of own events. Returns whether the session's own file is due, too.
     pub(super) fn tend(&mut self, now: Instant, said: &mut Vec<String>) -> bool {
         let is_time = self.tended_at.is_none_or(|at| now.saturating_duration_since(at) >= TEND);
         if is_time {
@@ -158,7 +158,7 @@ impl Live {
         &self.session
     }
 
-    /// Whether nothing can be drawn: one only looks, or has had all numbers of an author.
+    /// Whether this window cannot draw: it only watches, or it has used all numbers of its author.
     pub fn is_watcher(&self) -> bool {
         self.is_watcher || ME.number(self.next).is_none()
     }
@@ -178,19 +178,19 @@ impl Live {
         self.link.hand().now_secs()
     }
 
-    /// A number for an own stroke or group that was not used yet.
+    /// An unused number for an own stroke or group.
     pub(super) fn new_number(&mut self) -> u32 {
         let Some(number) = ME.number(self.next) else { return ME.number(0).unwrap_or_default() };
         self.next += 1;
         number
     }
 
-    /// Takes an own event, which [`Live::send`] sends.
+    /// Writes an own event to the file of own events; [`Live::send`] then sends it.
     ///
     /// # Errors
-    /// No session can hold it.
+    /// The event is invalid.
     pub(super) fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
-        // The file of own events is one author's: nobody else is to be kept from a layer there.
+        // The file of own events has a single author, so it cannot reserve a layer.
         let mut alone = event.names_author().then(|| event.clone());
         if let Some(Event::Layer { mine, .. }) = &mut alone {
             *mine = None;
@@ -211,13 +211,13 @@ impl Live {
         self.link.hand().send(events.to_vec());
     }
 
-    /// Whether the last slice may have left something for the next one.
+    /// Whether the last slice may have left events for the next one.
     pub(super) fn is_behind(&self) -> bool {
         self.is_behind
     }
 
-    /// Puts the session's next piece into `out`, without the events that the file has already. Adds the messages for people to
-    /// `said`. Returns whether there was a piece.
+    /// Puts the next piece of events into `out`, without events that are in the file already. Appends messages to the user
+    /// to `said`. Returns whether there was a piece.
     fn take_piece(&mut self, out: &mut Vec<Event>, said: &mut Vec<String>) -> bool {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -238,7 +238,7 @@ impl Live {
         true
     }
 
-    /// Removes the events that the file has already. If the file has other events, removes all; no more come.
+    /// Removes events that are in the file already. If the file has different events, removes all and leaves the session.
     fn pass_over_known(&mut self, events: &mut Vec<Event>, said: &mut Vec<String>) {
         let Some(known) = &mut self.known else { return };
         if let Err(why) = known.pass_over(events) {
@@ -250,7 +250,7 @@ impl Live {
         self.known.take_if(|known| known.is_over());
     }
 
-    /// The next events that are not in the model, for the file, when the window leaves the session.
+    /// When the window leaves the session: returns the next events, which the file gets but the model does not.
     fn take_rest(&mut self, said: &mut Vec<String>) -> Option<Vec<Event>> {
         if self.inbox.is_empty() {
             self.fetch(said);
@@ -263,13 +263,13 @@ impl Live {
         Some(rest)
     }
 
-    /// Puts the next events into the inbox, if some have arrived, and handles all news before them.
+    /// Handles news from the server up to the next events, and puts these events into the inbox.
     fn fetch(&mut self, said: &mut Vec<String>) {
         let has_caught_up = self.link.status().has_caught_up;
         while self.inbox.is_empty() && self.ended.is_none() {
             match self.link.news() {
                 Ok(None) => {
-                    // All that the server has was read, and the file has more.
+                    // The server has no more events, but the file has.
                     if has_caught_up && let Some(known) = &self.known {
                         let why = known.is_other();
                         self.refuse(why, said);
@@ -296,8 +296,8 @@ impl Live {
         }
     }
 
-    /// Counts own strokes that the model does not have although the session does: their layer was closed before they were heard
-    /// of. What to say of them.
+    /// Counts own strokes that the model left out because another author had closed their layer before they arrived.
+    /// Returns a message to the user.
     fn note_left_out(&mut self, events: &[Event], scene: &Scene) -> Option<String> {
         let is_left_out = |event: &&Event| {
             matches!(event, Event::Begin { author, stroke, .. }
@@ -307,11 +307,11 @@ impl Live {
         self.refused += count;
         let path = self.own.path().display();
         (count > 0).then(|| {
-            format!("{count} of your strokes are not in the model, for their layer has become another author's alone: {path} has them")
+            format!("{count} of your strokes are not in the model, because their layer is now another author's alone: they are in {path}")
         })
     }
 
-    /// The session is not that of the file: nothing is appended to it.
+    /// Leaves the session, because the file belongs to another session and nothing may be appended to it.
     fn refuse(&mut self, why: String, said: &mut Vec<String>) {
         self.link.hand().leave();
         self.is_watcher = true;
@@ -348,7 +348,7 @@ impl Live {
         }
     }
 
-    /// Finds what of the own strokes is shown over the session's scene.
+    /// Updates the overlay: the polygons of own strokes that the session's scene lacks.
     pub(super) fn show_own(&mut self, scene: &Scene) {
         let author = self.link.status().author;
         self.overlay.show(|own| {
@@ -358,19 +358,19 @@ impl Live {
         });
     }
 
-    /// What others are drawing with now.
+    /// The pens of other authors that are drawing now.
     pub fn pens(&self) -> impl Iterator<Item = OtherPen> + '_ {
         let own = self.told.author;
         let others = self.pens.iter().filter(move |(author, _)| Some(**author) != own);
         others.filter_map(|(&author, (_, at))| Some(OtherPen { author, at: (*at)? }))
     }
 
-    /// What is known of the connection.
+    /// The status of the connection.
     pub fn status(&self) -> Status {
         self.link.status()
     }
 
-    /// The state of the connection, for people.
+    /// The status of the connection as text for the user.
     pub fn shown(&self) -> String {
         if let Some(why) = &self.ended {
             return why.clone();
@@ -380,12 +380,13 @@ impl Live {
             Connection::Connecting => "connecting".to_owned(),
             Connection::Reading { read, of } => format!("reading {read} of {of}"),
             Connection::Live => "live".to_owned(),
-            Connection::Silent => "the server does not answer: you draw on, it is sent later".to_owned(),
+            Connection::Silent => "the server does not answer: you can draw, osp sends it later".to_owned(),
             Connection::Crowded => {
-                "too many have joined at once: you draw on, and join once there is room".to_owned()
+                "too many authors have joined at once: you can draw, and you join as soon as there is room"
+                    .to_owned()
             }
             Connection::Full => {
-                "the session is full, nothing more is taken: begin one of another name".to_owned()
+                "the session is full and accepts no more events: begin one with another name".to_owned()
             }
         };
         let connection = match (status.connection, status.trouble) {
@@ -414,18 +415,18 @@ impl Live {
         format!("{connection}{who}{there}{latency}{waiting}{unsaved}")
     }
 
-    /// Own events that are not in the session.
+    /// Number of own events that have not come back from the server.
     pub(super) fn waiting(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether something of one's own is not in the session.
+    /// Whether own events have not come back from the server.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 }
 
-/// Who has come or gone, in words; not oneself.
+/// A message if another author has joined or left.
 fn coming_or_going(event: &Event, own: Option<Author>) -> Option<String> {
     match event {
         Event::Join { author, name, .. } if Some(*author) != own => Some(match name.as_str() {

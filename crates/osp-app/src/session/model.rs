@@ -5,23 +5,23 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Events that the model takes at once.
+/// Number of events that the model applies at once.
 pub(super) const PIECE: usize = 1024;
 
-/// What the events of a session have made so far. A replay leaves the counts alone: it plays frames, to and fro.
+/// The result of the events so far. A replay does not update the counts, because it also plays backwards.
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) scene: Scene,
-    /// Since they were last taken.
+    /// Changes since they were last taken.
     pub(super) changes: Vec<Change>,
-    /// Box of everything that was ever drawn.
+    /// A box around all polygons drawn so far.
     pub(super) bounds: Aabb,
     pub(super) times: PolygonTimes,
-    /// The number after the largest that a stroke without an author has.
+    /// The next stroke number: one more than the largest of a stroke without an author.
     pub(super) next_stroke: u32,
     pub(super) last_secs: f64,
     pub(super) events: u64,
-    /// What a reader of the session's file will count.
+    /// The counts that a reader compares with its limits.
     pub(super) tally: Tally,
 }
 
@@ -41,10 +41,10 @@ impl Default for Model {
 }
 
 impl Model {
-    /// A stroke number up to `last` that was not used yet; `last` is a power of two less one.
+    /// An unused stroke number up to `last`, which must be a power of two minus one.
     pub(super) fn new_stroke(&mut self, last: u32) -> StrokeId {
         self.next_stroke &= last;
-        // A session may have used the last number that there is: then those that it left out are next.
+        // After the last number it continues with unused numbers from 0 on.
         for _ in 0..last {
             if !self.scene.is_used(StrokeId(self.next_stroke)) {
                 break;
@@ -77,8 +77,7 @@ impl Model {
         }
     }
 
-    /// Applies events of a file. The window inserts the whole model when it opens a session, so the changes on the way are
-    /// dropped.
+    /// Applies events of a file and drops the changes, because the window inserts the whole model at once.
     pub(super) fn apply_read(&mut self, events: &[Event]) {
         self.apply(events);
         self.changes.clear();

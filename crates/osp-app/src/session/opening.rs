@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::journal::OpenElsewhere;
 use osp_session::recording::{Limits, OpenOptions, RecordingError};
 
-/// What a session is opened for.
+/// The access to a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Access {
     /// Draw on it.
@@ -20,21 +20,21 @@ pub enum Access {
     Copy,
 }
 
-/// How a session is opened.
+/// Options for opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Opening {
-    /// What it is opened for.
+    /// The access.
     pub access: Access,
-    /// Leave out damaged pieces, instead of refusing the session. Then a copy is drawn on.
+    /// Skips damaged pieces instead of refusing the session. The user then draws on a copy.
     pub lenient: bool,
     /// How much the session may hold.
     pub limits: Limits,
-    /// If it is not there yet, it is begun as one of several authors.
+    /// A new file becomes a session of several authors.
     pub of_several: bool,
 }
 
 impl Opening {
-    /// For this access, damaged sessions refused.
+    /// Options for this access; damaged sessions are refused.
     pub fn with(access: Access) -> Self {
         Self { access, ..Self::default() }
     }
@@ -47,9 +47,9 @@ impl Opening {
 /// The remarks from opening a session.
 #[derive(Clone, Debug, Default)]
 pub struct Opened {
-    /// One line each, for people.
+    /// Messages to the user, one line each.
     pub remarks: Vec<String>,
-    /// The session was left open by a program that is gone.
+    /// Whether the session was restored after a crash.
     pub is_recovered: bool,
 }
 
@@ -62,7 +62,7 @@ pub enum OpenError {
     /// Another window draws on it.
     #[error(transparent)]
     Held(OpenElsewhere),
-    /// Somebody did not want to wait.
+    /// The user cancelled it.
     #[error("{}: opening it was cancelled", .0.display())]
     Cancelled(PathBuf),
 }
@@ -72,7 +72,7 @@ impl OpenError {
         Self::Recording(RecordingError::io(path, error))
     }
 
-    /// Whether the session can be read but for damaged pieces, or up to a limit.
+    /// Whether a part of the session can be read: all but damaged pieces, or up to a limit.
     pub fn is_damage(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! Reads a session that is to be drawn on, either with threads' help or piece by piece.
+//! Reads a session for drawing, either at once with threads or piece by piece.
 
 use std::{io, sync::Arc};
 
@@ -9,17 +9,17 @@ use crate::{
 };
 use osp_session::recording::{self, EventSource, RecordingError};
 
-/// Bytes of a piece's lines: more than ordinary lines take.
+/// Most bytes of a piece; ordinary lines need fewer.
 const PIECE_BYTES: usize = 1 << 18;
-/// So many pieces may wait for the journal, and for the model.
+/// Most pieces that wait for the journal or for the model.
 const PIECES_AHEAD: usize = 4;
 
-/// What comes of beginning to open a session.
+/// The result of starting to open a session.
 #[derive(Debug)]
 pub(crate) enum Started {
-    /// There is nothing to read: it is empty.
+    /// The session is empty.
     Empty(Box<Session>),
-    /// It is to be read.
+    /// The session has events to read.
     Reads(Box<SessionReader>),
 }
 
@@ -32,17 +32,17 @@ impl Started {
     }
 }
 
-/// A session on its way to a [`Session`].
+/// Reads a recording into a [`Session`].
 #[derive(Debug)]
 pub(crate) struct SessionReader {
     session: Session,
     recorded: recording::Session,
     opened: Opened,
-    /// A remark that comes after those of the reader.
+    /// A remark to append to those of the reader.
     remark: Option<String>,
-    /// What becomes of its file if it is not read to its end.
+    /// Releases the file if reading does not reach the end.
     give_back: fn(SessionFile),
-    /// Whether strokes that a crash has left open are ended.
+    /// Whether to end strokes that a crash left open.
     ends_strokes: bool,
     events: u64,
 }
@@ -61,26 +61,26 @@ impl SessionReader {
         }
     }
 
-    /// Says something before the remarks of the reader, or after them.
+    /// Adds a remark before or after those of the reader.
     pub(super) fn remarking(mut self, before: Option<String>, after: Option<String>) -> Self {
         self.opened.remarks.extend(before);
         self.remark = after;
         self
     }
 
-    /// Offers to go on with earlier edits of the same session instead.
+    /// Lets the window offer to continue with earlier edits of the same session.
     pub(super) fn offering(mut self, earlier: Option<Autosave>) -> Self {
         self.session.earlier = earlier;
         self
     }
 
-    /// Strokes that are open stay so: in a session of several, the others say when they end.
+    /// Leaves unfinished strokes open, because in a shared session other authors end them.
     #[cfg(feature = "live")]
     pub(super) fn without_ends(self) -> Self {
         Self { ends_strokes: false, ..self }
     }
 
-    /// Events that were read.
+    /// Number of events read.
     pub(crate) fn events(&self) -> u64 {
         self.events
     }
@@ -88,7 +88,7 @@ impl SessionReader {
     /// Reads a piece into the journal and the model. Returns whether there may be more.
     ///
     /// # Errors
-    /// The session is damaged, or no recording can hold what it holds. Then it is to be given up.
+    /// The session is damaged or has invalid events. The caller must then call [`SessionReader::give_up`].
     pub(crate) fn step(&mut self) -> Result<bool, RecordingError> {
         let mut piece = Lines::default();
         let outcome = read_piece(&mut *self.recorded.events, &mut piece);
@@ -98,11 +98,11 @@ impl SessionReader {
         outcome
     }
 
-    /// Reads it to its end, the model and the journal on threads of their own; `go_on` is asked from time to time, with the
-    /// number of events that were read.
+    /// Reads the session to its end, with threads for the model and the journal. Calls `go_on` from time to time with the
+    /// number of events read.
     ///
     /// # Errors
-    /// As there, or of kind `Interrupted` if `go_on` said no.
+    /// As [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
     pub(super) fn read(mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
         match self.read_all(go_on) {
             Ok(()) => self.finish(),
@@ -113,7 +113,7 @@ impl SessionReader {
         }
     }
 
-    /// Reads the events, piece by piece. Meanwhile one thread applies them to the model, and another one packs their lines for the
+    /// Reads the events piece by piece. One thread applies them to the model, another one packs their lines for the
     /// journal.
     fn read_all(&mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(), RecordingError> {
         let Session { model, journal, .. } = &mut self.session;
@@ -127,7 +127,7 @@ impl SessionReader {
                 let outcome = read_piece(events, &mut piece);
                 count += piece.events().len() as u64;
                 let piece = Arc::new(piece);
-                // What the journal refuses ends the reading.
+                // Reading ends if the journal refuses a piece.
                 if !(to_journal(Arc::clone(&piece)) && to_model(piece) && outcome?) {
                     return Ok(());
                 }
@@ -147,10 +147,10 @@ impl SessionReader {
         noted.and(applied).and(read)
     }
 
-    /// The session, when it was read to its end.
+    /// Returns the session after its last piece.
     ///
     /// # Errors
-    /// Its file is not what was read.
+    /// The file has changed since it was read.
     pub(crate) fn finish(mut self) -> Result<(Session, Opened), RecordingError> {
         let notes = self.recorded.events.notes();
         self.opened.remarks.extend(notes.warnings);
@@ -168,13 +168,13 @@ impl SessionReader {
         Ok((self.session, self.opened))
     }
 
-    /// Ends the reading: the file is what it was before.
+    /// Cancels reading. The file stays as it was.
     pub(crate) fn give_up(self) {
         self.session.journal.give_back(self.give_back);
     }
 }
 
-/// Reads a piece's events; those before an error stay in it. Returns whether there may be more.
+/// Reads the events of a piece and keeps those before an error. Returns whether there may be more.
 fn read_piece(events: &mut dyn EventSource, piece: &mut Lines) -> Result<bool, RecordingError> {
     while piece.events().len() < PIECE && piece.bytes() < PIECE_BYTES {
         let Some(event) = events.next_event()? else { return Ok(false) };

@@ -1,4 +1,4 @@
-//! A recorded session that can be played, stopped, and entered at any frame.
+//! A recorded session that plays, pauses, and jumps to any frame.
 
 mod reader;
 mod recorded;
@@ -21,18 +21,18 @@ use osp_session::{
     scene::Scene,
 };
 
-/// The changes that a jump to another frame makes to an index and a GPU scene.
+/// The changes to an index and a GPU scene after a jump to another frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Jump {
-    /// For the index: from the model before to the model now.
+    /// The changes for the index, from the old model to the new one.
     pub changes: Vec<Change>,
-    /// Polygons, visible or not, that have moved, also those that had moved before without a change that said so.
+    /// Polygons that have moved, visible or not, including earlier movements without a change.
     pub moved: Vec<PolygonId>,
-    /// Polygons that exist now; numbers from here on will be given out again.
+    /// Number of polygons now. New polygons reuse the numbers from here on.
     pub polygon_count: usize,
 }
 
-/// The model as it was after some frames.
+/// A copy of the model after some frames.
 #[derive(Debug)]
 struct Snapshot {
     state: SessionState,
@@ -45,7 +45,7 @@ impl Snapshot {
     }
 }
 
-/// A recorded session, the frames that were played of it, and how it goes on.
+/// The state of a replay: the recording, the position, and the speed.
 #[derive(Debug)]
 pub struct Replay {
     recorded: Arc<Recorded>,
@@ -55,33 +55,33 @@ pub struct Replay {
     background: [f64; 3],
     camera: CameraPath,
     remarks: Vec<String>,
-    /// Of the model: poses, and the number of frames played.
+    /// Poses of the current frame, and the number of frames played.
     moment: Moment,
-    /// On the way of a jump.
+    /// Memory for the changes during a jump.
     changes: Vec<Change>,
     is_playing: bool,
     speed: f64,
-    /// The fraction of a frame that is due.
+    /// The part of the next frame that is due.
     due: f64,
 }
 
 impl Replay {
-    /// The reader's remarks, one line each.
+    /// Warnings of the reader, one line each.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
 
-    /// A background that the finished model stands out from: linear red, green, blue.
+    /// A background colour that contrasts with the finished model: linear red, green, blue.
     pub fn background(&self) -> [f64; 3] {
         self.background
     }
 
-    /// Frames of the session.
+    /// Number of frames of the session.
     pub fn frame_count(&self) -> u64 {
         self.recorded.frame_ends.len() as u64
     }
 
-    /// Frames played: 0 before the first.
+    /// Number of frames played: 0 before the first one.
     pub fn position(&self) -> u64 {
         self.moment.frame
     }
@@ -91,7 +91,7 @@ impl Replay {
         &self.stroke_starts
     }
 
-    /// Time of the session after so many frames, seconds since its first event.
+    /// Time after this number of frames, seconds since the first event.
     pub fn secs_at(&self, frames: u64) -> f64 {
         let Recorded { events, frame_ends } = &*self.recorded;
         let time_of = |at: usize| events.get(at).map(Event::time_secs);
@@ -103,7 +103,7 @@ impl Replay {
         }
     }
 
-    /// Whether it runs.
+    /// Whether it is playing.
     pub fn is_playing(&self) -> bool {
         self.is_playing
     }
@@ -113,7 +113,7 @@ impl Replay {
         self.speed
     }
 
-    /// Sets how many recorded frames are played for each one shown.
+    /// Sets the number of recorded frames for each shown frame.
     pub(super) fn set_speed(&mut self, speed: f64) {
         self.speed = if speed.is_finite() { speed.clamp(0.01, 1000.0) } else { 1.0 };
     }
@@ -124,12 +124,12 @@ impl Replay {
         (self.is_playing && self.position() == self.frame_count()).then(|| self.seek(model, 0))
     }
 
-    /// The replay camera's view here.
+    /// The view of the replay camera at the current frame.
     pub fn view(&self) -> View {
         self.camera.view(&self.moment)
     }
 
-    /// Plays the frames for one shown frame. Returns how many changes they have made.
+    /// Plays the frames for one shown frame. Returns the number of changes.
     pub(super) fn advance(&mut self, model: &mut Model) -> usize {
         if !self.is_playing {
             return 0;
@@ -158,8 +158,8 @@ impl Replay {
         true
     }
 
-    /// Returns a function that finds when each polygon of the present model was drawn. It plays the session once more up to here,
-    /// may run on another thread, and stops when it is told to.
+    /// Returns a function that finds the time at which each polygon of the current model was drawn. The function plays the
+    /// session again up to the current frame. It may run on another thread, and stops when its argument returns `false`.
     pub fn polygon_times(&self) -> impl FnOnce(&dyn Fn() -> bool) -> PolygonTimes + Send + use<> {
         let (recorded, end) = (Arc::clone(&self.recorded), self.position());
         move |goes_on| recorded.polygon_times(end, goes_on)
@@ -177,7 +177,7 @@ impl Replay {
         state.scene
     }
 
-    /// Goes to the model as it is after `frames` frames.
+    /// Jumps to the model after `frames` frames.
     pub(super) fn seek(&mut self, model: &mut Model, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());
         let best = self.snapshots.iter().rev().find(|snapshot| snapshot.frames() <= frames);
@@ -188,7 +188,7 @@ impl Replay {
             _ => SessionState::keeping_groups_whole(),
         };
         while state.moment.frame < frames {
-            // The difference includes the changes on the way.
+            // `difference` below includes these changes.
             self.changes.clear();
             state.scene.let_go();
             state.play(self.recorded.of(state.moment.frame), &mut self.changes);
@@ -199,11 +199,11 @@ impl Replay {
     }
 }
 
-/// The changes from one model of a session to another one of the same session.
+/// The changes between two models of the same session.
 fn difference(from: &Scene, to: &Scene) -> Jump {
     let (old, new) = (from.polygon_count(), to.polygon_count());
     let mut jump = Jump { polygon_count: new, ..Jump::default() };
-    // It and its space may have moved against each other, so that it stands where it was.
+    // The polygon and its space may have moved in opposite directions, so that the polygon stays in place.
     let is_elsewhere_in_space = |id| {
         from.space(id).is_some() && Geometry::bounds_in_space(from, id) != Geometry::bounds_in_space(to, id)
     };
@@ -216,7 +216,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
             && (from.polygon(id) != to.polygon(id)
                 || from.space(id) != to.space(id)
                 || from.stroke_of(id).was_displaced_unseen());
-        // Its group may have moved as a whole since whoever draws it was told of it.
+        // Its group may have moved as a whole since the GPU scene got the polygon.
         if has_moved || (in_old && in_new && from.space(id).is_some()) {
             jump.moved.push(id);
         }
@@ -227,7 +227,7 @@ fn difference(from: &Scene, to: &Scene) -> Jump {
             _ => {}
         }
     }
-    // Where they were before, nobody has kept.
+    // The old places are unknown, so all spaces are placed again.
     jump.changes.extend(to.spaces().map(Change::Place));
     jump
 }
@@ -336,7 +336,7 @@ mod tests {
         let frames = replay(&player).frame_count();
         assert!(replay(&player).snapshots.len() > 8 && replay(&player).snapshots.len() <= MAX_SNAPSHOTS);
         let mut index = BruteForce::new();
-        // The polygons that a GPU scene would hold.
+        // The polygons in a GPU scene.
         let mut held: Vec<osp::polygon::ConvexPolygon> = Vec::new();
         let mut position = 0;
         for round in 0..60u64 {
@@ -373,7 +373,7 @@ mod tests {
         }
     }
 
-    /// The group moves one way and the stroke in it the other: it stands where it was, but elsewhere in the group's space.
+    /// The group and a stroke in it move in opposite directions. The stroke stays in place, but moves in the group's space.
     #[test]
     fn a_jump_tells_of_a_stroke_that_moved_against_its_group() {
         let (t, stroke, group) = (0.0, StrokeId(0), GroupId(0));

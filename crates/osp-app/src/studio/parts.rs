@@ -1,4 +1,4 @@
-//! The parts of the studio that begin empty: input, the work of commands, what a frame shows.
+//! The parts of the studio that start empty: input, the work of commands, the contents of a frame.
 
 use std::path::PathBuf;
 
@@ -31,26 +31,26 @@ use osp_render::{DrawnCounts, LineBatch, PassTimes};
 pub struct FrameReport {
     /// Times and counts of the index.
     pub record: FrameRecord,
-    /// Making polygons of the input since the last frame, nanoseconds.
+    /// Time to make polygons of the input since the last frame, nanoseconds.
     pub strokes_ns: u64,
-    /// Input samples that became part of this frame.
+    /// Number of input samples in this frame.
     pub samples: u64,
-    /// Polygons drawn.
+    /// Number of drawn polygons.
     pub drawn: u64,
 }
 
 /// The changes that the GPU scene needs before a frame is drawn.
 #[derive(Debug, Default)]
 pub(crate) struct Pending {
-    /// Whether the model is another one, so that all polygons must be sent again.
+    /// Whether the model was replaced, so that the GPU needs all polygons again.
     pub(crate) is_other_scene: bool,
-    /// Only the first so many polygons are unchanged; later numbers are given to new polygons.
+    /// Number of polygons that keep their numbers. New polygons reuse the numbers from here on.
     pub(crate) keep: Option<usize>,
-    /// For the GPU scene.
+    /// The changes for the GPU scene.
     pub(crate) changes: Vec<Change>,
 }
 
-/// What a person holds and does: tools, selection, gestures, tracked hands.
+/// The state of the input: tools, selection, gestures, tracked hands.
 #[derive(Debug, Default)]
 pub(crate) struct Input {
     pub(crate) tool: ToolChoice,
@@ -62,25 +62,25 @@ pub(crate) struct Input {
     pub(crate) selection: Selection,
     pub(crate) replaced: Replaced,
     pub(crate) clip: Clip,
-    /// The box of what is selected, as it was last shown.
+    /// The box of the selection as it was last shown.
     pub(crate) shown_bounds: Option<Aabb>,
-    /// The selection that it is of.
+    /// The selection of `shown_bounds`.
     pub(crate) bounds_of: Option<Selection>,
     pub(crate) measured: Option<(Vec3, Vec3)>,
     pub(crate) gestures: Gestures,
     pub(crate) tracker: Option<Tracker>,
-    /// The tracker has sent more than the last frame took.
+    /// Whether messages of the tracker wait that the last frame did not handle.
     pub(crate) tracker_waits: bool,
     pub(crate) hands: Hands,
-    /// The senders of the tracker's messages, if each is an author of its own.
+    /// The senders of the tracker's messages, if each one is a separate author.
     pub(crate) senders: Option<Senders>,
     pub(crate) watch: Watch,
-    /// The tracker is being calibrated: hands do not draw.
+    /// Whether the tracker is being calibrated. Hands then do not draw.
     pub(crate) is_calibrating: bool,
 }
 
 impl Input {
-    /// Lets go of all that belongs to the session before.
+    /// Drops all state that belongs to the previous session.
     pub(crate) fn meet_session(&mut self) {
         (self.brush.layer, self.twins) = (0, Twins::default());
         (self.selection, self.bounds_of) = (Selection::default(), None);
@@ -89,33 +89,34 @@ impl Input {
     }
 }
 
-/// What commands have begun, and what has come of them.
+/// Work that commands have started, and its outcomes.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     pub(crate) question: Option<Question>,
-    /// A person has closed the window, and no question is open.
+    /// Whether the user has closed the window and no question is open.
     pub(crate) is_closing: bool,
-    /// How the last file was read or written that a command named.
+    /// Outcome of the last command that read or wrote a file.
     pub(crate) file_outcome: Option<Result<(), String>>,
-    /// Where the next frame is to be written as a picture.
+    /// File for a picture of the next frame.
     pub(crate) picture: Option<PathBuf>,
-    /// Writes each frame.
+    /// Writes each frame to a picture file, if set.
     pub(crate) frames: Option<FrameWriter>,
-    /// When it reads and writes.
+    /// How commands read and write: at once or in the background.
     pub(crate) way: Way,
     pub(crate) working: Option<Working>,
-    /// Why the session of a replay could not be read.
+    /// The error of a session that could not be read.
     pub(crate) unread: Option<OpenError>,
-    /// A session was closed although a part of it was not written.
+    /// The error of a session that was closed before all of it was written.
     pub(crate) unwritten: Option<Unwritten>,
 }
 
-/// What the last frame shows.
+/// The contents of the last frame.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
-    /// Polygons in view that lie in the frustum as a whole, and those that its planes cut, while that is shown.
+    /// Numbers of polygons that lie wholly in the frustum, and of those that its planes cut; `None` while this is not
+    /// shown.
     pub(crate) cut: Option<(u64, u64)>,
-    /// The screens that the head was behind in the last frame.
+    /// Names of the screens that the head was behind in the last frame.
     pub(crate) behind: Vec<String>,
     pub(crate) lines: LineBatch,
     /// The test pattern of each view, while it is shown.

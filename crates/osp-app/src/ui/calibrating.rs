@@ -10,7 +10,7 @@ use osp_session::{
     rig::{Calibration, RoomFromTracker, Screen},
 };
 
-/// A pose of this age, seconds, is shown as lost.
+/// Age in seconds at which a pose is shown as lost.
 pub(super) const LOST_SECS: f32 = 0.5;
 /// The corners in the order in which they are touched.
 const CORNERS: [&str; 3] = ["lower left", "lower right", "upper left"];
@@ -144,7 +144,7 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
     .inner
 }
 
-/// How long ago a pose was heard, seconds.
+/// Age of a pose, seconds.
 pub(super) fn age_secs(heard: &Heard) -> f32 {
     Instant::now().saturating_duration_since(heard.at).as_secs_f32()
 }

@@ -5,7 +5,7 @@ use crate::command::Command;
 /// The colour of warnings.
 pub(super) const ALARM: Color32 = Color32::from_rgb(255, 120, 100);
 
-/// The purpose of a path that the window asks for.
+/// The purpose of a path in a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ask {
     Open,

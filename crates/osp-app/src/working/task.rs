@@ -1,4 +1,4 @@
-//! Work as steps: a thread takes one after the other, a page as many as it has time for before the next frame.
+//! Work in steps. A thread takes all steps; a page takes as many as it has time for before the next frame.
 
 use std::{io, path::PathBuf};
 
@@ -14,7 +14,7 @@ use osp_session::{
     recording::RecordingError,
 };
 
-/// A session to draw on.
+/// A session for drawing.
 #[derive(Debug)]
 pub(crate) struct ReadSession {
     pub(crate) session: Session,
@@ -22,10 +22,10 @@ pub(crate) struct ReadSession {
     pub(crate) indexed: Option<Indexed>,
 }
 
-/// What came of some work.
+/// The result of background work.
 #[derive(Debug)]
 pub(crate) enum Done {
-    /// `is_sole`: without it the window has nothing to show.
+    /// `is_sole`: whether the window was opened only for this session.
     Played {
         path: PathBuf,
         is_sole: bool,
@@ -45,10 +45,10 @@ pub(crate) enum Done {
 
 /// Work that can be done in steps.
 pub(crate) trait Task: Send {
-    /// Takes a step; returns what came of the work after the last one, which the first step after it was cancelled is.
+    /// Takes a step. The last step returns the result; after a cancellation the next step is the last.
     fn step(&mut self, progress: &Progress) -> Option<Done>;
 
-    /// Takes all steps, perhaps several at once on threads.
+    /// Takes all steps; some tasks use threads of their own.
     fn run(mut self: Box<Self>, progress: &Progress) -> Done {
         loop {
             if let Some(done) = self.step(progress) {
@@ -58,7 +58,7 @@ pub(crate) trait Task: Send {
     }
 }
 
-/// A session that is read to play it.
+/// Reads a session for a replay.
 pub(crate) struct ToPlay {
     pub(crate) path: PathBuf,
     pub(crate) reader: ReplayReader,
@@ -80,7 +80,7 @@ impl Task for ToPlay {
     }
 }
 
-/// A session that is read to draw on it, and inserted into an index.
+/// Reads a session for drawing and inserts its model into an index.
 pub(crate) struct ToDraw {
     path: PathBuf,
     how: Opening,
@@ -112,7 +112,7 @@ impl ToDraw {
         Stage::Indexing(Box::new((session, opened, indexing)))
     }
 
-    /// Takes a step; what came of it after the last one.
+    /// Takes a step. The last step returns the session.
     fn advance(&mut self, progress: &Progress) -> Result<Option<ReadSession>, OpenError> {
         let cancelled = || OpenError::Cancelled(self.path.clone());
         self.stage = match std::mem::replace(&mut self.stage, Stage::Over) {

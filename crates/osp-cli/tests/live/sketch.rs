@@ -224,7 +224,7 @@ fn who_makes_a_layer_can_keep_it_and_the_others_see_whose_it_is() {
     bob.draw(-0.6);
     until(&mut [&mut ann, &mut bob], "it came too late", |all| row(all[1]).is_closed && have_all(all));
     assert_eq!(bob.studio.scene().counts().strokes, 4);
-    let said = "1 of your strokes are not in the model, for their layer has become another author's alone";
+    let said = "1 of your strokes are not in the model, because their layer is now another author's alone";
     assert!(bob.studio.messages().iter().any(|message| message.starts_with(said)));
     let folder = bob.folder;
     bob.studio.close().expect("written");

@@ -1,12 +1,12 @@
-//! Events of a session that have arrived and are not in the model yet. The model takes them piece by piece, as it takes a file, so
-//! that no burst of events stalls the frames.
+//! Events of a shared session that have arrived but are not in the model yet. The model takes them piece by piece, so that
+//! a burst of events does not stall a frame.
 
 use std::collections::VecDeque;
 
 use super::super::model::PIECE;
 use osp_session::recording::Event;
 
-/// Events in their order, as they came. More comes when the last of them is taken.
+/// Events in order of arrival. It is filled again after the last event was taken.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     events: VecDeque<Event>,
@@ -15,18 +15,18 @@ pub(super) struct Inbox {
 }
 
 impl Inbox {
-    /// Whether nothing waits.
+    /// Whether it holds no events.
     pub(super) fn is_empty(&self) -> bool {
         self.events.is_empty()
     }
 
-    /// Adds what has come, and how many of one's own events are in it.
+    /// Adds arrived events. `own` is the number of own events among them.
     pub(super) fn add(&mut self, events: Vec<Event>, own: usize) {
         self.events.extend(events);
         self.own += own;
     }
 
-    /// Moves the next piece to `out`. Returns how many own events have been taken with it: all, with the last piece.
+    /// Moves the next piece to `out`. The last piece returns the number of own events; all others return 0.
     pub(super) fn take_piece(&mut self, out: &mut Vec<Event>) -> usize {
         let mut room = PIECE;
         while let Some(event) = self.events.front() {
@@ -40,15 +40,15 @@ impl Inbox {
         if self.events.is_empty() { std::mem::take(&mut self.own) } else { 0 }
     }
 
-    /// Takes everything.
+    /// Takes all events.
     pub(super) fn take_all(&mut self) -> Vec<Event> {
         self.own = 0;
         std::mem::take(&mut self.events).into()
     }
 }
 
-/// The part of a piece that an event takes up. An event that draws counts by its length. An edit is a whole piece: a few bytes may
-/// change the whole model, and its extent is known only afterwards.
+/// The size of an event, as a part of a piece. A drawing event counts by its length. An edit counts as a whole piece,
+/// because a short event may change the whole model.
 fn weight(event: &Event) -> usize {
     match event {
         Event::Erase { .. }

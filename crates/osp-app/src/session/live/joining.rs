@@ -1,4 +1,4 @@
-//! A session that others draw in, too: how it is joined, followed and left.
+//! Joins, follows and leaves a shared session.
 
 use std::{path::Path, time::Duration};
 
@@ -17,14 +17,14 @@ use osp_session::{
     recording::{Event, Limits, RecordingError},
 };
 
-/// Events of the session that a frame takes at most: a long one comes in beside the window.
+/// Most events that a frame applies. A long session arrives over several frames.
 const EVENTS_A_FRAME: usize = 8192;
-/// Changed polygons after which a frame takes no more events.
+/// Number of changed polygons after which a frame applies no more events.
 const CHANGES_A_FRAME: usize = 1 << 16;
-/// How long a window that closes waits until all that was drawn is in the session.
+/// Longest time that a closing window waits until the session has all own events.
 const FAREWELL: Duration = Duration::from_secs(3);
 
-/// The file of a session that somebody is about to join.
+/// The file of a shared session before it is joined.
 #[derive(Debug)]
 pub struct Unjoined {
     session: Session,
@@ -32,10 +32,10 @@ pub struct Unjoined {
 }
 
 impl Unjoined {
-    /// The recording of the shared session of this name: one that was left, to be continued, or a new one.
+    /// Opens the recording of the shared session with this name, or begins a new one.
     ///
     /// # Errors
-    /// The file cannot be read or written, another window has it, or it holds something else.
+    /// The file cannot be read or written, another window has it open, or it has other contents.
     pub fn open(
         path: &Path,
         name: &str,
@@ -48,8 +48,7 @@ impl Unjoined {
         Ok((Self { session, known: Some(known) }, opened))
     }
 
-    /// The session, which follows the others from now on. What the file has is shown already; what has come to the session
-    /// since is appended to it.
+    /// Joins. The window shows the events of the file already; newer events of the session are appended to the file.
     pub fn join(self, live: Live) -> Session {
         let Self { mut session, known } = self;
         session.source = Source::Live(Box::new(Live { known, ..live }));
@@ -58,17 +57,17 @@ impl Unjoined {
 }
 
 impl Session {
-    /// A shared session, empty until it comes in.
+    /// A shared session without a file. It is empty until events arrive.
     ///
     /// # Errors
-    /// No recording can have the session's name.
+    /// The session's name is invalid in a recording.
     pub fn joining(live: Live, autosaves: &Autosaves) -> Result<Self, RecordingError> {
         let journal = Journal::unnamed(autosaves, live.session(), live::header(live.session()))?;
         Ok(Self { source: Source::Live(Box::new(live)), ..Self::around(journal) })
     }
 
-    /// Applies a slice of the events in the session's order, as of a file that is read between frames. A slice lasts `least`,
-    /// longer where frames are slow, and is at least a piece.
+    /// Applies a slice of the arrived events. A slice lasts at least `least`, longer if frames are slow, and has at least
+    /// one piece.
     pub(crate) fn follow_for(&mut self, least: Duration) {
         if let Some(live) = self.live_mut() {
             live.turns.set_least(least);
@@ -95,14 +94,16 @@ impl Session {
         live.turns.end();
     }
 
-    /// Leaves the others: waits a little until all that was drawn is in the session. Returns what to tell of the rest.
+    /// Leaves the shared session, after waiting a short time until it has all own events. Returns messages about events
+    /// that are missing.
     ///
     /// # Errors
     /// A part of the rest could not be written.
     pub(crate) fn leave(&mut self) -> Result<Vec<String>, Unwritten> {
         let Some(live) = self.live() else { return Ok(Vec::new()) };
         let status = live.link.status();
-        // Nobody answers a watcher, nor in a session that is full; who is nobody yet has nothing to leave.
+        // The server does not answer a watcher, or anybody in a full session. A window without an author has nothing to
+        // leave.
         let is_answered = !live.is_watcher
             && status.connection != Connection::Full
             && (status.author.is_some() || live.is_waiting());
@@ -119,8 +120,8 @@ impl Session {
         let mut said = std::mem::take(&mut self.news);
         let source = std::mem::replace(&mut self.source, Source::File);
         let Source::Live(mut live) = source else { return Ok(said) };
-        // Events that are not in the model. Own events among them count as missing: they are kept elsewhere, too. The others
-        // may go on for ever.
+        // The file gets events that the model lacks. Own events among them still count as missing, because another file has
+        // them. The loop has a time limit, because other authors may draw without end.
         let since = Instant::now();
         while since.elapsed() < FAREWELL
             && let Some(rest) = live.take_rest(&mut said)
@@ -146,7 +147,7 @@ impl Session {
     }
 }
 
-/// Writes the next events of a session of several people.
+/// Writes the next events of a shared session to its file.
 fn write_ordered(journal: &mut Journal, events: &[Event], news: &mut Vec<String>) {
     if events.is_empty() {
         return;

@@ -1,10 +1,10 @@
-//! The file in which a shared session was left.
+//! The recording of a shared session that this window has joined before.
 
 use std::path::PathBuf;
 
 use osp_session::recording::{Event, Session};
 
-/// What a file holds of a session already. It is read beside the session, which brings the same events again.
+/// The events of a shared session that its file already has. The server sends them again; they are compared with the file.
 #[derive(Debug)]
 pub(super) struct Known {
     pub(super) file: Session,
@@ -13,10 +13,10 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// Takes those events away that the file has.
+    /// Removes the events that the file has already.
     ///
     /// # Errors
-    /// The session has other ones: why nothing may be appended to the file.
+    /// The message to the user if the server's events differ from those of the file.
     pub(super) fn pass_over(&mut self, events: &mut Vec<Event>) -> Result<(), String> {
         let mut there = 0;
         for event in events.iter().take(usize::try_from(self.left).unwrap_or(usize::MAX)) {
@@ -30,15 +30,15 @@ impl Known {
         Ok(())
     }
 
-    /// Whether the session has brought all that the file holds.
+    /// Whether the server has sent all events of the file.
     pub(super) fn is_over(&self) -> bool {
         self.left == 0
     }
 
-    /// What to say where the file is of another session.
+    /// The message to the user if the file belongs to another session.
     pub(super) fn is_other(&self) -> String {
         format!(
-            "{}: expected the beginning of this session; the file is another's, and is left as it is",
+            "{}: expected the beginning of this session; the file belongs to another one and was not changed",
             self.path.display()
         )
     }

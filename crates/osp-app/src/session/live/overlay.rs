@@ -6,17 +6,17 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Own strokes that are not in the session as a whole yet, drawn at once: the hand does not wait for the network.
+/// Own strokes that have not come back from the server completely. They are drawn at once, without waiting for the network.
 ///
-/// They are a scene of their own, that is drawn over the session's. A stroke stays here until all of its events have come
-/// back; of what has come back, the session's scene shows the polygons, and only those after them are shown here.
+/// They have a scene of their own, which is drawn over the session's scene. A stroke stays here until all of its events
+/// have come back. The overlay shows only those polygons that the session's scene lacks.
 #[derive(Debug, Default)]
 pub struct Overlay {
     scene: Scene,
     changes: Vec<Change>,
     shown: VisibleBlocks,
     strokes: BTreeMap<StrokeId, Stroke>,
-    /// The scene is another one than the last time its changes were taken.
+    /// Whether the scene was replaced since its changes were last taken.
     is_other: bool,
 }
 
@@ -39,20 +39,20 @@ fn drawn_by(event: &Event) -> Option<StrokeId> {
 }
 
 impl Overlay {
-    /// Takes an own event that is on its way to the session.
+    /// Adds an own event that is on its way to the server.
     pub(super) fn add(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         if matches!(event, Event::Begin { .. } | Event::Polygon { .. }) {
             self.strokes.entry(id).or_default();
         }
-        // Of a stroke that began elsewhere nothing is drawn here.
+        // A stroke that began elsewhere is not drawn here.
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
         stroke.waiting += 1;
         stroke.has_ended |= matches!(event, Event::End { .. } | Event::Polygon { .. });
         self.scene.apply_all([event], &mut self.changes);
     }
 
-    /// An own event has come back, or will never be in the session.
+    /// Notes that an own event has come back, or that the server refused it.
     pub(super) fn settle(&mut self, event: &Event) {
         let Some(id) = drawn_by(event) else { return };
         let Some(stroke) = self.strokes.get_mut(&id) else { return };
@@ -62,7 +62,7 @@ impl Overlay {
         }
         self.strokes.remove(&id);
         if self.strokes.is_empty() {
-            // From the beginning, so that it does not grow.
+            // A new scene, so that the old one does not grow without limit.
             (self.scene, self.is_other) = (Scene::default(), true);
             self.changes.clear();
         } else {
@@ -71,7 +71,7 @@ impl Overlay {
         }
     }
 
-    /// Finds what is shown, where `in_session` says how many polygons of an own stroke the session's scene has.
+    /// Finds the polygons to show. `in_session` returns how many polygons of an own stroke the session's scene has.
     pub(super) fn show(&mut self, in_session: impl Fn(StrokeId) -> usize) {
         self.shown.clear();
         for &id in self.strokes.keys() {
@@ -82,17 +82,17 @@ impl Overlay {
         }
     }
 
-    /// The scene that it is drawn from.
+    /// The scene with the own strokes.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What of the scene is shown.
+    /// The polygons of the scene that are shown.
     pub fn shown(&self) -> &VisibleBlocks {
         &self.shown
     }
 
-    /// What has changed since the last call; true: everything.
+    /// Appends the changes since the last call. Returns `true` if the whole scene was replaced.
     pub(crate) fn take_changes(&mut self, out: &mut Vec<Change>) -> bool {
         out.append(&mut self.changes);
         std::mem::take(&mut self.is_other)

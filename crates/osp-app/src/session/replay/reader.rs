@@ -1,4 +1,4 @@
-//! Reads a session that is to be replayed, step by step: whoever has little time at once takes a few steps and comes back.
+//! Reads a session for a replay, step by step. A caller with little time can take a few steps between two frames.
 
 use std::{
     path::{Path, PathBuf},
@@ -19,12 +19,12 @@ use osp_session::{
 
 /// Snapshots kept at most.
 pub(super) const MAX_SNAPSHOTS: usize = 32;
-/// Largest weight of all snapshots together; 1 is about a hundred bytes.
+/// Largest total weight of all snapshots; 1 is about a hundred bytes.
 const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
 impl Session {
-    /// Reads a session of any format, whole, to play it, and stands before its first frame. A damaged one is played up to the
-    /// damage, which is in the remarks.
+    /// Reads a whole session of any format for a replay, at the position before its first frame. A damaged session plays up
+    /// to the damage, which the remarks name.
     ///
     /// # Errors
     /// The file cannot be read, or is of no known format.
@@ -35,7 +35,7 @@ impl Session {
     /// [`Session::to_play`] with options for the reader.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Session::to_play`].
     pub fn to_play_with(
         path: &Path,
         pace: Pace,
@@ -51,7 +51,7 @@ impl Session {
     }
 }
 
-/// A session on its way to a replay. A step opens the file, reads a frame, or plays one.
+/// Reads a session for a replay. Each step opens the file, reads a frame, or plays a frame.
 #[derive(Debug)]
 pub struct ReplayReader {
     path: PathBuf,
@@ -68,7 +68,7 @@ enum Stage {
     Over,
 }
 
-/// The events, cut into frames.
+/// The reader, and the events read so far, divided into frames.
 #[derive(Debug)]
 struct Reading {
     pacer: Pacer<recording::Session>,
@@ -79,18 +79,18 @@ struct Reading {
 }
 
 impl ReplayReader {
-    /// Reads this file, of which nothing is asked yet.
+    /// A reader of this file, which it does not open yet.
     pub fn new(path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) -> Self {
         let stage = Stage::Closed(pace, *options);
         Self { path: path.to_owned(), camera, events: 0, stage }
     }
 
-    /// Events that were read.
+    /// Number of events read.
     pub fn events(&self) -> u64 {
         self.events
     }
 
-    /// Takes a step. Returns the session once it is there, which is once; a further step returns nothing.
+    /// Takes a step. The last step returns the session; later steps return nothing.
     ///
     /// # Errors
     /// The file cannot be read, or is of no known format.
@@ -135,7 +135,7 @@ impl Reading {
         let read = self.pacer.next_frame(&mut self.frame);
         let goes_on = matches!(read, Ok(true));
         if let Err(error) = read {
-            self.remarks.push(format!("{error}: what comes before it is played"));
+            self.remarks.push(format!("{error}: only the part before it is played"));
         }
         if !self.frame.is_empty() || goes_on {
             self.recorded.events.append(&mut self.frame);
@@ -145,7 +145,8 @@ impl Reading {
     }
 }
 
-/// Plays a whole session once; keeps the model at evenly spaced frames, where strokes begin, and the box of everything.
+/// Plays a whole session once. Keeps snapshots of the model at evenly spaced frames, the frames in which strokes begin, and
+/// a box around all polygons.
 #[derive(Debug)]
 pub(super) struct FirstPlay {
     journal: Journal,
@@ -193,7 +194,8 @@ impl FirstPlay {
             return false;
         }
         if frame.is_multiple_of(self.spacing) {
-            // A stroke weighs as much as three polygons, and what undo keeps of an edit a part of one.
+            // A stroke weighs as much as three polygons. An edit weighs as much as one, plus a quarter for each stroke that
+            // it names.
             let scene = &state.scene;
             let weight = scene.polygon_count() + 3 * scene.strokes().len() + self.edit_weight;
             self.kept_weight += weight;
@@ -220,7 +222,7 @@ impl FirstPlay {
         true
     }
 
-    /// The session, before its first frame.
+    /// Returns the session, at the position before its first frame.
     pub(super) fn finish(self) -> Session {
         let Self { journal, recorded, choice, remarks, stroke_starts, snapshots, bounds, state, .. } = self;
         let replay = Replay {

@@ -1,10 +1,10 @@
 use osp_session::{export::PolygonTimes, recording::Event, replay::SessionState};
 
-/// The events of a session, cut into frames.
+/// The events of a session, divided into frames.
 #[derive(Debug)]
 pub(super) struct Recorded {
     pub(super) events: Vec<Event>,
-    /// Where in `events` each frame ends.
+    /// The end of each frame in `events`.
     pub(super) frame_ends: Vec<usize>,
 }
 
@@ -16,7 +16,7 @@ impl Recorded {
         &self.events[start..self.frame_ends[at]]
     }
 
-    /// When the polygons were drawn that there are after `end` frames, as far as it is told to go on: plays them.
+    /// Plays `end` frames and returns the time at which each polygon was drawn. Stops early if `goes_on` returns `false`.
     pub(super) fn polygon_times(&self, end: u64, goes_on: &dyn Fn() -> bool) -> PolygonTimes {
         let (mut state, mut times) = (SessionState::keeping_groups_whole(), PolygonTimes::default());
         let mut changes = Vec::new();
