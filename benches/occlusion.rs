@@ -13,7 +13,7 @@ use osp::{
     occlusion::{
         BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
         OcclusionStage, OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts,
-        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested,
+        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested, ViewInput,
     },
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},

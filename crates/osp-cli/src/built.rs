@@ -16,11 +16,21 @@ pub(super) enum Feature {
     Serve,
     Window,
     Worlds,
+    /// Worlds behind addresses.
+    WorldsCloud,
 }
 
 impl Feature {
-    const ALL: [Self; 7] =
-        [Self::Bench, Self::Live, Self::Peers, Self::Render, Self::Serve, Self::Window, Self::Worlds];
+    const ALL: [Self; 8] = [
+        Self::Bench,
+        Self::Live,
+        Self::Peers,
+        Self::Render,
+        Self::Serve,
+        Self::Window,
+        Self::Worlds,
+        Self::WorldsCloud,
+    ];
 
     /// Its name in Cargo.toml.
     const fn name(self) -> &'static str {
@@ -32,6 +42,7 @@ impl Feature {
             Self::Serve => "serve",
             Self::Window => "window",
             Self::Worlds => "worlds",
+            Self::WorldsCloud => "worlds-cloud",
         }
     }
 
@@ -45,6 +56,7 @@ impl Feature {
             Self::Serve => cfg!(feature = "serve"),
             Self::Window => cfg!(feature = "window"),
             Self::Worlds => cfg!(feature = "worlds"),
+            Self::WorldsCloud => cfg!(feature = "worlds-cloud"),
         }
     }
 }
@@ -61,8 +73,12 @@ pub(super) struct Lacking<'a>(pub(super) &'a [Feature]);
 impl fmt::Display for Lacking<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_wanted = |feature: &Feature| self.0.contains(feature) || feature.is_built();
-        let has_window = is_wanted(&Feature::Window);
-        let is_within = |feature: &Feature| *feature == Feature::Render && has_window;
+        let (has_window, has_cloud) = (is_wanted(&Feature::Window), is_wanted(&Feature::WorldsCloud));
+        let is_within = |feature: &Feature| match feature {
+            Feature::Render => has_window,
+            Feature::Worlds => has_cloud,
+            _ => false,
+        };
         let all = Feature::ALL.iter().filter(|feature| is_wanted(feature) && !is_within(feature));
         let all: Vec<_> = all.map(|feature| feature.name()).collect();
         let names: Vec<_> = self.0.iter().map(|feature| format!("`{}`", feature.name())).collect();
@@ -109,6 +125,12 @@ fn lacking<'a>(
     })
 }
 
+/// Whether an option names an address. Paths have no `://`.
+fn is_address(matches: &ArgMatches, option: &str) -> bool {
+    let values = matches.try_get_raw(option).ok().flatten();
+    values.into_iter().flatten().any(|value| value.to_string_lossy().contains("://"))
+}
+
 /// Refuses a command line that needs a feature which this build lacks.
 pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
     let (mut names, mut below) = (Vec::new(), matches);
@@ -127,7 +149,9 @@ pub(super) fn check(matches: &ArgMatches) -> anyhow::Result<()> {
             what.get_or_insert_with(|| {
                 given.map_or_else(|| format!("osp {command}"), |name| format!("osp {command} --{name}"))
             });
-            needed.push(*feature);
+            let is_address =
+                *feature == Feature::Worlds && ["world", "out"].iter().any(|&of| is_address(below, of));
+            needed.push(if is_address { Feature::WorldsCloud } else { *feature });
         }
     }
     what.map_or(Ok(()), |what| refuse(what, &needed))

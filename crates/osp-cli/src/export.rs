@@ -2,6 +2,7 @@
 
 use std::{io::Write, path::PathBuf};
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 
 use super::{
@@ -74,8 +75,9 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     };
     let name = args.session.file.file_stem().unwrap_or_default().to_string_lossy();
     let mut file = output.create()?;
-    let counts = write_glb(&scene, &name, &options, &mut file)?;
-    file.flush()?;
+    let named = || args.out.display().to_string();
+    let counts = write_glb(&scene, &name, &options, &mut file).with_context(named)?;
+    file.flush().with_context(named)?;
     let bytes = output.commit(file)?;
     if counts.not_finite > 0 {
         complain(&format!(

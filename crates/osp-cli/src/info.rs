@@ -162,7 +162,7 @@ fn json(
         name: &session.header.name,
         source: &session.header.source,
         strokes: counts.strokes,
-        strokes_at_end: at_end(brushes),
+        strokes_at_end: at_end(brushes, s),
         points: counts.points,
         polygons: counts.polygons,
         polygons_visible_at_end: tally.drawn,
@@ -214,7 +214,7 @@ fn text(
     if !session.header.source.is_empty() {
         line("source", one_line(&session.header.source).into_owned());
     }
-    line("strokes", strokes(counts.strokes, counts.erased_strokes, at_end(brushes)));
+    line("strokes", strokes(counts.strokes, counts.erased_strokes, at_end(brushes, s)));
     line("points", thousands(counts.points));
     line("polygons", polygons(counts.polygons, tally));
     line(
@@ -268,9 +268,12 @@ fn text(
     lines.join("\n")
 }
 
-/// The strokes that are neither erased nor undone.
-fn at_end(brushes: &[BrushRow]) -> u64 {
-    brushes.iter().map(|row| row.strokes).sum()
+/// The strokes that are neither erased nor undone. Those of models have no brush.
+fn at_end(brushes: &[BrushRow], s: &Summary) -> u64 {
+    match s.undos {
+        0 => s.counts.strokes.saturating_sub(s.counts.erased_strokes),
+        _ => brushes.iter().map(|row| row.strokes).sum(),
+    }
 }
 
 fn strokes(drawn: u64, erased: u64, at_end: u64) -> String {

@@ -166,7 +166,7 @@ const EXAMPLES: &str = "Examples:
   osp wall --hub nats://127.0.0.1/house --rig cave4
   osp replay --help       describes the indexes and the methods of occlusion culling
 
-Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
+Sessions may be .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .poses.gz, .obj, .obj.gz, .glb or .gltf.
 Exit codes: 0 done, 1 a check failed, 2 bad input or usage.";
 
 #[derive(Subcommand, Debug)]

@@ -1,11 +1,11 @@
 use std::{fs, path::PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::{Args, Command};
 use clap_mangen::Man;
 
 use super::{outcome::Outcome, output::say, outputs::Outputs};
-use osp_session::output_file::OutputKind;
+use osp_session::{atomic_file::Destination, output_file::OutputKind};
 
 /// Write the manual: a page for each command, for `man`.
 #[derive(Args, Debug)]
@@ -22,6 +22,7 @@ pub(super) struct ManArgs {
 
 pub(super) fn run(args: &ManArgs, program: Command) -> anyhow::Result<Outcome> {
     let named = || args.to.display().to_string();
+    ensure!(args.to.is_dir() || !args.to.exists(), "{}: expected a folder", named());
     fs::create_dir_all(&args.to).with_context(named)?;
     let mut program = program.disable_help_subcommand(true);
     program.build();
@@ -32,7 +33,10 @@ pub(super) fn run(args: &ManArgs, program: Command) -> anyhow::Result<Outcome> {
     for (file, command) in &pages {
         let mut page = Vec::new();
         Man::new(command.clone()).render(&mut page)?;
-        written.push((outputs.add("--to", &args.to.join(file), OutputKind::Manual)?, page));
+        let path = args.to.join(file);
+        let is_file = matches!(Destination::of(&path), Ok(Destination::File(_)));
+        ensure!(is_file, "{}: expected a regular file; found a pipe or a device", path.display());
+        written.push((outputs.add("--to", &path, OutputKind::Manual)?, page));
     }
     written.iter().try_for_each(|(output, page)| output.write(page))?;
     say(&format!("{} pages in {}", pages.len(), named()))?;

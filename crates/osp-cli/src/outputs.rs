@@ -53,7 +53,9 @@ impl Outputs {
 
     /// Checks an output before any work is done. `option` is what named it.
     pub(super) fn add(&mut self, option: &str, path: &Path, kind: OutputKind) -> anyhow::Result<Output> {
-        self.is_no_input(option, path)?;
+        // Where standard output leads to is a file, too.
+        let is_standard_output = path == Path::new("-") && cfg!(unix);
+        self.is_no_input(option, if is_standard_output { Path::new("/dev/stdout") } else { path })?;
         let destination = Destination::of(path).with_context(|| path.display().to_string())?;
         let is_written_twice = |other: &Path| match (&destination, Destination::of(other)) {
             (Destination::File(_), Ok(Destination::File(_))) => is_same_file(path, other),

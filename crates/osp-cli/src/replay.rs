@@ -91,6 +91,9 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         let mut complaint = None;
         if let (Some(pins), Some(path)) = (&pins, &args.check) {
             complaint = compare(pins, pin_in(path).as_ref());
+            if complaint.is_none() && !args.json {
+                say(&format!("as pinned in {}", path.display()))?;
+            }
         }
         if let Some(path) = &args.pin {
             match pin_in(path) {

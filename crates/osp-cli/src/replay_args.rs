@@ -100,7 +100,8 @@ pub(super) struct ReplayArgs {
     /// Write a CSV file with one line for each index and frame.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number).
+    /// Draw a chart of the frame times over the session, .png or .svg (with several sessions each name gets a number). Needs the
+    /// feature `bench`.
     #[arg(long, value_name = "FILE")]
     pub(super) chart: Option<PathBuf>,
     /// Print one JSON object for each session instead of a table.

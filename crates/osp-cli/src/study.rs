@@ -61,18 +61,20 @@ struct Study<'a> {
     /// The file to add lines to; `None` prints the lines.
     file: Option<StudyFile>,
     /// Results of sessions that need no measurement, by the hash of their contents.
-    known: HashMap<String, Found>,
+    printed: HashMap<String, Found>,
     measured: usize,
 }
 
 pub(super) fn run(args: &StudyArgs) -> anyhow::Result<Outcome> {
+    if let Some(method) = args.play.occlusion.iter().find(|method| method.is_while_drawing()) {
+        bail!("osp study draws nothing: expected methods that run on the CPU; found `{}`", method.name());
+    }
     args.play.check(false)?;
     let sessions = sessions(&args.files, Part::WHOLE)?;
     let (options, place) = (args.play.in_one_line(), Place::here()?);
     let out = args.out.as_deref().filter(|out| *out != Path::new("-"));
     let file = out.map(|out| StudyFile::open(out, &sessions, args.force)).transpose()?;
-    let known = file.as_ref().map_or_else(|| Ok(HashMap::new()), |file| file.known(&options, &place))?;
-    let mut study = Study { play: &args.play, options, place, file, known, measured: 0 };
+    let mut study = Study { play: &args.play, options, place, file, printed: HashMap::new(), measured: 0 };
 
     let (mut unread, mut disagreeing) = (0, 0);
     let bar = match &study.file {
@@ -113,8 +115,14 @@ impl Study<'_> {
     /// Returns the result of a session. A new session is measured, and its line is written.
     fn found(&mut self, path: &Path, name: &str) -> anyhow::Result<Found> {
         let contents = Contents::of(path).with_context(|| path.display().to_string());
-        if let Some(found) = contents.as_ref().ok().and_then(|contents| self.known.get(&contents.hash)) {
-            return Ok(found.clone());
+        if let Ok(Contents { hash, .. }) = &contents {
+            let found = match &mut self.file {
+                Some(file) => file.find(hash, &self.options, &self.place)?,
+                None => self.printed.get(hash),
+            };
+            if let Some(found) = found {
+                return Ok(found.clone().of(name));
+            }
         }
         self.measured += 1;
         let start = Instant::now();
@@ -123,13 +131,13 @@ impl Study<'_> {
             line.error = Some(format!("{error:#}"));
         }
         line.measuring_s = start.elapsed().as_secs_f64();
-        let (text, found) = (serde_json::to_string(&line)?, line.found());
-        if let Some(hash) = line.file_hash {
-            self.known.insert(hash, found.clone());
-        }
+        let found = line.found();
         match &mut self.file {
-            Some(file) => file.add(&text)?,
-            None => say(&text)?,
+            Some(file) => file.add(&line)?,
+            None => {
+                say(&serde_json::to_string(&line)?)?;
+                line.file_hash.and_then(|hash| self.printed.insert(hash, found.clone()));
+            }
         }
         Ok(found)
     }

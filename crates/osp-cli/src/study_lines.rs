@@ -115,6 +115,18 @@ impl Found {
     }
 }
 
+impl Found {
+    /// The same of another session with the same contents: an error names the one that was measured.
+    pub(super) fn of(self, name: &str) -> Self {
+        match self {
+            Self::Error(error) if !error.contains(name) => {
+                Self::Error(format!("{name}: its contents could not be read before: {error}"))
+            }
+            found => found,
+        }
+    }
+}
+
 impl StudyLine<'_> {
     pub(super) fn found(&self) -> Found {
         let disagreement = self.report.as_ref().and_then(ReplayReport::first_disagreement);
@@ -137,10 +149,13 @@ struct Verdict {
     indexes_agree: bool,
 }
 
-/// The output file of a study.
+/// The output file of a study, and what its lines say of sessions with the same options on the same machine.
 pub(super) struct StudyFile {
     path: PathBuf,
     file: File,
+    /// The end of the last whole line that was read.
+    read_to: u64,
+    known: HashMap<String, Found>,
 }
 
 impl StudyFile {
@@ -152,12 +167,10 @@ impl StudyFile {
         }
         Outputs::new(force).reads(inputs).add("--out", path, OutputKind::Study)?;
         let file = File::options().create(true).read(true).append(true).open(path).with_context(named)?;
-        let mut file = Self { path: path.to_owned(), file };
         if force {
-            file.file.set_len(0).with_context(named)?;
+            file.set_len(0).with_context(named)?;
         }
-        file.end_line().with_context(named)?;
-        Ok(file)
+        Ok(Self { path: path.to_owned(), file, read_to: 0, known: HashMap::new() })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -175,39 +188,121 @@ impl StudyFile {
         if last == *b"\n" { Ok(()) } else { self.file.write_all(b"\n") }
     }
 
-    /// Adds a line with one write, because other processes may add to the same file.
-    pub(super) fn add(&mut self, text: &str) -> anyhow::Result<()> {
-        self.file.write_all(format!("{text}\n").as_bytes()).with_context(|| self.path.display().to_string())
+    /// The result of a session with these contents, options and machine, if there is one by now: other processes add lines, too.
+    pub(super) fn find(
+        &mut self,
+        hash: &str,
+        options: &str,
+        machine: &Place,
+    ) -> anyhow::Result<Option<&Found>> {
+        self.read_on(options, machine)?;
+        Ok(self.known.get(hash))
     }
 
-    /// Results with the same options and machine, by the hash of the contents. Skips incomplete lines.
-    pub(super) fn known(&self, options: &str, machine: &Place) -> anyhow::Result<HashMap<String, Found>> {
+    /// Adds a line, unless another process has added one for the same session meanwhile. A lock keeps other processes out: an
+    /// incomplete line of theirs is ended first, and an own one is taken back.
+    pub(super) fn add(&mut self, line: &StudyLine<'_>) -> anyhow::Result<()> {
+        let text = serde_json::to_string(line)?;
+        let named = || self.path.display().to_string();
+        self.file.lock().with_context(named)?;
+        let added = self.add_locked(line, &text);
+        self.file.unlock().with_context(|| self.path.display().to_string())?;
+        added.with_context(|| self.path.display().to_string())
+    }
+
+    fn add_locked(&mut self, line: &StudyLine<'_>, text: &str) -> anyhow::Result<()> {
+        if let Some(hash) = &line.file_hash
+            && self.find(hash, line.options, line.machine)?.is_some()
+        {
+            return Ok(());
+        }
+        self.end_line()?;
+        let end = self.file.metadata()?.len();
+        if let Err(error) = self.file.write_all(format!("{text}\n").as_bytes()) {
+            self.file.set_len(end)?;
+            return Err(error.into());
+        }
+        Ok(())
+    }
+
+    /// Reads the lines that were added since. Skips incomplete lines, and lines that are too long for osp.
+    fn read_on(&mut self, options: &str, machine: &Place) -> anyhow::Result<()> {
         let named = || self.path.display().to_string();
         let mut lines = BufReader::new(open_regular(&self.path).with_context(named)?);
-        let (mut known, mut line) = (HashMap::new(), Vec::new());
-        for number in 1_u64.. {
+        lines.seek(SeekFrom::Start(self.read_to)).with_context(named)?;
+        let mut line = Vec::new();
+        loop {
             line.clear();
-            let read =
-                lines.by_ref().take(MOST_LINE_BYTES).read_until(b'\n', &mut line).with_context(named)?;
-            match read as u64 {
-                0 => break,
-                MOST_LINE_BYTES => {
-                    bail!("{}: line {number}: expected fewer than {MOST_LINE_BYTES} bytes", named())
-                }
-                _ => {}
+            let mut read =
+                lines.by_ref().take(MOST_LINE_BYTES).read_until(b'\n', &mut line).with_context(named)? as u64;
+            if read == MOST_LINE_BYTES && line.last() != Some(&b'\n') {
+                line.clear();
+                read += lines.skip_until(b'\n').with_context(named)? as u64;
+            } else if line.last() != Some(&b'\n') {
+                // It may still grow.
+                return Ok(());
             }
+            self.read_to += read;
             // Other readers refuse a line that is not UTF-8, even if its damage is in other fields.
             let head = str::from_utf8(&line).ok().and_then(|line| serde_json::from_str::<Head>(line).ok());
             let Some(head) = head.filter(|head| head.options == options && head.machine == *machine) else {
                 continue;
             };
             if let Some(hash) = head.file_hash {
-                known.insert(
-                    hash,
-                    Found::new(head.error, head.report.is_none_or(|report| report.indexes_agree)),
-                );
+                let agree = head.report.is_none_or(|report| report.indexes_agree);
+                self.known.insert(hash, Found::new(head.error, agree));
             }
         }
-        Ok(known)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn line<'a>(name: &'a str, hash: &str, machine: &'a Place) -> StudyLine<'a> {
+        StudyLine { file_hash: Some(hash.to_owned()), ..StudyLine::new(name, "options", machine) }
+    }
+
+    #[test]
+    fn lines_of_several_processes_stay_whole_and_come_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, machine) = (folder.path().join("a.ndjson"), Place::here().expect("a machine"));
+        let open = || StudyFile::open(&path, &[], false).expect("a file");
+        let (mut a, mut b) = (open(), open());
+        a.add(&line("one", "1", &machine)).expect("added");
+        // A process dies within a line while another one has the file open.
+        let mut text = fs::read_to_string(&path).expect("a line");
+        text.push_str(&text.clone()[..40]);
+        fs::write(&path, &text).expect("half a line");
+        b.add(&line("two", "2", &machine)).expect("added");
+        // Both have measured the same.
+        b.add(&line("one again", "1", &machine)).expect("not added");
+        a.add(&line("two again", "2", &machine)).expect("not added");
+        let text = fs::read_to_string(&path).expect("lines");
+        let whole = text.lines().filter(|line| serde_json::from_str::<Head>(line).is_ok());
+        assert_eq!((whole.count(), text.lines().count()), (2, 3), "{text}");
+        assert!(a.find("2", "options", &machine).expect("read").is_some());
+        assert!(a.find("2", "others", &machine).expect("read").is_some(), "it was read before");
+        assert!(open().find("2", "others", &machine).expect("read").is_none());
+    }
+
+    #[test]
+    fn a_line_that_is_too_long_is_passed_over() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, machine) = (folder.path().join("a.ndjson"), Place::here().expect("a machine"));
+        let mut file = StudyFile::open(&path, &[], false).expect("a file");
+        file.add(&line("one", "1", &machine)).expect("added");
+        let mut text = fs::read(&path).expect("a line");
+        text.resize(text.len() + (MOST_LINE_BYTES + 5) as usize, b'x');
+        text.push(b'\n');
+        fs::write(&path, &text).expect("a long line");
+        let mut file = StudyFile::open(&path, &[], false).expect("a file");
+        file.add(&line("two", "2", &machine)).expect("added");
+        for hash in ["1", "2"] {
+            assert!(file.find(hash, "options", &machine).expect("read").is_some(), "{hash}");
+        }
     }
 }

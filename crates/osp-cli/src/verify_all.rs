@@ -16,7 +16,7 @@ use osp_lab::{
     report::thousands,
     verify::{Trial, Verifier},
 };
-use osp_session::{output_file::STUDY_START, recording::looks_like_session};
+use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
 
 /// Bytes of a file that say whether it is a session.
 const START_BYTES: u64 = 4096;
@@ -62,8 +62,18 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
         }
         let mut walk = WalkDir::new(path).sort_by_file_name().into_iter();
         while let Some(entry) = walk.next() {
-            let entry = entry?;
+            let entry = match entry {
+                Ok(entry) => entry,
+                // Whoever reads it says why that fails.
+                Err(error) => {
+                    found.extend(error.path().map(Path::to_owned));
+                    continue;
+                }
+            };
             let path = entry.path();
+            if is_unfinished(path) {
+                continue;
+            }
             if entry.file_type().is_dir() {
                 // A .tilt may be a folder.
                 if looks_like_session(path, &[]) {
@@ -82,6 +92,7 @@ pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<Path
 /// The path of a session below the folder that was named.
 pub(super) fn name_in(paths: &[PathBuf], session: &Path) -> String {
     let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
+    let below = below.filter(|below| !below.as_os_str().is_empty());
     below.unwrap_or(session).to_string_lossy().into_owned()
 }
 

@@ -538,6 +538,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["replay", session, "--window"][..], "osp replay --window", "window", window),
         (&["replay", session, "--draw"], "osp replay --draw", "render", render),
         (&["replay", "--world", "w"], "osp replay --world", "worlds", worlds),
+        (&["replay", "--world", "s3://b/w"], "osp replay --world", "worlds-cloud", worlds),
         (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
         (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),

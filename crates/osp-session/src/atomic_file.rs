@@ -19,6 +19,11 @@ const MOST_LINKS: usize = 40;
 /// Begins the names of files that are being written.
 const PREFIX: &str = ".unfinished-";
 
+/// Whether a file has the name of one that is being written, or that a killed program has left behind.
+pub fn is_unfinished(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PREFIX))
+}
+
 /// Files that are being written: these a signal has to remove.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 

@@ -135,7 +135,8 @@ impl OutputKind {
                 let mut lines = start.split(|&byte| byte == b'\n');
                 lines.any(|line| line.starts_with(b".TH osp ") || line.starts_with(b".TH osp-"))
             }
-            Study => start.starts_with(STUDY_START),
+            // A killed program may have left only a part of the first line.
+            Study => text.starts_with(STUDY_START) || (!text.is_empty() && STUDY_START.starts_with(text)),
             Pvs => start.starts_with(b"osp pvs "),
             Html => starts("<!doctype html") || starts("<html"),
             Svg => starts("<svg") || (starts("<?xml") && holds(text, "<svg")),

@@ -52,6 +52,22 @@ fn an_input_is_never_an_output() {
     assert_eq!(names(folder.path()), ["a.ron", "p.pins", "sub"]);
 }
 
+/// As a shell does it with `>>`.
+#[cfg(unix)]
+#[test]
+fn standard_output_is_no_way_into_an_input() {
+    let folder = temp();
+    let session = write_session(folder.path(), "a.ron");
+    for args in [&["import", "a.ron", "-"][..], &["replay", "a.ron", "--csv", "-"]] {
+        let onto = fs::File::options().append(true).open(&session).expect("the session");
+        let mut osp = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
+        let output = osp.current_dir(folder.path()).args(args).stdout(onto).output().expect("osp");
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("the input, too"), "{args:?}: {}", stderr(&output));
+        assert_eq!(fs::read_to_string(&session).expect("there"), session_text(5.0), "{args:?}");
+    }
+}
+
 #[cfg(feature = "render")]
 #[test]
 fn render_never_makes_a_session_a_picture() {

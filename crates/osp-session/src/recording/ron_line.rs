@@ -29,7 +29,7 @@ impl Mismatch {
     }
 }
 
-pub(super) const HEADER_EXPECTED: &str = "the header line `Header(format: 2, …)` of a recording";
+pub(super) const HEADER_EXPECTED: &str = "the header line `Header(format: 4, …)` of a recording";
 
 fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)

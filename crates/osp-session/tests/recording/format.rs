@@ -93,7 +93,7 @@ fn a_last_line_without_newline_counts_if_it_is_whole() {
 #[test]
 fn headers_that_are_none_are_refused() {
     assert!(message("").contains(
-        "line 1: expected the header line `Header(format: 2, …)` of a recording; found an empty file"
+        "line 1: expected the header line `Header(format: 4, …)` of a recording; found an empty file"
     ));
     assert!(message("\n// only this\n").contains("found the end of the file"));
     assert!(message("PK\u{3}\u{4}binary\n").contains("found `PK��binary`"));
