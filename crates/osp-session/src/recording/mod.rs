@@ -18,9 +18,11 @@ mod header;
 pub mod import;
 mod input;
 mod limits;
+mod members;
 mod open;
 mod pacing;
 mod reducer;
+mod ron_camera;
 mod ron_file;
 mod ron_line;
 mod ron_reader;
@@ -33,11 +35,11 @@ mod unknown_brushes;
 mod unpacked;
 
 pub use alteration::{Alteration, Motion};
-pub use author::Author;
+pub use author::{Author, GroupId, StrokeId};
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    AUTHORS_FORMAT, Event, FORMAT_VERSION, GroupId, NormalRule, ONE_AUTHOR_FORMAT, Paint, StrokeId, Tool,
+    AUTHORS_FORMAT, Event, FORMAT_VERSION, MAX_LINE_BYTES, NormalRule, ONE_AUTHOR_FORMAT, Paint, Tool,
     Transform,
 };
 pub use header::{Camera, Header, Layer, Root};
@@ -47,7 +49,7 @@ pub use open::{OpenOptions, looks_like_session, open, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use reducer::{Message, Reduced, Reducer, Sender};
 pub use ron_file::{LastLine, RecordingFile};
-pub use ron_line::{MAX_LINE_BYTES, push_event, read_event};
+pub use ron_line::{push_event, read_event};
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use source::{EventSource, Notes, Session};

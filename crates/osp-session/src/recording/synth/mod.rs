@@ -5,8 +5,9 @@
 //! now and then something is undone, erased or moved. The same seed gives the same events, bit for bit, on every
 //! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
-//! The files, each knowing those before it: `kind`, `volume` (where it is drawn), `random` (numbers), `vector` (rotations), `path` (where a stroke goes),
-//! `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for each subject.
+//! The files, each knowing those before it: `kind`, `volume` (where it is drawn), `random` (numbers), `vector` (rotations),
+//! `path` (where a stroke goes), `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for
+//! each subject.
 
 mod artist;
 mod brushes;
