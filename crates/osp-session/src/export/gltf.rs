@@ -5,23 +5,18 @@ use std::{
     io::{self, Write},
 };
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use thiserror::Error;
 
 use super::{
     gltf_json::{Object, document},
-    gltf_material::Material,
+    gltf_material::{Material, linear_color},
+    gltf_part::Part,
     times::PolygonTimes,
 };
-use crate::{
-    brush::Surface,
-    scene::{Scene, Stroke},
-};
-use osp::polygon::{ConvexPolygon, PolygonId};
+use crate::scene::{Scene, Stroke};
+use osp::polygon::PolygonId;
 
-/// Bytes of a vertex: position and normal as floats, colour as four 16-bit numbers, texture coordinates, time and stroke
-/// as floats.
-pub(super) const VERTEX_BYTES: usize = 12 + 12 + 8 + 8 + 4 + 4;
 const GLB_MAGIC: u32 = 0x4654_6c67;
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
@@ -76,51 +71,6 @@ pub struct GltfCounts {
     pub not_finite: u64,
     /// Polygons that face the eye in the session, and one way only in the file.
     pub turned: u64,
-}
-
-/// Vertices and triangles of one material in one object.
-#[derive(Default)]
-pub(super) struct Part {
-    pub(super) vertices: Vec<u8>,
-    pub(super) indices: Vec<u32>,
-    pub(super) min: Vec3,
-    pub(super) max: Vec3,
-}
-
-impl Part {
-    pub(super) fn count(&self) -> usize {
-        self.vertices.len() / VERTEX_BYTES
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        self.vertices.len() + self.indices.len() * 4
-    }
-
-    /// `tail` is the same at all corners: the time, seconds, and the number of the stroke.
-    fn add(&mut self, polygon: &ConvexPolygon, surface: &Surface, color: [f32; 4], tail: [f32; 2]) {
-        let corners = polygon.vertices();
-        let flat = unit_normal(polygon.area_vector());
-        let first = self.count() as u32;
-        if first == 0 {
-            (self.min, self.max) = (corners[0], corners[0]);
-        }
-        for (i, &corner) in corners.iter().enumerate() {
-            (self.min, self.max) = (self.min.min(corner), self.max.max(corner));
-            let normal = surface.normal(i).unwrap_or(flat);
-            let Vec2 { x, y } = surface.uv(i);
-            for number in corner.to_array().into_iter().chain(normal.to_array()) {
-                self.vertices.extend(number.to_le_bytes());
-            }
-            let [r, g, b, a] = color;
-            let color = [r, g, b, a * surface.alpha(i)].map(|c| (c * 65535.0).round() as u16);
-            self.vertices.extend(color.iter().flat_map(|c| c.to_le_bytes()));
-            let [secs, stroke] = tail;
-            self.vertices.extend([x, y, secs, stroke].iter().flat_map(|number| number.to_le_bytes()));
-        }
-        for i in 2..corners.len() as u32 {
-            self.indices.extend([first, first + i - 1, first + i]);
-        }
-    }
 }
 
 /// Writes the visible polygons of a scene as one binary glTF file: a mesh for each layer or stroke, a material for each
@@ -248,22 +198,9 @@ fn object_of<'a>(
     (key, name)
 }
 
-/// The normal of a polygon; that of a huge one overflows, and any will do.
-fn unit_normal(area_vector: Vec3) -> Vec3 {
-    area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
-}
-
-/// Vertex colours are linear in glTF.
-pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
-    let linear = |c: f32| {
-        let c = c.clamp(0.0, 1.0);
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    };
-    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)]
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::gltf_part::VERTEX_BYTES;
     use super::*;
     use crate::recording::{Author, Event, GroupId, StrokeId, Transform};
     use glam::Quat;

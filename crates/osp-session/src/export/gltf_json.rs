@@ -3,8 +3,8 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::{
-    gltf::{Part, VERTEX_BYTES},
     gltf_material::Material,
+    gltf_part::{Part, VERTEX_BYTES},
 };
 
 const FLOAT: u32 = 5126;

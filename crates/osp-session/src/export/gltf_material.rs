@@ -1,6 +1,5 @@
 use serde_json::{Value, json};
 
-use super::gltf::linear_color;
 use crate::{
     brush::{Brush, Draw, Effect, Lighting},
     scene::Stroke,
@@ -81,4 +80,13 @@ impl Material {
         }
         json
     }
+}
+
+/// Vertex colours are linear in glTF.
+pub(super) fn linear_color((r, g, b, a): (f32, f32, f32, f32)) -> [f32; 4] {
+    let linear = |c: f32| {
+        let c = c.clamp(0.0, 1.0);
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    [linear(r), linear(g), linear(b), a.clamp(0.0, 1.0)]
 }

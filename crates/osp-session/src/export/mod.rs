@@ -5,6 +5,7 @@
 mod gltf;
 mod gltf_json;
 mod gltf_material;
+mod gltf_part;
 mod times;
 
 pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb, write_glb_watched};

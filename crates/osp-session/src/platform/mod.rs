@@ -61,11 +61,9 @@ pub mod web_zstd;
 pub use web_zstd as zstd;
 
 mod user_folder;
-pub use user_folder::user_folder;
-
-/// The folder of the program's own files on a page, which are kept from one visit to the next.
 #[cfg(target_arch = "wasm32")]
-pub const USER_FOLDER: &str = "/osp";
+pub use user_folder::USER_FOLDER;
+pub use user_folder::user_folder;
 
 /// The clock.
 pub mod time {

@@ -1,5 +1,9 @@
 use std::path::PathBuf;
 
+/// The folder of the program's own files on a page, which are kept from one visit to the next.
+#[cfg(target_arch = "wasm32")]
+pub const USER_FOLDER: &str = "/osp";
+
 /// The program's own folder among the user's: `osp` in the folder that the variable `xdg` names, else in that of Windows, else
 /// `below_home`; `.osp` here where none is known.
 #[cfg(not(target_arch = "wasm32"))]
@@ -16,5 +20,5 @@ pub fn user_folder(xdg: &str, below_home: &str) -> PathBuf {
 /// A page has one folder.
 #[cfg(target_arch = "wasm32")]
 pub fn user_folder(_: &str, _: &str) -> PathBuf {
-    PathBuf::from(super::USER_FOLDER)
+    PathBuf::from(USER_FOLDER)
 }

@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::Excess;
+use super::{Excess, Place};
 
 /// The error of a recording. Every message names the file, the place in it and what was expected.
 #[derive(Debug, Error)]
@@ -59,4 +59,19 @@ impl RecordingError {
     pub fn io(path: &Path, cause: std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), cause }
     }
+}
+
+/// Names the option that raises [`Limits::polygons`](super::Limits::polygons), and with it the limits that follow from it.
+const MAX_POLYGONS: &str = "--max-polygons N";
+
+/// The error for more than `most` of something; [`Limited`](super::limited::Limited) adds what was read.
+pub(super) fn beyond(path: &Path, place: Place, most: u64, what: &str) -> RecordingError {
+    RecordingError::Limit(Box::new(Excess {
+        path: path.to_owned(),
+        place,
+        most,
+        what: what.to_owned(),
+        option: MAX_POLYGONS,
+        read: None,
+    }))
 }

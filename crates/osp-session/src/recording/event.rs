@@ -1,7 +1,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::Author;
+use super::{Author, GroupId, StrokeId};
 use osp::math::COORDINATE_LIMIT_M;
 
 /// The newest recording format that this crate reads: that of recordings of several [`Author`]s. Every recording is written
@@ -14,15 +14,10 @@ pub const AUTHORS_FORMAT: u32 = 4;
 /// The format of a session that one author draws in the window: it has what the window's edits need.
 pub const ONE_AUTHOR_FORMAT: u32 = 3;
 
-/// A stroke's number, unique within a session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct StrokeId(pub u32);
-
-/// A group's number, unique within a session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct GroupId(pub u32);
+/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB, a move
+/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds what a
+/// reader keeps in memory.
+pub const MAX_LINE_BYTES: usize = 1 << 24;
 
 /// The tool of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -404,7 +399,7 @@ impl Event {
     pub const MAX_GROUP_NAME_BYTES: usize = 256;
 
     /// Most strokes that one event may name so that it fits into a line, whatever their numbers.
-    pub const MAX_STROKES_NAMED: usize = (super::MAX_LINE_BYTES - 2048) / 11;
+    pub const MAX_STROKES_NAMED: usize = (MAX_LINE_BYTES - 2048) / 11;
 
     /// Its time stamp, seconds.
     pub fn time_secs(&self) -> f64 {

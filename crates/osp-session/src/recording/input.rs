@@ -6,7 +6,6 @@ use std::{
     sync::Arc,
 };
 
-use super::{OpenOptions, RecordingError, Session, open};
 use crate::{
     platform::fs::{self, File, without_dots},
     small_file::open_regular,
@@ -32,14 +31,6 @@ impl MemoryFiles {
         self.files.insert(without_dots(name.as_ref()), bytes.into());
     }
 
-    /// Opens one of them as [`open`](super::open) opens a file: what it contains decides about its format, then its name.
-    ///
-    /// # Errors
-    /// There is no such file, its format is unknown, or its beginning is damaged.
-    pub fn open(&self, name: impl AsRef<Path>, options: &OpenOptions) -> Result<Session, RecordingError> {
-        open::open_input(Input { path: name.as_ref(), files: Files::Memory(self) }, options)
-    }
-
     fn get(&self, path: &Path) -> Option<&Arc<[u8]>> {
         self.files.get(&without_dots(path))
     }
@@ -49,20 +40,6 @@ impl MemoryFiles {
         let is_below = |file: &PathBuf| file.starts_with(&folder) && *file != folder;
         folder.file_name() != Some(OsStr::new("")) && self.files.keys().any(is_below)
     }
-}
-
-/// Opens a session whose file is in memory. `name` decides about the format where the bytes do not, and is what errors call it.
-///
-/// # Errors
-/// The format is unknown, or the beginning is damaged.
-pub fn open_bytes(
-    name: impl AsRef<Path>,
-    bytes: impl Into<Arc<[u8]>>,
-    options: &OpenOptions,
-) -> Result<Session, RecordingError> {
-    let mut files = MemoryFiles::new();
-    files.insert(&name, bytes);
-    files.open(name, options)
 }
 
 /// A session's file, and how those beside it are found.
@@ -82,6 +59,11 @@ impl<'a> Input<'a> {
     /// A file or folder on the disk.
     pub(in crate::recording) fn on_disk(path: &'a Path) -> Self {
         Self { path, files: Files::Disk }
+    }
+
+    /// A file in memory.
+    pub(in crate::recording) fn in_memory(path: &'a Path, files: &'a MemoryFiles) -> Self {
+        Self { path, files: Files::Memory(files) }
     }
 
     /// Another one from where this one comes.

@@ -1,14 +1,10 @@
 use std::fmt;
-use std::path::{Path, PathBuf};
-
-use super::{
-    Event, EventSource, Notes, OpenOptions, RecordingError, tally::Tally, unknown_brushes::UnknownBrushes,
-};
+use std::path::PathBuf;
 
 /// How much a session may hold: a small packed file can claim to be more than fits into memory.
 ///
 /// All that memory grows with is counted as it is read, before it is kept anywhere. A reader that reaches a limit gives
-/// what comes before, and then [`RecordingError::Limit`]; a lenient one notes it and ends there.
+/// what comes before, and then [`RecordingError::Limit`](super::RecordingError::Limit); a lenient one notes it and ends there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Most polygons, counted before they are made: a sample of a ribbon or wall is one, of a tube eight, a face as many
@@ -20,7 +16,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits of [`OpenOptions::default`].
+    /// The limits of [`OpenOptions::default`](super::OpenOptions::default).
     pub const DEFAULT: Self = Self { polygons: 4_000_000, unpacking: 32 };
     /// Bytes that any packed file may become.
     pub const FREE_BYTES: u64 = 1 << 20;
@@ -107,94 +103,5 @@ impl fmt::Display for Excess {
             path.display()
         )?;
         read.iter().try_for_each(|read| write!(f, "; read before: {read}"))
-    }
-}
-
-/// Names the option that raises [`Limits::polygons`], and with it the limits that follow from it.
-const MAX_POLYGONS: &str = "--max-polygons N";
-
-/// The error for more than `most` of something; [`Limited`] adds what was read.
-pub(super) fn beyond(path: &Path, place: Place, most: u64, what: &str) -> RecordingError {
-    RecordingError::Limit(Box::new(Excess {
-        path: path.to_owned(),
-        place,
-        most,
-        what: what.to_owned(),
-        option: MAX_POLYGONS,
-        read: None,
-    }))
-}
-
-/// A source that ends where a session becomes too large, and notes unknown brushes.
-pub(super) struct Limited {
-    source: Box<dyn EventSource>,
-    path: PathBuf,
-    options: OpenOptions,
-    read: Tally,
-    /// Why the source was ended, for a lenient reader.
-    warning: Option<String>,
-    unknown_brushes: UnknownBrushes,
-    is_over: bool,
-}
-
-impl Limited {
-    pub(super) fn new(source: Box<dyn EventSource>, path: &Path, options: &OpenOptions) -> Self {
-        Self {
-            source,
-            path: path.to_owned(),
-            options: *options,
-            read: Tally::default(),
-            warning: None,
-            unknown_brushes: UnknownBrushes::default(),
-            is_over: false,
-        }
-    }
-
-    fn stop(&mut self, mut error: RecordingError) -> Result<Option<Event>, RecordingError> {
-        self.is_over = true;
-        // Nobody draws on: what was kept for the strokes can go.
-        let read = std::mem::take(&mut self.read);
-        if let RecordingError::Limit(excess) = &mut error {
-            excess.read = Some(read.to_string());
-        }
-        if !self.options.lenient {
-            return Err(error);
-        }
-        self.warning = Some(format!("{error}; reading ended there"));
-        Ok(None)
-    }
-}
-
-impl EventSource for Limited {
-    fn next_event(&mut self) -> Result<Option<Event>, RecordingError> {
-        if self.is_over {
-            return Ok(None);
-        }
-        let event = match self.source.next_event() {
-            Ok(Some(event)) => event,
-            Err(error @ RecordingError::Limit { .. }) => return self.stop(error),
-            other => return other,
-        };
-        if let Err((most, what)) = self.read.count(&event, &self.options.limits) {
-            return self.stop(beyond(&self.path, self.source.place(), most, what));
-        }
-        self.unknown_brushes.note(&event);
-        Ok(Some(event))
-    }
-
-    fn line(&self) -> Option<&str> {
-        self.source.line()
-    }
-
-    fn notes(&self) -> Notes {
-        let mut notes = self.source.notes();
-        notes.skipped += u64::from(self.warning.is_some());
-        notes.warnings.extend(self.warning.clone());
-        notes.warnings.extend(self.unknown_brushes.warning(&self.path));
-        notes
-    }
-
-    fn place(&self) -> Place {
-        self.source.place()
     }
 }

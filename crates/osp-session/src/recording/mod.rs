@@ -17,15 +17,20 @@ mod event;
 mod header;
 pub mod import;
 mod input;
+mod limited;
 mod limits;
-mod open;
+mod members;
+mod open_options;
+mod opening;
 mod pacing;
 mod reducer;
+mod ron_camera;
 mod ron_file;
 mod ron_line;
 mod ron_reader;
 mod ron_scan;
 mod ron_writer;
+mod session;
 mod source;
 mod synth;
 mod tally;
@@ -33,23 +38,25 @@ mod unknown_brushes;
 mod unpacked;
 
 pub use alteration::{Alteration, Motion};
-pub use author::Author;
+pub use author::{Author, GroupId, StrokeId};
 pub use environment::Environment;
 pub use error::RecordingError;
 pub use event::{
-    AUTHORS_FORMAT, Event, FORMAT_VERSION, GroupId, NormalRule, ONE_AUTHOR_FORMAT, Paint, StrokeId, Tool,
+    AUTHORS_FORMAT, Event, FORMAT_VERSION, MAX_LINE_BYTES, NormalRule, ONE_AUTHOR_FORMAT, Paint, Tool,
     Transform,
 };
 pub use header::{Camera, Header, Layer, Root};
-pub use input::{MemoryFiles, open_bytes};
+pub use input::MemoryFiles;
 pub use limits::{Excess, Limits, Place};
-pub use open::{OpenOptions, looks_like_session, open, open_ron};
+pub use open_options::OpenOptions;
+pub use opening::{looks_like_session, open, open_bytes, open_ron};
 pub use pacing::{Pace, Pacer, ParsePaceError};
 pub use reducer::{Message, Reduced, Reducer, Sender};
 pub use ron_file::{LastLine, RecordingFile};
-pub use ron_line::{MAX_LINE_BYTES, push_event, read_event};
+pub use ron_line::{push_event, read_event};
 pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
-pub use source::{EventSource, Notes, Session};
+pub use session::Session;
+pub use source::{EventSource, Notes};
 pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
 pub use tally::Tally;

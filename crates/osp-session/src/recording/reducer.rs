@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Author, Event,
-    author::{Admitted, Members, Numbers},
+    members::{Admitted, Members, Numbers},
 };
 
 /// Who sends messages: a number that each sender chooses by chance, anew whenever it joins; 0 is the host.

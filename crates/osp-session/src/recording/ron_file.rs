@@ -5,8 +5,8 @@ use crate::platform::fs::{File, OpenOptions as FileOptions};
 use crate::platform::zstd;
 
 use super::{
-    Header, OpenOptions, RecordingError, RonReader,
-    ron_line::{MAX_LINE_BYTES, is_blank, parse_event},
+    Header, MAX_LINE_BYTES, OpenOptions, RecordingError, RonReader,
+    ron_line::{is_blank, parse_event},
 };
 
 /// The file under a [`RonWriter`](super::RonWriter), compressed if its name ends in `.zst`.

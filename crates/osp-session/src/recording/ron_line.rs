@@ -8,11 +8,6 @@ use ron::extensions::Extensions;
 
 use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
 
-/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB, a move
-/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds what a
-/// reader keeps in memory.
-pub const MAX_LINE_BYTES: usize = 1 << 24;
-
 /// Characters of a damaged line that an error message shows.
 const EXCERPT_CHARS: usize = 80;
 

@@ -2,9 +2,9 @@ use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
 use super::{
-    AUTHORS_FORMAT, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError,
-    author::{Members, Numbers},
-    ron_line::{BadEvent, HEADER_EXPECTED, MAX_LINE_BYTES, excerpt, is_blank, parse_event, parse_header},
+    AUTHORS_FORMAT, Event, EventSource, Header, MAX_LINE_BYTES, Notes, OpenOptions, Place, RecordingError,
+    members::{Members, Numbers},
+    ron_line::{BadEvent, HEADER_EXPECTED, excerpt, is_blank, parse_event, parse_header},
 };
 
 /// Reads a recording line by line. One line is in memory at a time.

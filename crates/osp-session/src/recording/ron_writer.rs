@@ -2,8 +2,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::ron_file::{self, RecordingFile};
-use super::ron_line::{MAX_LINE_BYTES, excerpt, write_event, write_header};
-use super::{AUTHORS_FORMAT, Event, Header, RecordingError};
+use super::ron_line::{excerpt, write_event, write_header};
+use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
 
 /// Bytes that [`Flush::AtEnd`] collects before they are written.
 const PENDING_BYTES: usize = 1 << 16;

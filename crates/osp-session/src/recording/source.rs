@@ -1,7 +1,4 @@
-use std::path::Path;
-
-use super::limits::Limited;
-use super::{Event, Header, OpenOptions, Place, RecordingError};
+use super::{Event, Place, RecordingError};
 
 /// A stream of events, whatever format they come from. Memory does not grow with what was read.
 pub trait EventSource: Send {
@@ -36,44 +33,4 @@ pub struct Notes {
     pub warnings: Vec<String>,
     /// Damaged pieces passed over, for a lenient reader.
     pub skipped: u64,
-}
-
-/// An opened session: its header and its events.
-pub struct Session {
-    /// The header of the session.
-    pub header: Header,
-    /// Short name of the format, for `osp info`: `ron`, `ron.zst`, `tilt`, `apa`, `cassie`, `poses`, `obj`, `glb`, `gltf`.
-    pub format: &'static str,
-    /// The events.
-    pub events: Box<dyn EventSource>,
-}
-
-impl Session {
-    /// A session that `source` reads from `path`, up to the limits of the options.
-    pub fn new(
-        header: Header,
-        format: &'static str,
-        source: Box<dyn EventSource>,
-        path: &Path,
-        options: &OpenOptions,
-    ) -> Self {
-        Self { header, format, events: Box::new(Limited::new(source, path, options)) }
-    }
-}
-
-impl std::fmt::Debug for Session {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Session")
-            .field("header", &self.header)
-            .field("format", &self.format)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Iterator for Session {
-    type Item = Result<Event, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.events.next_event().transpose()
-    }
 }

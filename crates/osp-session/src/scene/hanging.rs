@@ -11,6 +11,8 @@
 //! Only groupings under a reached group, or of a group above one that differs, may have another outcome. The walk skips all
 //! others. Once no group differs, it goes on at the next edit, or ends.
 
+mod scratch;
+mod time;
 mod walk;
 
 use std::{
@@ -19,30 +21,8 @@ use std::{
 };
 
 use super::{group::Groups, log::Turn};
-use walk::Scratch;
-
-/// A point on the timeline. Constant parents (of groups without groupings) come first, then base parents (before all groupings),
-/// then groupings by their places in the log. The first two are ordered by group.
-type Time = (u64, usize);
-
-fn constant_time(group: usize) -> Time {
-    (0, group)
-}
-
-fn base_time(group: usize) -> Time {
-    (1, group)
-}
-
-fn time_of(place: u64) -> Time {
-    (place + 2, 0)
-}
-
-/// The place of the grouping at a time, if there is one.
-fn place_at(time: Time) -> Option<u64> {
-    time.0.checked_sub(2)
-}
-
-const END: Time = (u64::MAX, usize::MAX);
+use scratch::Scratch;
+use time::{END, Time, base_time, constant_time, place_at, time_of};
 
 /// The timeline of one group and of its children. The first two maps are empty for a group without groupings: its parent is
 /// constant.

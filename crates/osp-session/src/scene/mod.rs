@@ -31,6 +31,7 @@
 //!
 //! Knows [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](osp::polygon).
 
+mod author_state;
 mod authors;
 mod edit;
 mod editing;
@@ -38,10 +39,12 @@ mod geometry;
 mod group;
 mod hanging;
 mod history;
+mod layer_state;
 mod layers;
 mod log;
 mod model;
 mod pieces;
+mod remembered;
 mod solid;
 mod spaces;
 mod stroke;
@@ -49,8 +52,8 @@ mod tree;
 mod undo;
 mod used;
 
-pub use authors::AuthorInfo;
-pub use layers::LayerState;
+pub use author_state::AuthorInfo;
+pub use layer_state::LayerState;
 pub use model::{KnownView, Scene, SceneCounts, SceneWork};
 pub use stroke::Stroke;
 pub use tree::GroupNode;

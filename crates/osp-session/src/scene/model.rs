@@ -6,15 +6,15 @@ use std::{
 use glam::{Quat, Vec3};
 
 use super::{
-    authors::AuthorState,
+    author_state::AuthorState,
     edit::Edit,
     group::Groups,
     hanging::Hangings,
     history::{History, Lost},
-    layers::LayerState,
+    layer_state::LayerState,
     log::Log,
+    remembered::Remembered,
     stroke::Stroke,
-    undo::Remembered,
     used::UsedNumbers,
 };
 use crate::{

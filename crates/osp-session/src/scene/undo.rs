@@ -8,13 +8,6 @@ use super::{
 };
 use crate::recording::Author;
 
-/// Edits that all histories hold, and the strokes that they name.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Remembered {
-    edits: usize,
-    named: usize,
-}
-
 impl Scene {
     /// Notes an arrangement that has been made as the author's last edit.
     pub(super) fn arrange(&mut self, author: Author, what: Arrangement) {

@@ -8,6 +8,7 @@
 
 mod bolt;
 mod convex_hull;
+mod drops;
 mod frame;
 mod hull;
 mod knots;
@@ -18,7 +19,9 @@ mod quad_strip;
 mod random;
 mod refresh;
 mod ribbon;
+mod sample;
 mod sections;
+mod settings;
 mod slices;
 mod spray;
 mod track;
@@ -31,11 +34,14 @@ mod wall;
 mod welded;
 mod windowed_hull;
 
+pub use drops::Drops;
 pub use hull::HullBuilder;
 pub use particles::ParticlesBuilder;
 pub use pieces::{Piece, Pieces, QuadPieces};
 pub use quad_strip::QuadStripBuilder;
 pub use ribbon::RibbonBuilder;
+pub use sample::Sample;
+pub use settings::StrokeSettings;
 pub use slices::SlicesBuilder;
 pub use spray::SprayBuilder;
 pub use triangulate::split_into_convex;
@@ -45,66 +51,11 @@ pub use wall::WallBuilder;
 pub use welded::WeldedBuilder;
 pub use windowed_hull::WindowedHullBuilder;
 
-use glam::{Quat, Vec3};
-
 pub use crate::brush::MAX_SCATTERED;
 use crate::{
     brush::{Brush, Family, Surface},
-    recording::{NormalRule, Tool},
+    recording::Tool,
 };
-
-/// One sample of a tracker: a control point of a stroke.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Position, world space, metres.
-    pub position: Vec3,
-    /// World from tracker, unit quaternion.
-    pub orientation: Quat,
-    /// 0 to 1.
-    pub pressure: f32,
-}
-
-/// How a stroke is drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StrokeSettings {
-    /// The brush; without one, the samples become what `tool` says.
-    pub brush: Option<&'static Brush>,
-    /// What the samples become without a brush.
-    pub tool: Tool,
-    /// Full width at full pressure, metres.
-    pub width_m: f32,
-    /// Part of the width left at pressure 0.
-    pub thinnest: f32,
-    /// How a ribbon without a brush lies to the tracker.
-    pub normal: NormalRule,
-    /// What the random numbers of a brush start from.
-    pub seed: u32,
-    /// Factor of the lengths that are part of a brush (spacing, fading), not of the width.
-    pub scale: f32,
-}
-
-impl StrokeSettings {
-    /// Half of the width at this pressure, metres.
-    fn half_width_m(&self, pressure: f32) -> f32 {
-        let pressure = pressure.clamp(0.0, 1.0);
-        0.5 * self.width_m * (self.thinnest + (1.0 - self.thinnest) * pressure)
-    }
-}
-
-/// What was dropped while polygons were made, and why.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Drops {
-    /// Samples at the place of the one before: a segment of length zero.
-    pub zero_length: u64,
-    /// Polygons without area: needles and points, or a width of zero.
-    pub degenerate: u64,
-    /// Polygons whose corners are not finite or beyond [`osp::math::COORDINATE_LIMIT_M`].
-    pub out_of_range: u64,
-    /// Corners of a wall beyond [`crate::recording::Event::MAX_VERTICES`]: each replaces the one before it.
-    pub excess_corners: u64,
-    /// Particles and squares of a spray beyond [`MAX_SCATTERED`] on the way to one sample.
-    pub excess_pieces: u64,
-}
 
 /// A stroke in the making, whatever its tool.
 #[derive(Clone, Debug)]

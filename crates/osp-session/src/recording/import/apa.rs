@@ -16,7 +16,7 @@ use std::io::{BufReader, Read};
 use std::sync::LazyLock;
 
 use super::bytes::ByteReader;
-use super::session_name;
+use super::session_name::session_name;
 use super::strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream};
 use crate::{
     brush::{self, Brush},

@@ -24,7 +24,7 @@ use glam::Vec3;
 use super::{
     axes,
     cassie_json::{self, Document, HistoryStroke, RawData, State},
-    session_name,
+    session_name::session_name,
 };
 use crate::recording::{
     Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Paint, RecordingError, Session,

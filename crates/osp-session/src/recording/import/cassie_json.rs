@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, de};
 
-use crate::recording::{OpenOptions, Place, RecordingError, input::Input, limits::beyond};
+use crate::recording::{OpenOptions, Place, RecordingError, error::beyond, input::Input};
 use osp::math::COORDINATE_LIMIT_M;
 
 /// Greatest time that is read, seconds: 30,000 years.

@@ -9,11 +9,11 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
     lines::{LineReader, shown},
-    session_name,
+    session_name::session_name,
 };
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, input::Input,
-    limits::beyond,
+    Author, Event, EventSource, Header, Notes, OpenOptions, Place, RecordingError, Session, error::beyond,
+    input::Input,
 };
 use osp::math::COORDINATE_LIMIT_M;
 

@@ -14,7 +14,7 @@ use glam::{Quat, Vec3};
 use super::{
     axes,
     lines::{LineReader, shown},
-    session_name,
+    session_name::session_name,
 };
 use crate::recording::{
     Author, Event, EventSource, Header, NormalRule, Notes, OpenOptions, Place, RecordingError, Session,

@@ -12,8 +12,9 @@ use super::{
     archive::Archive,
     axes,
     bytes::ByteReader,
-    session_name,
+    session_name::session_name,
     strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
+    tilt_fields::METERS_PER_UNIT,
     tilt_metadata::Metadata,
 };
 use crate::recording::{
@@ -26,8 +27,6 @@ pub(super) const MAGIC: &[u8] = b"tilT";
 const SKETCH_MAGIC: u32 = 0xC576_A5CD;
 /// Versions of `data.sketch` that can be read: 6 says that long stroke extensions or header bytes may occur.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
-/// Metres in a unit of canvas or room space.
-pub(super) const METERS_PER_UNIT: f32 = 0.1;
 /// Names of the two files, the usual first; `.bytes` is what sketches inside a Unity project end in.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];

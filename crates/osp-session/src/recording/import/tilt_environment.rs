@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::{
     axes,
-    tilt_metadata::{Fields, TiltTransform, shorten},
+    tilt_fields::{Fields, TiltTransform, shorten},
 };
 use crate::recording::Environment;
 use osp::math::rotate;

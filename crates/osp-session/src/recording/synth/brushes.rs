@@ -2,7 +2,10 @@ use std::collections::VecDeque;
 
 use glam::{Quat, Vec3};
 
-use super::{CENTER, SynthKind, VOLUME_M};
+use super::{
+    SynthKind,
+    volume::{CENTER, VOLUME_M},
+};
 use crate::{
     brush::{self, Brush},
     recording::{

@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 
 use glam::Vec3;
 
-use super::{SynthKind, synthesize};
 use crate::recording::{Author, Event, EventSource, GroupId, RecordingError, Session, StrokeId};
 
 /// From one artist's beginning to the next one's, seconds.
@@ -39,21 +38,18 @@ pub(super) struct Class {
 }
 
 impl Class {
-    /// The most artists of a class.
-    pub(super) const MOST: u32 = 64;
-
-    pub(super) fn new(authors: u32, polygons: u32, seed: u64) -> Self {
-        let each = (polygons / authors.max(1)).max(1);
-        let pupil = |n: u32| Pupil {
+    /// Each session is that of the next artist.
+    pub(super) fn new(sessions: impl Iterator<Item = Session>) -> Self {
+        let pupil = |(n, session): (u32, Session)| Pupil {
             author: Author(n),
-            session: synthesize(SynthKind::Scribble, each, seed.wrapping_mul(1000).wrapping_add(n.into())),
+            session,
             next: None,
             heads: 0,
             is_there: false,
             may_redo: false,
             last_secs: 0.0,
         };
-        let mut pupils: Vec<Pupil> = (1..=authors).map(pupil).collect();
+        let mut pupils: Vec<Pupil> = (1..).zip(sessions).map(pupil).collect();
         // All are there from the start, so that nobody waits for who comes later.
         pupils.iter_mut().for_each(Pupil::read);
         Self { pupils, queue: VecDeque::new() }

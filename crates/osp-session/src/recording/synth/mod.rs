@@ -5,91 +5,30 @@
 //! now and then something is undone, erased or moved. The same seed gives the same events, bit for bit, on every
 //! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
-//! The files, each knowing those before it: `random` (numbers), `vector` (rotations), `path` (where a stroke goes),
-//! `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for each subject.
+//! The files, each knowing those before it: `kind`, `volume` (where it is drawn), `random` (numbers), `vector` (rotations),
+//! `path` (where a stroke goes), `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for
+//! each subject.
 
 mod artist;
 mod brushes;
 mod class;
 mod hand;
 mod head;
+mod kind;
 mod path;
 mod portrait;
 mod random;
 mod room;
 mod scribble;
 mod vector;
+mod volume;
 
-use std::fmt;
-use std::str::FromStr;
+pub use kind::{ParseSynthKindError, SynthKind};
 
 use artist::{Artist, Subject};
-use glam::Vec3;
-use thiserror::Error;
+use volume::{CENTER, VOLUME_M};
 
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
-
-/// The kinds of synthetic sessions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SynthKind {
-    /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.
-    Portrait,
-    /// Rooms with walls, furniture and decoration; the artist walks from room to room.
-    Room,
-    /// Long loose strokes that fill the whole 4 m volume.
-    Scribble,
-    /// A card of samples: a wave of each brush, in rows.
-    Brushes,
-    /// Several artists scribble in one volume at once.
-    Class,
-}
-
-impl SynthKind {
-    /// Every kind.
-    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
-
-    /// How many artists there are in [`SynthKind::Class`], unless it is said.
-    pub const CLASS_AUTHORS: u32 = 3;
-
-    /// Most artists that there can be in it.
-    pub const MOST_AUTHORS: u32 = class::Class::MOST;
-
-    /// The kinds that an artist draws, with a hand, a head and second thoughts.
-    pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
-
-    /// The kind's name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Portrait => "portrait",
-            Self::Room => "room",
-            Self::Scribble => "scribble",
-            Self::Brushes => "brushes",
-            Self::Class => "class",
-        }
-    }
-}
-
-impl fmt::Display for SynthKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// A kind that is none.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble, brushes or class; found `{0}`")]
-pub struct ParseSynthKindError(String);
-
-impl FromStr for SynthKind {
-    type Err = ParseSynthKindError;
-
-    fn from_str(text: &str) -> Result<Self, ParseSynthKindError> {
-        Self::ALL
-            .into_iter()
-            .find(|kind| kind.name() == text)
-            .ok_or_else(|| ParseSynthKindError(text.to_owned()))
-    }
-}
 
 /// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches the number. Polygons
 /// that are erased or undone later count, too. Events are made as they are asked for; memory does not grow.
@@ -123,14 +62,11 @@ pub fn synthesize_class(authors: u32, polygons: u32, seed: u64) -> Session {
     let source = format!("osp synth {kind} --authors {authors} --polygons {polygons} --seed {seed}");
     let root = Some(Root { center: CENTER, size: VOLUME_M });
     let header = Header { format: AUTHORS_FORMAT, root, ..Header::new(kind.name(), source) };
-    Session { header, format: "synth", events: Box::new(class::Class::new(authors, polygons, seed)) }
+    let each = (polygons / authors).max(1);
+    let seed_of = |author: u32| seed.wrapping_mul(1000).wrapping_add(author.into());
+    let sessions = (1..=authors).map(|author| synthesize(SynthKind::Scribble, each, seed_of(author)));
+    Session { header, format: "synth", events: Box::new(class::Class::new(sessions)) }
 }
-
-/// Edge of the modelling volume, metres.
-const VOLUME_M: f32 = 4.0;
-
-/// Centre of the modelling volume: between knee and hand at full stretch.
-const CENTER: Vec3 = Vec3::new(0.0, 1.5, 0.0);
 
 struct Synth {
     artist: Artist,

@@ -2,44 +2,15 @@
 
 use std::{
     cmp::Reverse,
-    collections::{BTreeMap, BinaryHeap},
     ops::Bound::{Excluded, Unbounded},
 };
 
 use super::{
     super::group::{Groups, MAX_GROUP_DEPTH},
-    END, Hangings, Time, place_at,
+    Hangings,
+    scratch::{Reason, Scratch},
+    time::{END, Time, place_at},
 };
-
-/// Why a grouping may have another outcome.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Reason {
-    /// The timeline was edited here.
-    Edit,
-    /// The parent that it sets is reached.
-    Toward { group: usize },
-    /// The group that it moves is reached.
-    Own,
-    /// The group that it moves is above one that differs.
-    Above,
-}
-
-/// Scratch of [`Hangings::settle`].
-#[derive(Clone, Debug, Default)]
-pub(super) struct Scratch {
-    /// The groups that differ, with their parents on the old timeline.
-    pub(super) differs: BTreeMap<usize, Option<usize>>,
-    /// The `mark` at which each group was last reached. A group stays reached until no group differs.
-    reached: Vec<u64>,
-    /// The `mark` at which each group was last above one that differs.
-    above: Vec<u64>,
-    /// Grows when a walk begins, and whenever no group differs.
-    mark: u64,
-    /// There are enough groups for a chain that is too long.
-    minds_heights: bool,
-    /// Each with the `mark` at which it was queued. Entries with an older mark are skipped, but for edits.
-    queue: BinaryHeap<Reverse<(Time, usize, Reason, u64)>>,
-}
 
 impl Hangings {
     /// Walks along the timeline. Returns `false` where rebuilding all parents costs less than the rest of the walk.
@@ -236,27 +207,5 @@ impl Hangings {
         };
         let mark = scratch.mark;
         scratch.queue.extend(next.map(|(time, group)| Reverse((time, group, reason, mark))));
-    }
-}
-
-impl Scratch {
-    pub(super) fn begin(&mut self, groups: usize) {
-        self.mark += 1;
-        self.reached.resize(groups, 0);
-        self.above.resize(groups, 0);
-        self.minds_heights = groups > MAX_GROUP_DEPTH;
-    }
-
-    pub(super) fn end(&mut self) {
-        self.differs.clear();
-        self.queue.clear();
-    }
-
-    fn is_reached(&self, group: usize) -> bool {
-        self.reached[group] == self.mark
-    }
-
-    fn is_above(&self, group: usize) -> bool {
-        self.above[group] == self.mark
     }
 }

@@ -6,7 +6,7 @@ use ::gltf::json::{
     validation::Checked,
 };
 
-use super::{Fault, container::File};
+use super::{container::File, fault::Fault};
 
 /// A row of elements at a distance of each other.
 #[derive(Clone, Copy)]

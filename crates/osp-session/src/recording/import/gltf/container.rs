@@ -4,9 +4,14 @@ use std::{io::Read, path::Path, path::PathBuf};
 
 use ::gltf::json::{Root, deserialize};
 
-use super::{Damage, Fault, MAGIC, uri};
-use crate::recording::{Limits, Place, RecordingError, import::lines::shown, input::Input, limits::beyond};
+use super::{
+    fault::{Damage, Fault},
+    uri,
+};
+use crate::recording::{Limits, Place, RecordingError, error::beyond, import::lines::shown, input::Input};
 
+/// What a `.glb` begins with.
+pub(in super::super) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
 const VERSION: u32 = 2;

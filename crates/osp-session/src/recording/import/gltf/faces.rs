@@ -7,7 +7,7 @@ use ::gltf::json::{
 };
 use glam::{DAffine3, Vec3};
 
-use super::{Fault, accessor::Elements, container::File, look::srgb_from_linear};
+use super::{accessor::Elements, container::File, fault::Fault, look::srgb_from_linear};
 use crate::recording::{Author, Event};
 use osp::math::is_flat_and_convex;
 

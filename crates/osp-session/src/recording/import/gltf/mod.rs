@@ -2,10 +2,10 @@
 //! below, becomes a group with the node's name and transform, each triangle a [`Polygon`](Event::Polygon) at time 0.
 //!
 //! Two triangles that follow one another, share an edge and lie flat become one quad: what is drawn stays the same.
-//! Axes and units are ours already (+y up, metres, a camera looks along its -z). A [`Transform`] has one scale; what a
-//! node has beyond that (other scales for other axes, a mirror, a shear) goes into the vertices below it. Colours are the
-//! base colour times the vertices' mean colour; a stroke holds the polygons of one colour in one part of a mesh. The
-//! first camera becomes the session's view, directional lights its [`Environment`](crate::recording::Environment).
+//! Axes and units are ours already (+y up, metres, a camera looks along its -z). A
+//! [`Transform`](crate::recording::Transform) has one scale; what a node has beyond that (other scales for other axes, a
+//! mirror, a shear) goes into the vertices below it. Colours are the base colour times the vertices' mean colour; a stroke
+//! holds the polygons of one colour in one part of a mesh. The first camera becomes the session's view, directional lights its [`Environment`](crate::recording::Environment).
 //! Textures, skins, animations, points and lines are left out, which the header says.
 //!
 //! Of the crate `gltf` the JSON types are used. Every number in them is checked here where it is used, because the crate's
@@ -15,6 +15,7 @@ mod accessor;
 
 mod container;
 mod faces;
+mod fault;
 mod look;
 mod nodes;
 mod uri;
@@ -24,62 +25,23 @@ use std::{
     path::Path,
 };
 
+pub(super) use self::container::MAGIC;
 use self::{
     container::File,
     faces::{Faces, Polygon},
+    fault::{Damage, Fault},
     nodes::Planned,
 };
-use super::session_name;
+use super::session_name::session_name;
 use crate::recording::{
-    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, Transform,
-    input::Input,
+    Author, Event, EventSource, Header, Notes, OpenOptions, RecordingError, Session, StrokeId, input::Input,
 };
 
-/// What a `.glb` begins with.
-pub(super) const MAGIC: &[u8] = b"glTF";
 /// Polygons that are decoded at a time.
 const CHUNK: usize = 1 << 14;
-/// Pieces passed over that get a warning of their own; all are counted.
-const MOST_WARNINGS: u64 = 16;
 /// Colours of one part of a mesh that are kept as they are. Beyond, colours are rounded to 16 steps a channel, so that a
 /// painted mesh does not become a stroke for each of its triangles.
 const MOST_COLORS: usize = 1024;
-
-/// What of a file does not fit.
-struct Fault {
-    expected: String,
-    found: String,
-}
-
-impl Fault {
-    fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self { expected: expected.into(), found: found.into() }
-    }
-
-    fn in_file(self, path: &Path) -> RecordingError {
-        RecordingError::Unknown { path: path.to_owned(), expected: self.expected, found: self.found }
-    }
-}
-
-/// Damage that a lenient reader passes over.
-struct Damage {
-    is_lenient: bool,
-    notes: Notes,
-}
-
-impl Damage {
-    fn note(&mut self, path: &Path, fault: Fault) -> Result<(), RecordingError> {
-        let error = fault.in_file(path);
-        if !self.is_lenient {
-            return Err(error);
-        }
-        self.notes.skipped += 1;
-        if self.notes.skipped <= MOST_WARNINGS {
-            self.notes.warnings.push(format!("{error}; it was passed over"));
-        }
-        Ok(())
-    }
-}
 
 /// Opens a glTF file with the buffers beside it.
 ///
@@ -223,9 +185,4 @@ impl EventSource for Gltf {
     fn notes(&self) -> Notes {
         self.damage.notes.clone()
     }
-}
-
-/// Whether a transform moves nothing.
-fn is_identity(to: &Transform) -> bool {
-    *to == Transform { p: glam::Vec3::ZERO, q: glam::Quat::IDENTITY, s: 1.0 }
 }

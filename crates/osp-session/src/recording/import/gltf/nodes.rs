@@ -3,7 +3,10 @@
 use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 
-use super::{Damage, Fault, container::File, is_identity};
+use super::{
+    container::File,
+    fault::{Damage, Fault},
+};
 use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
 /// Groups below one another; a node deeper than that goes into the group above it.
@@ -238,4 +241,9 @@ pub(super) fn similarity(m: DMat3) -> Option<(DQuat, f64)> {
     let is_square = unit.x_axis.dot(unit.y_axis).abs() <= SAME_SCALE
         && unit.x_axis.cross(unit.y_axis).distance(unit.z_axis) <= SAME_SCALE;
     (is_even && is_square).then(|| (DQuat::from_mat3(&unit).normalize(), scale))
+}
+
+/// Whether a transform moves nothing.
+fn is_identity(to: &Transform) -> bool {
+    *to == Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 }
 }

@@ -10,7 +10,7 @@ use base64::{
 
 use percent_encoding::percent_decode_str;
 
-use super::Fault;
+use super::fault::Fault;
 use crate::recording::import::lines::shown;
 
 /// Some writers leave the padding out.

@@ -1,24 +1,10 @@
-use std::io::{BufReader, Read};
-use std::path::Path;
+use std::{
+    io::{BufReader, Read},
+    path::Path,
+    sync::Arc,
+};
 
-use super::{Limits, RecordingError, RonReader, Session, input::Input};
-
-/// How a session is opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OpenOptions {
-    /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
-    /// session with an error.
-    pub lenient: bool,
-    /// How much the session may hold.
-    pub limits: Limits,
-}
-
-impl OpenOptions {
-    /// Damage is an error; the usual limits.
-    pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
-    /// Damage is passed over; the usual limits.
-    pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
-}
+use super::{MemoryFiles, OpenOptions, RecordingError, RonReader, Session, input::Input};
 
 /// Formats that [`open`] reads, for its error message.
 fn formats() -> String {
@@ -41,7 +27,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Session, RecordingErro
 }
 
 /// [`open`] for a file on the disk or in memory.
-pub(super) fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
+fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, RecordingError> {
     let path = input.path;
     let start = if input.is_folder() { Vec::new() } else { sniff(input)? };
     if let Some(opener) = super::import::by_mark(input, &start) {
@@ -58,6 +44,30 @@ pub(super) fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Sess
         expected: format!("one of the formats {}", formats()),
         found: if input.is_folder() { "a folder without a sketch".to_owned() } else { describe(&start) },
     })
+}
+
+impl MemoryFiles {
+    /// Opens one of them as [`open`] opens a file: what it contains decides about its format, then its name.
+    ///
+    /// # Errors
+    /// There is no such file, its format is unknown, or its beginning is damaged.
+    pub fn open(&self, name: impl AsRef<Path>, options: &OpenOptions) -> Result<Session, RecordingError> {
+        open_input(Input::in_memory(name.as_ref(), self), options)
+    }
+}
+
+/// Opens a session whose file is in memory. `name` decides about the format where the bytes do not, and is what errors call it.
+///
+/// # Errors
+/// The format is unknown, or the beginning is damaged.
+pub fn open_bytes(
+    name: impl AsRef<Path>,
+    bytes: impl Into<Arc<[u8]>>,
+    options: &OpenOptions,
+) -> Result<Session, RecordingError> {
+    let mut files = MemoryFiles::new();
+    files.insert(&name, bytes);
+    files.open(name, options)
 }
 
 /// Opens a recording in the project's own format, plain or compressed.

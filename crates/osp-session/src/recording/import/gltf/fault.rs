@@ -1,0 +1,42 @@
+use std::path::Path;
+
+use crate::recording::{Notes, RecordingError};
+
+/// Pieces passed over that get a warning of their own; all are counted.
+const MOST_WARNINGS: u64 = 16;
+
+/// What of a file does not fit.
+pub(super) struct Fault {
+    pub(super) expected: String,
+    pub(super) found: String,
+}
+
+impl Fault {
+    pub(super) fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self { expected: expected.into(), found: found.into() }
+    }
+
+    pub(super) fn in_file(self, path: &Path) -> RecordingError {
+        RecordingError::Unknown { path: path.to_owned(), expected: self.expected, found: self.found }
+    }
+}
+
+/// Damage that a lenient reader passes over.
+pub(super) struct Damage {
+    pub(super) is_lenient: bool,
+    pub(super) notes: Notes,
+}
+
+impl Damage {
+    pub(super) fn note(&mut self, path: &Path, fault: Fault) -> Result<(), RecordingError> {
+        let error = fault.in_file(path);
+        if !self.is_lenient {
+            return Err(error);
+        }
+        self.notes.skipped += 1;
+        if self.notes.skipped <= MOST_WARNINGS {
+            self.notes.warnings.push(format!("{error}; it was passed over"));
+        }
+        Ok(())
+    }
+}

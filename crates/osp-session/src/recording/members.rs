@@ -1,0 +1,108 @@
+use std::collections::{BTreeSet, HashSet};
+
+use super::{Author, Event, GroupId};
+
+/// Who has joined a session of several authors, and what belongs to whom: whether an event is one that its author can make.
+/// Readers and the [`Reducer`](super::Reducer) ask the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Members {
+    /// The number of the last one that joined; 0: none has.
+    last: u32,
+    present: BTreeSet<Author>,
+    /// Groups that were made. A session has no more groups than groupings, which readers limit.
+    groups: HashSet<GroupId>,
+}
+
+/// What an event has changed among the members.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Admitted {
+    Nothing,
+    Joined { author: Author, last: u32 },
+    Left(Author),
+    Made(GroupId),
+}
+
+/// Whether an author's number may be left out: in a file its line may have been damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    EachInTurn,
+    SomeLeftOut,
+}
+
+impl Members {
+    /// The number of who joins next; none: there are as many as a session can have.
+    pub(super) fn next(&self) -> Option<Author> {
+        Some(Author(self.last + 1)).filter(|next| next.is_valid())
+    }
+
+    /// Whether an author has joined and not left.
+    pub(super) fn is_present(&self, author: Author) -> bool {
+        self.present.contains(&author)
+    }
+
+    /// Takes the next event of a session; if its author cannot have made it, what was expected. What it has changed can be
+    /// [taken back](Self::take_back).
+    pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
+        let author = match event {
+            Event::Join { author, .. } => return self.join(*author, numbers),
+            _ => event.author(),
+        };
+        let Some(author) = author else { return Ok(Admitted::Nothing) };
+        if !author.is_sole() && !self.is_present(author) {
+            let expected = if author.0 <= self.last {
+                format!("an author who is there: author {author} has left, or has never joined")
+            } else {
+                format!("author {author} to have joined before")
+            };
+            return Err(expected);
+        }
+        match event {
+            Event::Leave { .. } => {
+                self.present.remove(&author);
+                return Ok(Admitted::Left(author));
+            }
+            Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. }
+                if stroke.author() != author =>
+            {
+                return Err(format!("a stroke of author {author}: {}", author.range()));
+            }
+            Event::Group { group, .. } => {
+                if group.author() != author && !self.groups.contains(group) {
+                    let range = author.range();
+                    return Err(format!("a group that was made before, or one of author {author}: {range}"));
+                }
+                if self.groups.insert(*group) {
+                    return Ok(Admitted::Made(*group));
+                }
+            }
+            _ => {}
+        }
+        Ok(Admitted::Nothing)
+    }
+
+    /// As before an event; those after it have to be taken back first.
+    pub(super) fn take_back(&mut self, admitted: Admitted) {
+        match admitted {
+            Admitted::Nothing => {}
+            Admitted::Joined { author, last } => {
+                self.present.remove(&author);
+                self.last = last;
+            }
+            Admitted::Left(author) => _ = self.present.insert(author),
+            Admitted::Made(group) => _ = self.groups.remove(&group),
+        }
+    }
+
+    fn join(&mut self, author: Author, numbers: Numbers) -> Result<Admitted, String> {
+        let next = self.last + 1;
+        let is_next = author.0 == next || (author.0 > next && numbers == Numbers::SomeLeftOut);
+        if !is_next {
+            return Err(format!(
+                "author {next} to join: authors are numbered in the order in which they join, and a number is not used again"
+            ));
+        }
+        let last = std::mem::replace(&mut self.last, author.0);
+        self.present.insert(author);
+        Ok(Admitted::Joined { author, last })
+    }
+}

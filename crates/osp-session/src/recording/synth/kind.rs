@@ -1,0 +1,66 @@
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// The kinds of synthetic sessions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SynthKind {
+    /// A bust, larger than life: dense small strokes in thin layers; the artist walks around it.
+    Portrait,
+    /// Rooms with walls, furniture and decoration; the artist walks from room to room.
+    Room,
+    /// Long loose strokes that fill the whole 4 m volume.
+    Scribble,
+    /// A card of samples: a wave of each brush, in rows.
+    Brushes,
+    /// Several artists scribble in one volume at once.
+    Class,
+}
+
+impl SynthKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
+
+    /// How many artists there are in [`SynthKind::Class`], unless it is said.
+    pub const CLASS_AUTHORS: u32 = 3;
+
+    /// Most artists that there can be in it.
+    pub const MOST_AUTHORS: u32 = 64;
+
+    /// The kinds that an artist draws, with a hand, a head and second thoughts.
+    pub const DRAWN_BY_ARTISTS: [Self; 3] = [Self::Portrait, Self::Room, Self::Scribble];
+
+    /// The kind's name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portrait => "portrait",
+            Self::Room => "room",
+            Self::Scribble => "scribble",
+            Self::Brushes => "brushes",
+            Self::Class => "class",
+        }
+    }
+}
+
+impl fmt::Display for SynthKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A kind that is none.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("expected portrait, room, scribble, brushes or class; found `{0}`")]
+pub struct ParseSynthKindError(String);
+
+impl FromStr for SynthKind {
+    type Err = ParseSynthKindError;
+
+    fn from_str(text: &str) -> Result<Self, ParseSynthKindError> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.name() == text)
+            .ok_or_else(|| ParseSynthKindError(text.to_owned()))
+    }
+}

@@ -1,0 +1,7 @@
+use glam::Vec3;
+
+/// Edge of the modelling volume, metres.
+pub(super) const VOLUME_M: f32 = 4.0;
+
+/// Centre of the modelling volume: between knee and hand at full stretch.
+pub(super) const CENTER: Vec3 = Vec3::new(0.0, 1.5, 0.0);
