@@ -15,7 +15,7 @@ const IN_CIRCLES: [(&str, usize); 8] = [
     ("crates/osp-rivals/src", 0),
     ("crates/osp-render/src", 19),
     ("crates/osp-lab/src", 33),
-    ("crates/osp-net/src", 5),
+    ("crates/osp-net/src", 0),
     ("crates/osp-app/src", 0),
     ("crates/osp-cli/src", 0),
 ];
