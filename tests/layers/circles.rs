@@ -13,7 +13,7 @@ const IN_CIRCLES: [(&str, usize); 8] = [
     ("src", 0),
     ("crates/osp-session/src", 70),
     ("crates/osp-rivals/src", 0),
-    ("crates/osp-render/src", 19),
+    ("crates/osp-render/src", 0),
     ("crates/osp-lab/src", 0),
     ("crates/osp-net/src", 0),
     ("crates/osp-app/src", 0),
