@@ -13,9 +13,9 @@ const IN_CIRCLES: [(&str, usize); 8] = [
     ("src", 0),
     ("crates/osp-session/src", 0),
     ("crates/osp-rivals/src", 0),
-    ("crates/osp-render/src", 19),
-    ("crates/osp-lab/src", 33),
-    ("crates/osp-net/src", 5),
+    ("crates/osp-render/src", 0),
+    ("crates/osp-lab/src", 0),
+    ("crates/osp-net/src", 0),
     ("crates/osp-app/src", 0),
     ("crates/osp-cli/src", 0),
 ];
@@ -66,14 +66,15 @@ fn word_of(text: &str) -> &str {
     &text[..first_word(text).len()]
 }
 
-/// All paths in code. `pub use` hands on what it names.
+/// All paths in code. `pub use` hands on what it names; `pub(in path)` names no import.
 fn paths_in(code: &str) -> Vec<Named<'_>> {
     let (mut named, mut rest) = (Vec::new(), code);
     while let Some(start) = rest.find(|letter: char| letter.is_ascii_alphabetic() || letter == '_') {
         rest = &rest[start..];
         let word = word_of(rest);
         let before = &code[..code.len() - rest.len()];
-        if !rest[word.len()..].starts_with("::") || before.ends_with(':') {
+        let is_visibility = before.ends_with("(in ");
+        if !rest[word.len()..].starts_with("::") || before.ends_with(':') || is_visibility {
             rest = &rest[word.len().max(1)..];
             continue;
         }
@@ -226,6 +227,8 @@ fn a_circle_is_found_through_names_that_are_handed_on() {
         ("b", "use crate::Thing;"),
         ("c", "use std::{fs, path::Path};\npub use super::d::Name;"),
         ("d", "use super::c::Path;"),
+        ("e", "pub(in crate::f) fn h() {}"),
+        ("f", "use super::e::h;"),
     ];
     let module = |name: &str| name.split('/').filter(|part| !part.is_empty()).map(str::to_owned).collect();
     let all: BTreeMap<Module, String> =

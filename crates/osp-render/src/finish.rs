@@ -1,12 +1,10 @@
 use super::{
     Gpu, Target,
+    formats::{COLOR_FORMAT, PICTURE_FORMAT},
+    octaves::{HEIGHTS, Octave, Octaves},
     pipelines::of_whole_picture,
     shaders,
-    target::{COLOR_FORMAT, PICTURE_FORMAT},
 };
-
-/// Heights of the octaves, pixels: a quarter, a twelfth and so on of a picture of 256.
-const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 
 /// Makes finished pictures of what was drawn: the last passes of a frame.
 #[derive(Debug)]
@@ -20,24 +18,6 @@ pub(super) struct Finish {
     blur_down: wgpu::RenderPipeline,
     cut_off: wgpu::RenderPipeline,
     spread: wgpu::RenderPipeline,
-}
-
-/// What finishing the picture of one target needs.
-#[derive(Debug)]
-pub(super) struct Octaves {
-    resolved: wgpu::BindGroup,
-    octaves: [Octave; HEIGHTS.len()],
-    all: wgpu::BindGroup,
-    /// None where samples cannot be read.
-    samples: Option<wgpu::BindGroup>,
-}
-
-/// A small picture, and another for half of its blur.
-#[derive(Debug)]
-struct Octave {
-    size: (u32, u32),
-    views: [wgpu::TextureView; 2],
-    sources: [wgpu::BindGroup; 2],
 }
 
 impl Finish {

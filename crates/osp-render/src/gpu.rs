@@ -1,9 +1,13 @@
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::RenderError;
+use super::{RenderError, formats::COLOR_FORMAT};
+
+/// Chunks of polygons that are bound at once; with the draw list they fill the eight storage buffers that every adapter
+/// has.
+pub(super) const CHUNKS_A_PAGE: usize = 7;
 
 /// Storage buffers that the vertex shader reads: the draw list and the chunks of one page.
-pub(super) const STORAGE_BUFFERS: u32 = super::gpu_scene::CHUNKS_A_PAGE as u32 + 1;
+pub(super) const STORAGE_BUFFERS: u32 = CHUNKS_A_PAGE as u32 + 1;
 
 /// A graphics adapter with its device and queue.
 #[derive(Debug)]
@@ -13,7 +17,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     fault: Arc<Mutex<Option<Fault>>>,
-    samples_in_place: OnceLock<bool>,
+    pub(super) samples_in_place: OnceLock<bool>,
 }
 
 /// The first thing that went wrong on a device.
@@ -122,16 +126,6 @@ impl Gpu {
         self.adapter.get_info().backend != wgpu::Backend::Gl
     }
 
-    /// Finds out what takes a wait elsewhere, so that nothing has to wait later.
-    ///
-    /// # Errors
-    /// The device is lost or the driver reported something.
-    pub async fn learn(&self) -> Result<(), RenderError> {
-        let are_in_place = super::hzb::samples_are_in_place_later(self).await?;
-        self.samples_in_place.get_or_init(|| are_in_place);
-        Ok(())
-    }
-
     /// Whether the samples of a pixel are at their usual places, if that is known.
     pub(super) fn samples_in_place(&self) -> Option<bool> {
         self.samples_in_place.get().copied()
@@ -218,5 +212,5 @@ fn missing(adapter: &wgpu::Adapter) -> Option<&'static str> {
             .flags
             .contains(wgpu::TextureFormatFeatureFlags::MULTISAMPLE_X4)
     };
-    (!multisampled(super::target::COLOR_FORMAT)).then_some("four samples a pixel")
+    (!multisampled(COLOR_FORMAT)).then_some("four samples a pixel")
 }

@@ -1,13 +1,10 @@
 use super::{
-    Gpu,
-    order::Classes,
+    Classes, Gpu,
+    gpu::CHUNKS_A_PAGE,
     record::{Colors, DrawClass, PolygonRecord},
 };
 use osp::polygon::{BLOCK, Change, PolygonId, bits};
 use osp_session::scene::Scene;
-
-/// Chunks that are bound at once; with the draw list they fill the eight storage buffers that every adapter has.
-pub(super) const CHUNKS_A_PAGE: usize = 7;
 
 /// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 96 bytes more
 /// costs less than another transfer.

@@ -2,8 +2,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    Gpu, shaders,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    Gpu,
+    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    shaders,
 };
 use osp::{math::Aabb, view::View};
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::order::{Blend, Classes, Handle, HandleRun, Run};
+use super::run::{Blend, Classes, Handle, HandleRun, Run};
 use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of};
 use osp_session::scene::Scene;
 

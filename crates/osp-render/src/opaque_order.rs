@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::order::{Blend, Run, push};
+use super::run::{Blend, Run, push};
 use osp::polygon::PolygonId;
 use osp_session::scene::Scene;
 

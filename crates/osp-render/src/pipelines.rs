@@ -2,8 +2,8 @@ use std::sync::OnceLock;
 
 use super::{
     Blend, Gpu, Run,
+    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
 };
 
 /// The pipelines that draw polygons, and what they need beside a view and a page of polygons.

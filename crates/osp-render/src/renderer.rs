@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::{
     Blend, Classes, Colors, Gpu, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel,
-    RenderError, Target, ViewSlot,
+    RenderError, Style, Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
@@ -15,6 +15,7 @@ use super::{
     painter::PartPass,
     pipelines::{Pipelines, Shader},
     shaders,
+    style::MAX_STYLES,
     target::DepthBefore,
     timer::Ends,
 };
@@ -24,32 +25,6 @@ use osp::{
     view::View,
 };
 use osp_session::{recording::Environment, scene::Scene};
-
-/// Styles that a frame can use.
-pub(super) const MAX_STYLES: usize = 8;
-
-/// How the polygons of a list look.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Style {
-    /// Red, green, blue, linear, that replaces the polygon's own colour …
-    pub tint: [f32; 3],
-    /// … by this much, 0 to 1.
-    pub amount: f32,
-    /// Factor of the opacity; below 1 the polygons are drawn as transparent.
-    pub opacity: f32,
-    /// Added to the brightness.
-    pub glow: f32,
-}
-
-impl Style {
-    /// The polygons' own colours.
-    pub const PLAIN: Self = Self { tint: [0.0; 3], amount: 0.0, opacity: 1.0, glow: 0.0 };
-
-    pub(super) fn words(self) -> [[f32; 4]; 2] {
-        let [r, g, b] = self.tint.map(|c| srgb_from_linear(f64::from(c)) as f32);
-        [[r, g, b, self.amount], [self.opacity, self.glow, 0.0, 0.0]]
-    }
-}
 
 /// Polygons to draw and how.
 #[derive(Clone, Copy, Debug)]

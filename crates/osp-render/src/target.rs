@@ -2,18 +2,10 @@ use std::sync::OnceLock;
 
 use super::{
     Gpu, Image, RenderError,
-    finish::Octaves,
+    formats::{COLOR_FORMAT, DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES},
+    octaves::Octaves,
     read_back::{ComingImage, begin_read_back, read_back},
 };
-
-/// Samples a pixel.
-pub const SAMPLES: u32 = 4;
-/// What is drawn into: sRGB numbers, as a screen takes them, but without bounds.
-pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// The finished picture: sRGB numbers from 0 to 1.
-pub(super) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Floating point, for reversed depth.
-pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// What is drawn into: a multisampled picture with its depth, the resolved picture without bounds, and the finished one
 /// that is saved or shown.

@@ -3,7 +3,7 @@ use glam::Vec3;
 
 use super::{
     DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
-    renderer::MAX_STYLES,
+    style::MAX_STYLES,
 };
 use osp::{math::rotate, occlusion::Occlusion, view::View};
 

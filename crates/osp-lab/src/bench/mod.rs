@@ -9,6 +9,7 @@ mod charts;
 mod csv;
 mod estimate;
 mod flight;
+mod grid;
 mod growth;
 mod moving;
 mod page;

@@ -1,19 +1,14 @@
-use std::{
-    collections::BTreeSet,
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeSet, error::Error, path::Path};
 
 use plotters::{coord::Shift, prelude::*};
-use thiserror::Error;
 
 use super::{
     ReplayReport,
+    numbers::thousands,
     palette::{LineStyle, SAMPLE_PIXELS},
-    picture::{Picture, encode},
+    picture::{ChartError, ChartFormat, Picture, encode},
     printable::one_line,
     run::{Measured, RunReport},
-    table::thousands,
 };
 use osp_session::atomic_file::write_atomically;
 
@@ -23,52 +18,6 @@ const SIZE: (u32, u32) = (1280, 720);
 const LINE_PIXELS: u32 = 3;
 /// Points of a curve: frames are gathered into this many groups, of which the median is drawn.
 const GROUPS: u64 = 400;
-/// A chart that was not drawn.
-#[derive(Debug, Error)]
-pub enum ChartError {
-    /// The ending of the file name names no kind of picture.
-    #[error("{}: expected a file name ending in .png or .svg", .0.display())]
-    Ending(PathBuf),
-    /// Nothing was measured.
-    #[error("{}: there is no frame to draw", .0.display())]
-    Empty(PathBuf),
-    /// The picture could not be drawn or written.
-    #[error("{}: {message}", path.display())]
-    Draw {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        message: String,
-    },
-}
-
-/// The kinds of picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ChartFormat {
-    /// Pixels.
-    Png,
-    /// Lines.
-    Svg,
-}
-
-impl ChartFormat {
-    /// The kind that the ending of a file name asks for.
-    ///
-    /// # Errors
-    /// [`ChartError::Ending`].
-    pub fn of(path: &Path) -> Result<Self, ChartError> {
-        match path
-            .extension()
-            .map(|ending| ending.to_ascii_lowercase())
-            .as_deref()
-            .and_then(|ending| ending.to_str())
-        {
-            Some("png") => Ok(Self::Png),
-            Some("svg") => Ok(Self::Svg),
-            _ => Err(ChartError::Ending(path.to_owned())),
-        }
-    }
-}
 
 /// Draws the frame times over the session, a line for each index on a logarithmic scale, with the number of polygons
 /// on the right-hand axis. PNG or SVG by the ending of `path`; the file is whole or not there.

@@ -2,9 +2,13 @@
 
 #[cfg(feature = "bench")]
 mod chart;
+#[cfg(feature = "bench")]
+mod colors;
 mod columns;
 mod csv;
 mod drawing;
+mod json;
+mod numbers;
 #[cfg(feature = "bench")]
 mod palette;
 #[cfg(feature = "bench")]
@@ -23,16 +27,22 @@ mod table;
 mod themes;
 mod verdict;
 mod views;
+mod views_table;
 
+#[cfg(feature = "bench")]
+pub use chart::draw_frame_times;
 #[cfg(feature = "bench")]
 pub(crate) use chart::register_font;
 #[cfg(feature = "bench")]
-pub use chart::{ChartError, ChartFormat, draw_frame_times};
+pub(crate) use colors::{GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+pub use numbers::{short, thousands};
 #[cfg(feature = "bench")]
-pub(crate) use palette::{GREEN, INK, LineStyle, ORANGE, PURPLE, SKY, VERMILION};
+pub(crate) use palette::LineStyle;
+#[cfg(feature = "bench")]
+pub use picture::{ChartError, ChartFormat};
 pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
 #[cfg(feature = "bench")]
@@ -44,7 +54,7 @@ pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
 };
-pub use table::{replay_table, short, thousands};
+pub use table::replay_table;
 #[cfg(feature = "bench")]
 pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
 pub use verdict::verdict;

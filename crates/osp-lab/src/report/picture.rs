@@ -1,8 +1,57 @@
-use std::error::Error;
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+};
 
 use plotters::{coord::Shift, prelude::*};
+use thiserror::Error;
 
-use super::ChartFormat;
+/// A chart that was not drawn.
+#[derive(Debug, Error)]
+pub enum ChartError {
+    /// The ending of the file name names no kind of picture.
+    #[error("{}: expected a file name ending in .png or .svg", .0.display())]
+    Ending(PathBuf),
+    /// Nothing was measured.
+    #[error("{}: there is no frame to draw", .0.display())]
+    Empty(PathBuf),
+    /// The picture could not be drawn or written.
+    #[error("{}: {message}", path.display())]
+    Draw {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        message: String,
+    },
+}
+
+/// The kinds of picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChartFormat {
+    /// Pixels.
+    Png,
+    /// Lines.
+    Svg,
+}
+
+impl ChartFormat {
+    /// The kind that the ending of a file name asks for.
+    ///
+    /// # Errors
+    /// [`ChartError::Ending`].
+    pub fn of(path: &Path) -> Result<Self, ChartError> {
+        match path
+            .extension()
+            .map(|ending| ending.to_ascii_lowercase())
+            .as_deref()
+            .and_then(|ending| ending.to_str())
+        {
+            Some("png") => Ok(Self::Png),
+            Some("svg") => Ok(Self::Svg),
+            _ => Err(ChartError::Ending(path.to_owned())),
+        }
+    }
+}
 
 /// Something that can be drawn as pixels and as lines.
 pub(super) trait Picture {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::table::thousands;
+use super::numbers::thousands;
 use osp::{
     index::{Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},

@@ -8,10 +8,10 @@ use plotters::{coord::Shift, prelude::*};
 use super::{
     ChartFormat,
     chart::register_font,
+    numbers::thousands,
     picture::{Picture, encode},
     printable::one_line,
     structure::{MOST_TREE_NODES, Structure, StructureNode},
-    table::thousands,
 };
 use osp::math::{Aabb, Ray};
 use osp_session::{atomic_file::write_atomically, scene::Scene};

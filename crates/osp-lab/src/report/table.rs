@@ -1,6 +1,10 @@
 use comfy_table::{Cell, CellAlignment, ColumnConstraint};
 
-use super::{DrawnWhileCulling, ReplayReport, RunReport, columns_table, views::views_table};
+use super::{
+    DrawnWhileCulling, ReplayReport, RunReport, columns_table,
+    numbers::{short, thousands},
+    views_table::views_table,
+};
 
 /// A terminal narrower than this gets the most important columns alone.
 const WIDE: u16 = 100;
@@ -114,26 +118,4 @@ pub fn replay_table(report: &ReplayReport, columns: Option<u16>) -> String {
         Some(rig) => format!("{table}\n{}", views_table(rig, &report.runs)),
         None => table.to_string(),
     }
-}
-
-/// Three significant digits, thousands set apart.
-pub fn short(x: f64) -> String {
-    match x {
-        x if x >= 100.0 => thousands(x.round() as u64),
-        x if x >= 10.0 => format!("{x:.1}"),
-        x => format!("{x:.2}"),
-    }
-}
-
-/// A whole number, thousands set apart by commas.
-pub fn thousands(n: u64) -> String {
-    let digits = n.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }

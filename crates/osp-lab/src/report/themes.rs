@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use plotters::prelude::RGBColor;
 
-use super::palette::{BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
+use super::colors::{BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
 
 /// A colour as charts are drawn with it, its name in a style sheet, and its shades.
 struct Shade {

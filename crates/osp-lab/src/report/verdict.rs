@@ -1,4 +1,4 @@
-use super::{ReplayReport, RunReport, table::short};
+use super::{ReplayReport, RunReport, numbers::short};
 
 /// Which index took the least time, and how many times as long the others took, each over the frames that both were
 /// measured in. `None` if there is nothing to compare, or if occlusion culling makes it a question of drawing, too.

@@ -1,7 +1,6 @@
-use comfy_table::CellAlignment;
 use serde::Serialize;
 
-use super::{RunReport, columns_table, one_line, short};
+use super::one_line;
 use osp::frame::Pipeline;
 use osp_session::{
     replay::{LaneFrame, RigPath, RigView},
@@ -100,7 +99,7 @@ pub struct ViewsReport {
     pub(super) frames: Vec<Box<[Option<ViewCounts>]>>,
     /// Of each measured frame, the time of all stages with all views, and that of the same frame with one view for each
     /// view, nanoseconds. `None`: one of them was not measured.
-    against_one: Vec<Option<(u64, u64)>>,
+    pub(super) against_one: Vec<Option<(u64, u64)>>,
     last: Vec<Option<ViewCounts>>,
     one_view_ns: Option<u64>,
 }
@@ -151,26 +150,6 @@ impl ViewsReport {
     }
 }
 
-impl RunReport {
-    /// What was found in a view of the rig; `None` if no measured frame had it.
-    pub fn view_means(&self, number: usize) -> Option<ViewMeans> {
-        let views = self.views.as_ref()?;
-        let (mut frames, mut in_view, mut drawn) = (0.0, 0.0, 0.0);
-        for (frame, weight) in views.frames.iter().zip(self.weights()) {
-            let Some(counts) = frame.get(number).copied().flatten() else { continue };
-            frames += weight;
-            in_view += f64::from(counts.in_view) * weight;
-            drawn += f64::from(counts.drawn) * weight;
-        }
-        (frames > 0.0).then(|| ViewMeans { in_view: in_view / frames, drawn: drawn / frames })
-    }
-
-    /// What the frames cost with all views beside one view times their number; `None` if no frame was measured with both.
-    pub fn against_one_view(&self) -> Option<AgainstOneView> {
-        AgainstOneView::of(self.views.as_ref()?.against_one.iter().copied().flatten().collect())
-    }
-}
-
 /// Frames with all views of a rig beside the same frames with one of the views, each view in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgainstOneView {
@@ -200,66 +179,6 @@ impl AgainstOneView {
         let ratio = all_views_us.max(1.0e-3) / views_times_one_us.max(1.0e-3);
         Some(Self { all_views_us, views_times_one_us, ratio })
     }
-}
-
-/// The keys that a run has on a rig.
-#[derive(Serialize)]
-pub(super) struct JsonViews {
-    views: Vec<JsonView>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    against_one_view: Option<AgainstOneView>,
-}
-
-#[derive(Serialize)]
-struct JsonView {
-    screen: String,
-    eye: &'static str,
-    in_view_mean: Option<f64>,
-    drawn_mean: Option<f64>,
-}
-
-impl JsonViews {
-    pub(super) fn of(rig: Option<&RigReport>, run: &RunReport) -> Option<Self> {
-        let view = |(number, view): (usize, &RigViewReport)| {
-            let means = run.view_means(number);
-            JsonView {
-                screen: view.screen.clone(),
-                eye: view.eye,
-                in_view_mean: means.map(|means| means.in_view),
-                drawn_mean: means.map(|means| means.drawn),
-            }
-        };
-        Some(Self {
-            views: rig?.views.iter().enumerate().map(view).collect(),
-            against_one_view: run.against_one_view(),
-        })
-    }
-}
-
-/// The table of the views: a line for each run, with the polygons in view and drawn of each screen and eye.
-pub(super) fn views_table(rig: &RigReport, runs: &[RunReport]) -> String {
-    let mut table = columns_table();
-    let names = rig.views.iter().map(|view| one_line(&view.name()).replacen(", ", "\n", 1));
-    let mut header = vec![format!("in view / drawn\n(means)")];
-    header.extend(names);
-    header.extend(["all views\nµs", "views x one\nµs", "ratio"].map(str::to_owned));
-    table.set_header(header);
-    for run in runs {
-        let mut row = vec![run.name()];
-        row.extend((0..rig.views.len()).map(|number| match run.view_means(number) {
-            Some(means) => format!("{} / {}", short(means.in_view), short(means.drawn)),
-            None => "no view".to_owned(),
-        }));
-        match run.against_one_view() {
-            Some(of) => row.extend([of.all_views_us, of.views_times_one_us, of.ratio].map(short)),
-            None => row.extend(["-"; 3].map(str::to_owned)),
-        }
-        table.add_row(row);
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table.to_string()
 }
 
 #[cfg(test)]

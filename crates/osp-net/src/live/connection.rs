@@ -17,11 +17,11 @@ use tokio::sync::mpsc as queue;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
-    Address, LinkOptions, LiveError, Role,
-    link::{Command, Connection, Shared, Status},
+    Address, Connection, LinkOptions, LiveError, Role, Status,
     member::{Member, News, new_sender},
     outbox::Outgoing,
     server::{self, Complaints, NoAnswer},
+    state::{Command, Shared},
 };
 
 /// How long an own message may take to come back before it is sent again. Each further time it is twice as long.

@@ -23,6 +23,7 @@ mod address;
 mod background;
 mod connection;
 mod counts;
+mod error;
 mod link;
 mod log;
 mod member;
@@ -32,15 +33,18 @@ mod packet;
 mod presence;
 mod rate;
 mod server;
+mod state;
 #[cfg(test)]
 mod tests;
 
 pub use address::{Address, AddressError, Credentials};
 pub use counts::{Counts, Latency};
-pub use link::{Connection, Hand, Link, LinkOptions, LiveError, Role, Status};
+pub use error::LiveError;
+pub use link::{Hand, Link};
 pub use member::News;
 pub use outbox::Who;
 pub use own::ME;
+pub use state::{Connection, LinkOptions, Role, Status};
 
 pub(crate) use background::Background;
 pub(crate) use member::new_sender;

@@ -2,15 +2,22 @@
 
 use std::{
     collections::{BTreeSet, VecDeque},
-    sync::{Arc, atomic::Ordering},
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
+use quick_cache::{Weighter, sync::Cache};
+
 use super::{
-    WorldError,
-    block::{Block, Share},
-    resident::{Shared, Wishes},
+    World, WorldError,
+    block::{Block, Held, Share},
 };
 use osp::math::Aabb;
+
+/// Wishes, the first ones first.
+type Wishes = VecDeque<u32>;
 
 /// What is to be loaded, what is being loaded, and what a frame waits for.
 pub(super) struct Queue {
@@ -66,6 +73,42 @@ impl Queue {
                 return Some(block);
             }
         }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct ByBytes;
+
+impl Weighter<u32, Arc<Block>> for ByBytes {
+    fn weight(&self, _number: &u32, block: &Arc<Block>) -> u64 {
+        block.bytes() as u64
+    }
+}
+
+type BlockCache = Cache<u32, Arc<Block>, ByBytes>;
+
+/// What the threads share with the frame.
+pub(super) struct Shared {
+    pub(super) world: Arc<World>,
+    pub(super) cache: BlockCache,
+    pub(super) queue: Mutex<Queue>,
+    /// Somebody wishes for something, or has taken what was loaded.
+    pub(super) wishes: Condvar,
+    /// Something that a frame waits for is there.
+    pub(super) arrivals: Condvar,
+    pub(super) held: Arc<Held>,
+    pub(super) bytes_read: AtomicU64,
+    pub(super) blocks_read: AtomicU64,
+}
+
+impl Shared {
+    pub(super) fn queue(&self) -> MutexGuard<'_, Queue> {
+        // No holder leaves it half done.
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn wait<'a>(&self, on: &Condvar, queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
+        on.wait(queue).unwrap_or_else(PoisonError::into_inner)
     }
 }
 

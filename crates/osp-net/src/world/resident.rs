@@ -1,20 +1,19 @@
 //! The blocks that are in memory: a cache that is bounded in bytes, and the threads that fill it.
 
 use std::{
-    collections::VecDeque,
     sync::{
-        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        Arc, Condvar, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread::JoinHandle,
 };
 
-use quick_cache::{DefaultHashBuilder, OptionsBuilder, Weighter, sync::Cache, sync::DefaultLifecycle};
+use quick_cache::{DefaultHashBuilder, OptionsBuilder, sync::Cache, sync::DefaultLifecycle};
 
 use super::{
     World, WorldError,
-    block::{Block, Held},
-    loaders::{self, Load, Queue},
+    block::Block,
+    loaders::{self, ByBytes, Load, Queue, Shared},
 };
 
 /// How much memory blocks may take, and who loads them.
@@ -31,42 +30,6 @@ impl Default for ResidentConfig {
     /// One gibibyte, two threads.
     fn default() -> Self {
         Self { memory: 1 << 30, loaders: 2 }
-    }
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct ByBytes;
-
-impl Weighter<u32, Arc<Block>> for ByBytes {
-    fn weight(&self, _number: &u32, block: &Arc<Block>) -> u64 {
-        block.bytes() as u64
-    }
-}
-
-type BlockCache = Cache<u32, Arc<Block>, ByBytes>;
-
-/// What the threads share with the frame.
-pub(super) struct Shared {
-    pub(super) world: Arc<World>,
-    pub(super) cache: BlockCache,
-    queue: Mutex<Queue>,
-    /// Somebody wishes for something, or has taken what was loaded.
-    pub(super) wishes: Condvar,
-    /// Something that a frame waits for is there.
-    pub(super) arrivals: Condvar,
-    pub(super) held: Arc<Held>,
-    pub(super) bytes_read: AtomicU64,
-    pub(super) blocks_read: AtomicU64,
-}
-
-impl Shared {
-    pub(super) fn queue(&self) -> MutexGuard<'_, Queue> {
-        // No holder leaves it half done.
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(super) fn wait<'a>(&self, on: &Condvar, queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
-        on.wait(queue).unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -206,9 +169,6 @@ impl Drop for Residents {
         }
     }
 }
-
-/// Wishes, the first ones first.
-pub(super) type Wishes = VecDeque<u32>;
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,8 @@
 use super::{
     HzbView, PyramidLevel,
+    bindings::bind,
     buffers::{LANES, grow},
     frame::Frame,
-    pipelines::bind,
     pyramid::Levels,
     queries::HzbViewParts,
     span::{Params, SPAN_STRIDE, Span, with_offsets},

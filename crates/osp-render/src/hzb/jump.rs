@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use crate::order::Handle;
+use crate::run::Handle;
 use osp::polygon::{BLOCK, PolygonId};
 use osp_session::scene::Scene;
 

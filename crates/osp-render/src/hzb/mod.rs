@@ -28,6 +28,7 @@
 //! sketches are layers of paint, millimetres apart: seen at a grazing angle, the nearest corner of a polygon lies in front
 //! of most of what hides it.
 
+mod bindings;
 mod buffers;
 mod config;
 mod encode;
@@ -36,6 +37,7 @@ mod jump;
 mod pipelines;
 mod pyramid;
 mod queries;
+mod query_pipelines;
 mod samples;
 mod show;
 mod span;
@@ -45,7 +47,7 @@ mod tests;
 
 pub use config::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup};
 pub(super) use frame::Frame;
-pub(super) use pipelines::{Hzb, samples_are_in_place_later};
+pub(super) use pipelines::Hzb;
 pub use pyramid::PyramidLevel;
 pub use show::PyramidPass;
 pub(super) use state::HzbView;

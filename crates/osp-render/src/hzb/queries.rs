@@ -12,17 +12,15 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
+    bindings::bind,
     buffers::{LANES, create, grow},
     frame::Frame,
-    pipelines::{Bound, bind, compute, layout},
     span::with_offsets,
 };
 use crate::{
     DrawOrder, Gpu,
-    order::Handle,
     read_ring::{ReadRing, SLOTS},
-    shaders,
-    target::{DEPTH_FORMAT, SAMPLES},
+    run::Handle,
 };
 use osp::{
     math::Aabb,
@@ -41,72 +39,6 @@ const MOST: usize = 1 << 16;
 const PATIENCE: u64 = 8;
 /// Instead of a query.
 const NOTHING: u32 = u32::MAX;
-
-/// What queries need once, for all views.
-#[derive(Debug)]
-pub(super) struct QueryPipelines {
-    boxes_layout: wgpu::BindGroupLayout,
-    apply_layout: wgpu::BindGroupLayout,
-    boxes: wgpu::RenderPipeline,
-    apply: wgpu::ComputePipeline,
-}
-
-impl QueryPipelines {
-    pub(super) fn new(gpu: &Gpu) -> Self {
-        let device = gpu.device();
-        let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let boxes_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("boxes"),
-            entries: &[
-                buffer(0, wgpu::BufferBindingType::Uniform),
-                buffer(1, wgpu::BufferBindingType::Uniform),
-                buffer(2, wgpu::BufferBindingType::Storage { read_only: true }),
-            ],
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("boxes"),
-            source: wgpu::ShaderSource::Wgsl(shaders::QUERY_BOX.into()),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("boxes"),
-            bind_group_layouts: &[Some(&boxes_layout)],
-            immediate_size: 0,
-        });
-        let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("boxes"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: None,
-            multiview_mask: None,
-            cache: None,
-        });
-        let apply_layout = {
-            use Bound::{Read, Span, Write};
-            layout(gpu, "queries", &[Span, Read, Read, Read, Write, Write])
-        };
-        let apply = compute(gpu, shaders::QUERY_APPLY, &[Some(&apply_layout)], "apply");
-        Self { boxes_layout, apply_layout, boxes, apply }
-    }
-}
 
 /// What queries keep for one view.
 #[derive(Debug)]

@@ -4,14 +4,14 @@
 //! may have others without saying so: they are measured, once, and an adapter with others does without the test.
 
 use super::{
+    bindings::{Bound, bind, compute, layout},
     buffers::create,
-    pipelines::{Bound, bind, compute, layout},
 };
 use crate::{
     Gpu, RenderError,
+    formats::{DEPTH_FORMAT, SAMPLES},
     read_back::{read_buffer, read_buffer_later},
     shaders,
-    target::{DEPTH_FORMAT, SAMPLES},
 };
 
 /// Pixels of the picture that is looked at, each way.

@@ -8,7 +8,7 @@ use super::{
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
-use crate::{DrawOrder, Gpu, order::Handle, read_ring::ReadRing};
+use crate::{DrawOrder, Gpu, read_ring::ReadRing, run::Handle};
 use osp::{occlusion::Occlusion, polygon::BLOCK, view::View};
 use osp_session::scene::Scene;
 

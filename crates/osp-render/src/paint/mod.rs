@@ -10,10 +10,10 @@ use wgpu::util::DeviceExt as _;
 
 use super::{
     Gpu,
+    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     pipelines::{Pipelines, Shader, Sky},
     shaders,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
 };
 use osp_session::{recording::Environment, scene::Scene};
 use shadow::Shadow;

@@ -2,7 +2,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
 use crate::{
-    Classes, Gpu, ViewSlot, gpu_scene::GpuScene, record::DrawClass, target::DEPTH_FORMAT, view_slot::Uniforms,
+    Classes, Gpu, ViewSlot, formats::DEPTH_FORMAT, gpu_scene::GpuScene, record::DrawClass,
+    view_slot::Uniforms,
 };
 use osp::{math::Aabb, polygon::VisibleBlocks};
 use osp_session::{

@@ -5,9 +5,9 @@ use wgpu::util::DeviceExt as _;
 use super::{PaintList, list::PartCorner};
 use crate::{
     Gpu,
+    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     shaders,
-    target::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
 };
 
 /// Draws parts of polygons in the order of their list, each over what is there.

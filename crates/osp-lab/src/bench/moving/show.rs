@@ -5,7 +5,7 @@ use crate::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, RATIO, REFERENCE, interval},
+        grid::{Grid, RATIO, REFERENCE, interval},
     },
     report::{LineStyle, VERMILION, short, thousands},
 };

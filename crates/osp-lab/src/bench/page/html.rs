@@ -3,7 +3,7 @@ use std::fmt::Write;
 use crate::{
     bench::{
         charts::{Chart, DataSheet},
-        table::Grid,
+        grid::Grid,
     },
     report::push_html,
 };

@@ -4,7 +4,7 @@ use osp_session::platform::time::Instant;
 
 use serde::Serialize;
 
-use super::{PaperConfig, PaperInput, mean};
+use super::input::{PaperConfig, PaperInput, mean};
 use crate::bench::Estimate;
 use osp::{
     index::{BruteForce, DrawList, SpatialIndex, WorkCounts},

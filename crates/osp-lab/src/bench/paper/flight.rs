@@ -6,9 +6,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::{
-    PaperConfig, PaperError, PaperInput,
     drawing::{Adapter, Drawer, Drawn},
-    mean,
+    input::{PaperConfig, PaperError, PaperInput, mean},
 };
 use crate::{bench::Estimate, literal, lost_polygons, oracle::OracleConfig, verify};
 use osp::{

@@ -2,7 +2,7 @@ use super::{CubeRow, FlightRow, GrowingRow, PaperResult};
 use crate::{
     bench::{
         Estimate,
-        table::{Grid, interval},
+        grid::{Grid, interval},
     },
     report::{short, thousands},
 };

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use self::{
     model::Questions,
-    outline::{Order, Outline, Steps},
+    outline::{Order, Outline, Steps, walk},
 };
 use super::{Contender, Estimate};
 use crate::clock::{resolution_ns, runs_for};
@@ -379,22 +379,6 @@ fn walk_both(outline: &Outline, model: &RaysModel, questions: &Questions) -> [Wa
         polygons_asked: steps[at].asked as f64 / count,
         mrays_per_sec: count * 1.0e-6 / best_secs[at].max(1.0e-9),
     })
-}
-
-/// Walks along all rays; the sum of the distances found, so that walks can be compared.
-fn walk(
-    outline: &Outline,
-    order: Order,
-    polygons: &[osp::polygon::ConvexPolygon],
-    questions: &Questions,
-    steps: &mut Steps,
-) -> f64 {
-    let mut sum = 0.0;
-    for ray in questions.outside.iter().chain(&questions.inside) {
-        let mut hit = |id: PolygonId| polygons[id.index()].meet(ray);
-        sum += outline.nearest(order, ray, &mut hit, steps).map_or(0.0, |(_, t)| f64::from(t));
-    }
-    sum
 }
 
 #[cfg(test)]

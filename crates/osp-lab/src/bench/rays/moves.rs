@@ -6,11 +6,10 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::{
-    Contender, Questions, RaysModel,
-    outline::{Order, Outline, Steps},
-    walk,
+    model::{Questions, RaysModel},
+    outline::{Order, Outline, Steps, walk},
 };
-use crate::scenes::Random;
+use crate::{bench::Contender, scenes::Random};
 use osp::{
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},

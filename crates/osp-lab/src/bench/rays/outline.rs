@@ -2,13 +2,14 @@
 
 use std::{collections::BinaryHeap, ops::Range};
 
+use super::model::Questions;
 use osp::{
     index::{
         Node, SpatialIndex, Visit, Visitor,
         kernels::{Nearest, Waiting, is_wanted},
     },
     math::{Aabb, Frustum, Ray},
-    polygon::PolygonId,
+    polygon::{ConvexPolygon, PolygonId},
 };
 
 /// In which order the nodes that a ray enters are looked at.
@@ -223,4 +224,20 @@ impl Outline {
             }
         }
     }
+}
+
+/// Walks along all rays; the sum of the distances found, so that walks can be compared.
+pub(super) fn walk(
+    outline: &Outline,
+    order: Order,
+    polygons: &[ConvexPolygon],
+    questions: &Questions,
+    steps: &mut Steps,
+) -> f64 {
+    let mut sum = 0.0;
+    for ray in questions.outside.iter().chain(&questions.inside) {
+        let mut hit = |id: PolygonId| polygons[id.index()].meet(ray);
+        sum += outline.nearest(order, ray, &mut hit, steps).map_or(0.0, |(_, t)| f64::from(t));
+    }
+    sum
 }

@@ -5,7 +5,7 @@ use crate::{
     bench::{
         charts::{Axis, Chart, Line},
         csv::Lines,
-        table::{Grid, RATIO, REFERENCE, REFERENCE_RAYS, interval},
+        grid::{Grid, RATIO, REFERENCE, REFERENCE_RAYS, interval},
     },
     report::{GREEN, LineStyle, ORANGE, VERMILION, one_line, short, thousands},
 };

@@ -1,0 +1,84 @@
+//! What the experiments are made with.
+
+use thiserror::Error;
+
+use osp::{
+    math::Aabb,
+    occlusion::{NodeTest, Score},
+};
+use osp_session::{
+    recording::{Pace, RecordingError},
+    replay::{CameraPath, Summary},
+    scene::Scene,
+};
+
+/// Why the paper's experiments could not be made.
+#[derive(Debug, Error)]
+pub enum PaperError {
+    /// The session is damaged.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The adapter failed.
+    #[error("drawing failed")]
+    Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// How the paper's experiments are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperConfig {
+    /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
+    pub depths: Vec<u32>,
+    /// Edges of its cube, as multiples of the session's own cube.
+    pub cubes: Vec<f32>,
+    /// Frames that are measured, of each experiment.
+    pub frames: u64,
+    /// Frames of the flight in which what is culled is compared with what can be seen.
+    pub verified: u64,
+    /// Most occluders of a frame.
+    pub occluders: usize,
+    /// How the conservative methods test nodes.
+    pub node_test: NodeTest,
+    /// How the conservative methods score occluders.
+    pub score: Score,
+}
+
+impl PaperConfig {
+    /// The tree of the other experiments: the only depth that was asked for, else the usual one.
+    pub(super) fn depth(&self) -> u32 {
+        if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }
+    }
+
+    /// The cube of the other experiments, as a multiple of the session's.
+    pub(super) fn cube(&self) -> f32 {
+        if let [cube] = self.cubes[..] { cube } else { 1.0 }
+    }
+}
+
+/// A session as the experiments take it.
+#[derive(Debug)]
+pub struct PaperInput<'a> {
+    /// Name of the recording.
+    pub recording: &'a str,
+    /// What it holds at this pace.
+    pub summary: &'a Summary,
+    /// How much of it a frame takes.
+    pub pace: Pace,
+    /// The camera's path while the model grows, and its name.
+    pub camera: (CameraPath, &'static str),
+    /// The session's cube.
+    pub root: Aabb,
+    /// The finished model.
+    pub scene: &'a Scene,
+}
+
+impl PaperInput<'_> {
+    /// The session's cube, scaled.
+    pub(super) fn cube(&self, factor: f32) -> Aabb {
+        Aabb::cube(self.root.center(), self.root.extent().max_element() * factor)
+    }
+}
+
+/// The mean of what is counted, over `len` of them.
+pub(super) fn mean(sum: u64, len: usize) -> f64 {
+    sum as f64 / len.max(1) as f64
+}

@@ -1,0 +1,20 @@
+/// Heights of the octaves, pixels: a quarter, a twelfth and so on of a picture of 256.
+pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
+
+/// What finishing the picture of one target needs.
+#[derive(Debug)]
+pub(super) struct Octaves {
+    pub(super) resolved: wgpu::BindGroup,
+    pub(super) octaves: [Octave; HEIGHTS.len()],
+    pub(super) all: wgpu::BindGroup,
+    /// None where samples cannot be read.
+    pub(super) samples: Option<wgpu::BindGroup>,
+}
+
+/// A small picture, and another for half of its blur.
+#[derive(Debug)]
+pub(super) struct Octave {
+    pub(super) size: (u32, u32),
+    pub(super) views: [wgpu::TextureView; 2],
+    pub(super) sources: [wgpu::BindGroup; 2],
+}

@@ -1,0 +1,93 @@
+//! Parts of the list to draw.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use osp::polygon::PolygonId;
+
+/// Whether polygons hide what is behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// They do, at least where they are solid.
+    Opaque,
+    /// Their light is added to what is behind.
+    Additive,
+    /// What is behind shines through.
+    Transparent,
+}
+
+/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Classes {
+    /// Those that can be seen through.
+    pub transparent: u64,
+    /// Those whose light is added.
+    pub additive: u64,
+}
+
+/// A part of the list to draw that takes one draw call.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or numbers of polygons.
+    pub range: Range<u32>,
+    /// Whether the range is of places in the list. If not, it is of numbers: of the polygons from the first to the last
+    /// those are drawn whose bit is set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits).
+    pub is_listed: bool,
+    /// Which polygons of the scene it reaches: those from `page` times the page's length.
+    pub page: u32,
+    /// Which style they are drawn in.
+    pub style: u32,
+    /// How they are blended.
+    pub blend: Blend,
+}
+
+impl Run {
+    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
+    /// listed from `all_from`.
+    pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
+        let from = if self.is_listed { first } else { all_from };
+        (from + self.range.start) * 6..(from + self.range.end) * 6
+    }
+}
+
+/// Opaque polygons of one block to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Handle {
+    /// The block: its first polygon is [`BLOCK`](osp::polygon::BLOCK) times this.
+    pub(super) block: u32,
+    /// A bit for each polygon of it that is to be drawn.
+    pub(super) mask: u32,
+    /// Its place in the order of drawing.
+    pub(super) place: u32,
+}
+
+/// Handles of one page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct HandleRun {
+    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles); their places have the same bounds.
+    pub(super) range: Range<u32>,
+    /// The page.
+    pub(super) page: u32,
+    /// Polygons that the handles stand for.
+    pub(super) polygons: u32,
+}
+
+/// Lists one more polygon, in the last run if that is like it.
+pub(super) fn push(
+    ids: &mut Vec<PolygonId>,
+    runs: &mut Vec<Run>,
+    page_len: usize,
+    id: PolygonId,
+    style: u32,
+    blend: Blend,
+) {
+    let page = id.0 / page_len as u32;
+    let at = ids.len() as u32;
+    ids.push(id);
+    match runs.last_mut() {
+        Some(run) if run.blend == blend && run.page == page && run.style == style => run.range.end = at + 1,
+        _ => runs.push(Run { range: at..at + 1, is_listed: true, page, style, blend }),
+    }
+}
