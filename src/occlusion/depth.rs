@@ -327,7 +327,7 @@ impl OcclusionCuller for DepthBuffer {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::depth_tile::LANES, *};
 
     #[test]
     fn volumes_stay_away_from_the_eyes_plane_by_what_the_proof_says() {
