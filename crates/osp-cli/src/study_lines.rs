@@ -203,10 +203,12 @@ impl StudyFile {
     /// incomplete line of theirs is ended first, and an own one is taken back.
     pub(super) fn add(&mut self, line: &StudyLine<'_>) -> anyhow::Result<()> {
         let text = serde_json::to_string(line)?;
-        let named = || self.path.display().to_string();
-        self.file.lock().with_context(named)?;
+        // Some file systems of clusters have no locks: there a line is still one write.
+        let is_locked = self.file.lock().is_ok();
         let added = self.add_locked(line, &text);
-        self.file.unlock().with_context(|| self.path.display().to_string())?;
+        if is_locked {
+            self.file.unlock().with_context(|| self.path.display().to_string())?;
+        }
         added.with_context(|| self.path.display().to_string())
     }
 

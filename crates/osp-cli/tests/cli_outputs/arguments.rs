@@ -292,3 +292,27 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
     }
     assert!(folder.path().join("b.html").exists());
 }
+
+#[test]
+fn a_number_that_is_none_is_answered_by_what_was_expected() {
+    let folder = temp();
+    for (args, expected) in [
+        (&["bake", "a", "b.pvs", "--cells", "x"][..], "whole"),
+        (&["bake", "a", "b.pvs", "--threads", "1.5"], "whole"),
+        (&["bench", "a", "--sizes", "100,many"], "whole"),
+        (&["replay", "a", "--max-polygons", ""], "whole"),
+        (&["replay", "a", "--occlusion", "none", "--verify-frames", "NaN"], "whole"),
+        (&["serve", "--port", "http"], "whole"),
+        (&["synth", "room", "a.ron", "--polygons", "12k"], "whole"),
+        (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
+        (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
+        (&["verify", "a", "--least-polygons", "few"], "whole"),
+        (&["verify", "a", "--views", "-"], "whole"),
+        (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
+    ] {
+        let output = osp(folder.path(), args);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
+    }
+}
