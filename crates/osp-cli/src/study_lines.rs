@@ -227,7 +227,7 @@ impl StudyFile {
         Ok(())
     }
 
-    /// Reads the lines that were added since. Skips incomplete lines, and lines that are too long for osp.
+    /// Reads the lines that were added since. Skips incomplete lines.
     fn read_on(&mut self, options: &str, machine: &Place) -> anyhow::Result<()> {
         let named = || self.path.display().to_string();
         let mut lines = BufReader::new(open_regular(&self.path).with_context(named)?);
@@ -235,16 +235,19 @@ impl StudyFile {
         let mut line = Vec::new();
         loop {
             line.clear();
-            let mut read =
-                lines.by_ref().take(MOST_LINE_BYTES).read_until(b'\n', &mut line).with_context(named)? as u64;
-            if read == MOST_LINE_BYTES && line.last() != Some(&b'\n') {
-                line.clear();
-                read += lines.skip_until(b'\n').with_context(named)? as u64;
-            } else if line.last() != Some(&b'\n') {
+            lines.by_ref().take(MOST_LINE_BYTES).read_until(b'\n', &mut line).with_context(named)?;
+            if line.len() as u64 == MOST_LINE_BYTES {
+                bail!(
+                    "{}: byte {}: expected a line of fewer than {MOST_LINE_BYTES} bytes; name another file, or --force",
+                    named(),
+                    self.read_to
+                );
+            }
+            if line.last() != Some(&b'\n') {
                 // It may still grow.
                 return Ok(());
             }
-            self.read_to += read;
+            self.read_to += line.len() as u64;
             // Other readers refuse a line that is not UTF-8, even if its damage is in other fields.
             let head = str::from_utf8(&line).ok().and_then(|line| serde_json::from_str::<Head>(line).ok());
             let Some(head) = head.filter(|head| head.options == options && head.machine == *machine) else {
@@ -289,22 +292,5 @@ mod tests {
         assert!(a.find("2", "options", &machine).expect("read").is_some());
         assert!(a.find("2", "others", &machine).expect("read").is_some(), "it was read before");
         assert!(open().find("2", "others", &machine).expect("read").is_none());
-    }
-
-    #[test]
-    fn a_line_that_is_too_long_is_passed_over() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let (path, machine) = (folder.path().join("a.ndjson"), Place::here().expect("a machine"));
-        let mut file = StudyFile::open(&path, &[], false).expect("a file");
-        file.add(&line("one", "1", &machine)).expect("added");
-        let mut text = fs::read(&path).expect("a line");
-        text.resize(text.len() + (MOST_LINE_BYTES + 5) as usize, b'x');
-        text.push(b'\n');
-        fs::write(&path, &text).expect("a long line");
-        let mut file = StudyFile::open(&path, &[], false).expect("a file");
-        file.add(&line("two", "2", &machine)).expect("added");
-        for hash in ["1", "2"] {
-            assert!(file.find(hash, "options", &machine).expect("read").is_some(), "{hash}");
-        }
     }
 }
