@@ -106,7 +106,7 @@
 //! *Polygon*: convex and planar, three or four corners; a
 //! twisted quad is two triangles. *Index*: a spatial structure of *nodes*. *View*: an *eye* and what its *screen* shows.
 //! *Draw list*: the polygons that a frame has to draw. *Occluder*: a polygon that hides others. *Conservative*: never
-//! culls what is visible.
+//! culls what is visible. *Space*: polygons that move as a whole, such as a dragged group; they lie in an index of their own.
 //!
 //! World space is right-handed, +y up, -z forward, in metres; names carry units and spaces. Vectors are those of `glam`
 //! 0.34, re-exported as [`glam`]; its `From<[f32; 3]>` takes plain arrays.

@@ -10,9 +10,9 @@ pub struct FrameRecord {
     pub inserted: u64,
     /// Polygons that went.
     pub removed: u64,
-    /// Polygons that moved.
+    /// Polygons with an `Update`. A `Place` of a space counts for none.
     pub updated: u64,
-    /// Polygons in the index at the end of the frame.
+    /// Polygons in the index and in spaces at the end of the frame.
     pub polygons: u64,
     /// Views that were culled.
     pub views: u64,

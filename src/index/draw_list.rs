@@ -1,8 +1,8 @@
 use super::simd::ROOM_BEHIND;
 use crate::polygon::{BLOCK, PolygonId};
 
-/// The polygons to draw, in the order in which a query found them. Kept from frame to frame: it allocates only
-/// while it grows.
+/// The numbers that a query found, in its order. It allocates only while it grows. A frame hands on sets instead:
+/// [`VisibleBlocks`](crate::polygon::VisibleBlocks).
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     ids: Vec<PolygonId>,

@@ -157,7 +157,7 @@ impl<'a> Tests<'a> {
 
     /// Removes the hidden polygons of spaces from `drawn` and adds the others. It tests the box of a space first, and the
     /// blocks of a space that is partly hidden.
-    pub(super) fn spaces(
+    pub(super) fn cull_spaces(
         &mut self,
         geometry: &dyn Geometry,
         spaces: &SpacesInView,

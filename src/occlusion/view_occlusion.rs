@@ -171,7 +171,7 @@ pub fn remove_hidden(
         tests.set_counts(visitor.counts());
     }
     if let Some(spaces) = spaces {
-        tests.spaces(geometry, spaces, drawn);
+        tests.cull_spaces(geometry, spaces, drawn);
     }
     tests.counts()
 }

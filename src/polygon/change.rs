@@ -13,7 +13,7 @@ pub enum Change {
     /// The polygon is where it was and looks different. An index ignores this; a renderer draws the polygon anew, and
     /// occlusion culling looks again at what it hides (its holes may be elsewhere).
     Repaint(PolygonId),
-    /// A space has moved, and with it every polygon that [is in it](super::Geometry::space): none of them has a change of its
-    /// own for that.
+    /// A space has moved, and with it every polygon that [is in it](super::Geometry::space). When a polygon enters or leaves a
+    /// space, the caller passes an `Update` of that polygon first.
     Place(SpaceId),
 }

@@ -3,8 +3,8 @@ use glam::Affine3A;
 use super::{ConvexPolygon, PolygonId, SpaceId, SpacePlace};
 use crate::math::Aabb;
 
-/// What culling asks about polygons: the caller keeps them in whatever form it likes. An answer holds until a
-/// [`Change`](super::Change) of that polygon is handed over.
+/// The caller's polygons, in any form. An answer about a polygon holds until the caller passes a [`Change`](super::Change) of
+/// that polygon, or a [`Place`](super::Change::Place) of its space, which changes the box of each polygon in the space.
 ///
 /// "Polygon" is whatever the caller draws under one number: one polygon, or a mesh that is known by its box only. A mesh
 /// hides nothing. To let a house hide what is behind it, give its walls numbers of their own. Such a wall may be a stand-in
