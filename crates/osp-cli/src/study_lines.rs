@@ -253,9 +253,12 @@ impl StudyFile {
             let Some(head) = head.filter(|head| head.options == options && head.machine == *machine) else {
                 continue;
             };
-            if let Some(hash) = head.file_hash {
-                let agree = head.report.is_none_or(|report| report.indexes_agree);
-                self.known.insert(hash, Found::new(head.error, agree));
+            // A damaged line may have neither an error nor a report.
+            let agree = head.report.map(|report| report.indexes_agree);
+            if let Some(hash) = head.file_hash
+                && (head.error.is_some() || agree.is_some())
+            {
+                self.known.insert(hash, Found::new(head.error, agree.unwrap_or(true)));
             }
         }
     }
@@ -268,7 +271,8 @@ mod tests {
     use super::*;
 
     fn line<'a>(name: &'a str, hash: &str, machine: &'a Place) -> StudyLine<'a> {
-        StudyLine { file_hash: Some(hash.to_owned()), ..StudyLine::new(name, "options", machine) }
+        let error = Some("bad".to_owned());
+        StudyLine { file_hash: Some(hash.to_owned()), error, ..StudyLine::new(name, "options", machine) }
     }
 
     #[test]
@@ -292,5 +296,8 @@ mod tests {
         assert!(a.find("2", "options", &machine).expect("read").is_some());
         assert!(a.find("2", "others", &machine).expect("read").is_some(), "it was read before");
         assert!(open().find("2", "others", &machine).expect("read").is_none());
+        // A line that has lost its report is measured again.
+        fs::write(&path, text.replace("\"error\":\"bad\"", "\"errOr\":\"bad\"")).expect("damaged");
+        assert!(open().find("1", "options", &machine).expect("read").is_none());
     }
 }

@@ -206,7 +206,9 @@ fn lines_of_any_text(path: &Path) -> Vec<serde_json::Value> {
 }
 
 fn is_whole(line: &serde_json::Value) -> bool {
-    line["file_hash"].is_string() && line["report"].is_object() && !field(line, "options").is_empty()
+    line["file_hash"].is_string()
+        && line["report"].is_object()
+        && line["options"].as_str().is_some_and(|text| !text.is_empty())
 }
 
 #[test]
