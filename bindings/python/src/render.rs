@@ -134,7 +134,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(occlusion.on_cpu()) };
-    let mut pipeline = pipeline.with_occlusion(pass).map_err(failed)?;
+    let mut pipeline = pipeline.with_occlusion(pass).map_err(|why| PyValueError::new_err(why.to_string()))?;
     let learns = occlusion.has_culler() || *occlusion == Occlusion::DepthLast;
 
     let mut player = Player::new(open(path, options).map_err(failed)?, *pace);

@@ -209,7 +209,11 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         };
         Ok(Lane::new(pipeline, budget))
     };
-    let lanes = runs.iter().map(lane).collect::<Result<_, NotOnCpu>>().map_err(failed)?;
+    let lanes = runs
+        .iter()
+        .map(lane)
+        .collect::<Result<_, NotOnCpu>>()
+        .map_err(|why| PyValueError::new_err(why.to_string()))?;
     let camera = CameraPath::new(*camera, session.header.camera, &summary.bounds);
     let mut replay = Replay::new(Player::new(session, *pace), camera, lanes);
     let mut columns = Columns::default();
