@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{command, done, facts, field, lines, names, osp, sessions, stderr, temp};
+use super::{command, done, facts, lines, names, osp, sessions, stderr, temp};
 
 const SESSIONS: usize = 10;
 /// Makes a session take some tens of milliseconds.
