@@ -262,6 +262,7 @@ fn lanes(
             Some(choice) => {
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
                 let (node_test, score) = (play.tests.node_test(), play.tests.score());
+                let choice = choice.on_cpu();
                 let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
                 pipeline.with_occlusion(pass)?
             }

@@ -30,7 +30,7 @@ fn session(folder: &Path) -> String {
 }
 
 fn all_kinds() -> Vec<&'static str> {
-    osp_rivals::IndexKind::ALL.iter().map(|kind| kind.name()).collect()
+    osp_lab::Contender::all().into_iter().map(|contender| contender.name()).collect()
 }
 
 #[test]

@@ -196,7 +196,7 @@ impl Maker<'_> {
             polygon_ns: self.polygon_ns,
             node_test: self.config.node_test,
             score: self.config.score,
-            ..PassConfig::new(choice)
+            ..PassConfig::new(choice.on_cpu())
         };
         let index = IndexKind::Osp.create(&self.index());
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
