@@ -184,13 +184,24 @@ impl<'a> Tests<'a> {
         if !self.asks_polygons() {
             return 0;
         }
-        let (mut boxes, mut bits, mut len) = ([Aabb::EMPTY; BLOCK], [0; BLOCK], 0);
+        let (mut ids, mut len) = ([PolygonId(0); BLOCK], 0);
         for id in ids_of(block, mask) {
-            (boxes[len], bits[len]) = (geometry.bounds(id), 1 << (id.index() % BLOCK));
+            ids[len] = id;
             len += 1;
         }
-        let hidden = self.hidden_of(&boxes[..len]);
-        (0..len).filter(|i| hidden >> i & 1 == 1).fold(0, |found, i| found | bits[i])
+        let hidden = self.hidden_of_ids(geometry, &ids[..len]);
+        let is_hidden = |&(i, _): &(usize, &PolygonId)| hidden >> i & 1 == 1;
+        let hidden = ids[..len].iter().enumerate().filter(is_hidden);
+        hidden.fold(0, |found, (_, id)| found | 1 << (id.index() % BLOCK))
+    }
+
+    /// Which of at most sixteen polygons are hidden, a bit for each.
+    fn hidden_of_ids(&mut self, geometry: &dyn Geometry, ids: &[PolygonId]) -> u16 {
+        let mut boxes = [Aabb::EMPTY; TOGETHER];
+        for (bounds, &id) in boxes.iter_mut().zip(ids) {
+            *bounds = geometry.bounds(id);
+        }
+        self.hidden_of(&boxes[..ids.len()])
     }
 }
 
@@ -339,12 +350,8 @@ impl<L: Extend<PolygonId>> Visitor for OcclusionVisitor<'_, L> {
             self.draw_list.extend(ids.iter().copied());
             return;
         }
-        let mut boxes = [Aabb::EMPTY; TOGETHER];
         for ids in ids.chunks(TOGETHER) {
-            for (bounds, &id) in boxes.iter_mut().zip(ids) {
-                *bounds = self.geometry.bounds(id);
-            }
-            let hidden = self.tests.hidden_of(&boxes[..ids.len()]);
+            let hidden = self.tests.hidden_of_ids(self.geometry, ids);
             let shown = ids.iter().enumerate().filter(|(i, _)| hidden >> i & 1 == 0);
             self.draw_list.extend(shown.map(|(_, &id)| id));
         }

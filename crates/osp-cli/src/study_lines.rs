@@ -12,9 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{outputs::Outputs, study_contents::Contents, version::COMMIT};
 use osp_lab::{Machine, report::ReplayReport};
-use osp_session::{
-    atomic_file::Destination, output_file::OutputKind, platform::host_name, small_file::open_regular,
-};
+use osp_session::{atomic_file::Destination, output_file::OutputKind, platform::host_name};
 
 /// Version of the fields.
 const VERSION: u32 = 1;
@@ -230,7 +228,7 @@ impl StudyFile {
     /// Reads the lines that were added since. Skips incomplete lines.
     fn read_on(&mut self, options: &str, machine: &Place) -> anyhow::Result<()> {
         let named = || self.path.display().to_string();
-        let mut lines = BufReader::new(open_regular(&self.path).with_context(named)?);
+        let mut lines = BufReader::new(&self.file);
         lines.seek(SeekFrom::Start(self.read_to)).with_context(named)?;
         let mut line = Vec::new();
         loop {

@@ -240,7 +240,7 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::bench::Contender;
+    use crate::Contender;
 
     #[test]
     fn no_two_structures_are_alike_and_each_is_known() {

@@ -3,7 +3,7 @@
 use osp_session::platform::time::Instant;
 
 use super::world::World;
-use crate::bench::Contender;
+use crate::Contender;
 use osp::{
     index::{IndexConfig, IndexError, SpatialIndex, Upkeep, WorkCounts},
     math::{Aabb, Frustum},

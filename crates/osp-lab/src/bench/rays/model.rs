@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{bench::Contender, scenes::Random};
+use crate::{Contender, scenes::Random};
 use osp::{
     index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray},

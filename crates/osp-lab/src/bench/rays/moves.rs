@@ -9,7 +9,7 @@ use super::{
     model::{Questions, RaysModel},
     outline::{Order, Outline, Steps, walk},
 };
-use crate::{bench::Contender, scenes::Random};
+use crate::{Contender, scenes::Random};
 use osp::{
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},
