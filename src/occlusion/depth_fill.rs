@@ -282,6 +282,19 @@ mod tests {
         }
     }
 
+    /// Sets outlines up, but fills nothing.
+    fn fill_without_tiles(raster: &Raster) -> Fill<'_> {
+        Fill {
+            raster,
+            coverage: Coverage::WholePixels,
+            width: 1024,
+            height: 576,
+            tiles: &mut [],
+            outlines: &[],
+            order: &[],
+        }
+    }
+
     /// A block that the outline reaches may lie on its plane far beyond its corners.
     #[test]
     fn an_outline_is_set_up_between_its_nearest_and_its_farthest_corner() {
@@ -289,15 +302,7 @@ mod tests {
             View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0));
         let raster = Raster::new(&view.window().expect("a pointed cone"), 1024.0, 576.0);
         let outlines = outlines(&view);
-        let fill = Fill {
-            raster: &raster,
-            coverage: Coverage::WholePixels,
-            width: 1024,
-            height: 576,
-            tiles: &mut [],
-            outlines: &outlines,
-            order: &[],
-        };
+        let fill = fill_without_tiles(&raster);
         for outline in &outlines {
             let filling = fill.set_up(outline);
             let nearness = || outline.corners().iter().map(|corner| 1.0 / raster.forward.dot(*corner));
@@ -320,15 +325,7 @@ mod tests {
         let view =
             View::look_at(Vec3::ZERO, Vec3::NEG_Z, Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0));
         let raster = Raster::new(&view.window().expect("a pointed cone"), 1024.0, 576.0);
-        let fill = Fill {
-            raster: &raster,
-            coverage: Coverage::WholePixels,
-            width: 1024,
-            height: 576,
-            tiles: &mut [],
-            outlines: &[],
-            order: &[],
-        };
+        let fill = fill_without_tiles(&raster);
         for (nearest_m, is_known) in [(1.0e-3, true), (0.0, false), (-1.0e-3, false)] {
             // A wall beside the eye.
             let corners = [(-1.0, nearest_m), (1.0, nearest_m), (1.0, 4.0), (-1.0, 4.0)];

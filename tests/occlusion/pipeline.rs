@@ -333,25 +333,32 @@ fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
     assert!(read[2] > read[1], "{read:?}");
 }
 
+/// An upright square around a point.
+fn square(x: f32, y: f32, z: f32, half_m: f32) -> [Vec3; 4] {
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(i, k)| Vec3::new(x + i * half_m, y + k * half_m, z))
+}
+
+/// The event that puts a stroke into group 0.
+fn group_of_stroke(stroke: u32) -> Event {
+    Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(0),
+        strokes: vec![StrokeId(stroke)],
+        parent: None,
+        name: None,
+    }
+}
+
 /// A group that moves as a whole is in no index. Most indexes are walked for what is not hidden and say nothing of it.
 #[test]
 fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
-    let square = |x: f32, y: f32, z: f32, half_m: f32| {
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(i, k)| Vec3::new(x + i * half_m, y + k * half_m, z))
-    };
     let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 - 0.5;
     let mut events = vec![polygon(&square(0.0, 0.0, -5.0, 2.0), 1.0)];
     events.extend((0..400).map(|i| polygon(&square(spread(i, 20), spread(i / 20, 20), -8.0, 0.02), 1.0)));
     events.extend((0..30).map(|i| polygon_of(1, &square(spread(i, 6), spread(i / 6, 5), -3.0, 0.02))));
-    events.push(Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(0),
-        strokes: vec![StrokeId(1)],
-        parent: None,
-        name: None,
-    });
+    events.push(group_of_stroke(1));
     for kind in IndexKind::ALL {
         let mut scene = Scene::keeping_groups_whole();
         let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
@@ -380,21 +387,10 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
 /// A group that is dragged through a room with a wall: before it, behind it, and half way beside it.
 #[test]
 fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
-    let square = |x: f32, y: f32, z: f32, half_m: f32| {
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(i, k)| Vec3::new(x + i * half_m, y + k * half_m, z))
-    };
     let mut events = vec![polygon(&square(0.0, 0.0, -5.0, 1.0), 1.0)];
     let at = |i: usize| ((i % 8) as f32 * 0.2 - 0.7, (i / 8) as f32 * 0.2 - 0.7);
     events.extend((0..64).map(|i| polygon_of(1, &square(at(i).0, at(i).1, 0.0, 0.05))));
-    events.push(Event::Group {
-        author: Author::SOLE,
-        t: 0.0,
-        group: GroupId(0),
-        strokes: vec![StrokeId(1)],
-        parent: None,
-        name: None,
-    });
+    events.push(group_of_stroke(1));
     let views = [view(Vec3::ZERO, Vec3::NEG_Z), view(Vec3::new(0.5, 0.3, 0.0), Vec3::new(0.0, 0.0, -5.0))];
     // One that is walked for what is not hidden, and one that is not.
     for kind in [IndexKind::OctreeRebuild, IndexKind::Osp] {

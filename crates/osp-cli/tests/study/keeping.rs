@@ -3,7 +3,7 @@
 use std::{
     fs::{self, File},
     io::Write,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Output, Stdio},
     thread,
     time::{Duration, Instant},
@@ -60,17 +60,24 @@ fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
     }
 }
 
+const ARGS: [&str; 4] = ["study", "in", "--out", "r.ndjson"];
+
+/// The file of a study of two sessions, and its lines.
+fn studied(folder: &Path) -> (PathBuf, Vec<u8>) {
+    sessions(folder, 2);
+    done(folder, ARGS);
+    let path = folder.join("r.ndjson");
+    let whole = fs::read(&path).expect("there");
+    (path, whole)
+}
+
 #[test]
 fn a_part_of_a_line_stays_and_is_passed_over() {
     let folder = temp();
-    sessions(folder.path(), 2);
-    let args = ["study", "in", "--out", "r.ndjson"];
-    done(folder.path(), args);
-    let path = folder.path().join("r.ndjson");
-    let whole = fs::read(&path).expect("there");
+    let (path, whole) = studied(folder.path());
     let cut = whole.len() - 100;
     fs::write(&path, &whole[..cut]).expect("written");
-    assert!(done(folder.path(), args).starts_with("2 sessions: 1 measured now, 1 before;"));
+    assert!(done(folder.path(), ARGS).starts_with("2 sessions: 1 measured now, 1 before;"));
     let now = fs::read(&path).expect("there");
     assert!(now.starts_with(&[&whole[..cut], b"\n{\"osp_study\":"].concat()));
     assert_eq!(names(&lines(&path)), ["deep/s1.ron", "s0.ron"]);
@@ -179,11 +186,7 @@ fn random(state: &mut u64) -> usize {
 #[test]
 fn damaged_lines_are_measured_again_and_lose_nothing() {
     let folder = temp();
-    sessions(folder.path(), 2);
-    let args = ["study", "in", "--out", "r.ndjson"];
-    done(folder.path(), args);
-    let path = folder.path().join("r.ndjson");
-    let whole = fs::read(&path).expect("there");
+    let (path, whole) = studied(folder.path());
     let mut state = 7;
     for _ in 0..20 {
         let mut bytes = whole.clone();
@@ -193,7 +196,7 @@ fn damaged_lines_are_measured_again_and_lose_nothing() {
             bytes[at] = random(&mut state) as u8;
         }
         fs::write(&path, &bytes).expect("written");
-        done(folder.path(), args);
+        done(folder.path(), ARGS);
         assert!(fs::read(&path).expect("there").starts_with(&bytes));
         let known = lines_of_any_text(&path).iter().filter(|line| is_whole(line)).count();
         assert!(known >= 2, "{}", String::from_utf8_lossy(&bytes));
