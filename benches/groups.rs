@@ -1,10 +1,10 @@
 //! Groups that move: an entry of the group against all of its polygons.
 //!
 //! `cargo bench --bench groups`. A group of a synthetic session's polygons is placed anew in every frame, then a view is culled.
-//! `placing`: what a frame does before it can be culled: `osp_rivals::groups::GroupIndex` (a matrix, a box, an entry), `osp` with
-//! the box of every polygon computed and filed again, and a whole frame of a scene that replays the event `Place`, with the query: each polygon told of, or the group as a
-//! whole. `culling`: the query
-//! after it. `instances`: a thousand nodes that show one mesh, against a million polygons that are filed.
+//! `placing`: the work of a frame before it is culled. `osp_rivals::groups::GroupIndex` changes a matrix, a box and an entry. `osp`
+//! computes and files the box of every polygon again. A scene replays the event `Place` in a whole frame, with the query: each
+//! polygon has an update, or the group moves as a whole. `culling`: the query after it. `instances`: a thousand nodes that show
+//! one mesh, against a million polygons that are filed.
 
 use std::hint::black_box;
 

@@ -32,8 +32,7 @@ impl Turns {
         self.ended = Some(Instant::now());
     }
 
-    /// The duration of the next turn: that of the last frame, within limits. So the work also progresses while frames are
-    /// slow.
+    /// The duration of the next turn: the duration of the last frame, within limits. Slow frames thus have long turns.
     pub(crate) fn next(&self, now: Instant) -> Duration {
         let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
         frame.clamp(self.least, self.least * MOST_TURNS)

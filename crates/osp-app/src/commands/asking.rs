@@ -25,7 +25,7 @@ impl Studio {
         self.work.question = Some(question);
     }
 
-    /// If the window shows a copy with earlier edits, asks whether to continue with these edits.
+    /// Opens a question if the window shows a copy that has earlier edits. The user chooses whether to continue with them.
     pub(crate) fn offer_edits(&mut self) {
         if self.work.question.is_none()
             && let Some(edits) = self.session.take_earlier()
@@ -113,7 +113,7 @@ impl Studio {
         }
     }
 
-    /// Exports the model, and asks before it replaces another model. The export refuses to replace any other file.
+    /// Exports the model. A question comes first if the file is another model. The export refuses to replace any other file.
     pub(crate) fn ask_to_export(&mut self, path: PathBuf) {
         if fs::is_file(&path) && check_model(&path).is_ok() {
             self.ask(Question::ExportOver(path));
@@ -122,7 +122,7 @@ impl Studio {
         }
     }
 
-    /// Saves a picture with the next frame, and asks before it replaces another picture.
+    /// Saves a picture with the next frame. A question comes first if the file is another picture.
     pub(crate) fn ask_for_picture(&mut self, path: PathBuf) {
         match check_output(&path, OutputKind::Png, false) {
             Err(error) => self.tell_of_file(Err(error.to_string())),

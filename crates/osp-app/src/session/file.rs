@@ -136,7 +136,7 @@ impl Session {
         };
         let reader = match why_copied {
             Some(why) => {
-                // A user who asks for a copy does not want the earlier copy.
+                // `Access::Copy` stands for a new copy, not for the earlier one.
                 let is_asked_for = how.access == Access::Copy && !how.lenient;
                 let earlier = if is_asked_for { None } else { autosaves.edits_of(path) };
                 Self::to_copy(session, path, why, autosaves)?.offering(earlier)
