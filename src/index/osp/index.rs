@@ -5,6 +5,7 @@ use super::{
     ids::IdMap,
     layout::{Bucket, Node, OWN, TakenRun},
     linear::{Inserted, Linear},
+    movers::Movers,
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
@@ -57,6 +58,11 @@ pub struct Osp {
     pub(super) unpacked_cells: usize,
     /// Whether nothing has come or gone since the last commit.
     pub(super) is_quiet: bool,
+    /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
+    pub(super) movers: Movers,
+    /// Commits so far, and when a round through the movers began.
+    pub(super) clock: u32,
+    pub(super) round: u32,
     /// Blocks closed, and runs moved, since the room was looked at.
     pub(super) changes: u32,
     /// Polygons taken out or moved since the last commit.
@@ -101,6 +107,9 @@ impl Osp {
             queue: NONE,
             unpacked_cells: 0,
             is_quiet: true,
+            movers: Movers::new(),
+            clock: 0,
+            round: 0,
             changes: CHANGES_BETWEEN,
             removals: 0,
             len: 0,
@@ -138,8 +147,17 @@ impl Osp {
         self.set_top(top);
     }
 
+    /// Polygons that are kept in flat rows beside the tree, because they move in frame after frame. The answers do not depend
+    /// on it.
+    pub fn moving(&self) -> usize {
+        self.movers.len()
+    }
+
     /// The box of a polygon in the index.
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        if let Some(bounds) = self.movers.bounds(id) {
+            return Some(bounds);
+        }
         if self.is_linear {
             return self.linear.bounds(id.0);
         }
@@ -224,7 +242,7 @@ impl SpatialIndex for Osp {
     }
 
     fn len(&self) -> usize {
-        self.len
+        self.len + self.movers.len()
     }
 
     fn announce(&self, geometry: &dyn Geometry, changes: &[Change]) {
@@ -236,6 +254,9 @@ impl SpatialIndex for Osp {
         let bounds = Wide::from_box(bounds);
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
+        }
+        if self.movers.slot(id).is_some() {
+            return Err(IndexError::Duplicate(id));
         }
         if self.is_linear {
             match self.linear.insert(id.0, bounds, self.linear_blocks) {
@@ -263,6 +284,9 @@ impl SpatialIndex for Osp {
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        if self.movers.remove(id).is_some() {
+            return Ok(());
+        }
         if self.is_linear {
             if !self.linear.remove(id.0) {
                 return Err(IndexError::Unknown(id));
@@ -278,6 +302,14 @@ impl SpatialIndex for Osp {
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if let Some(slot) = self.movers.slot(id) {
+            if !Wide::from_box(bounds).is_valid() {
+                return Err(IndexError::InvalidBounds(id));
+            }
+            self.movers.set(slot, bounds);
+            self.upkeep.adjusted += 1;
+            return Ok(());
+        }
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
         if !is_known {
             return Err(IndexError::Unknown(id));
@@ -302,14 +334,11 @@ impl SpatialIndex for Osp {
 
     /// O(polygons) for the boxes, O(1) for each run that they are in, and O(depth) for a run that leaves its leaf.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        if self.is_linear {
-            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
-        } else {
-            self.update_blocks(updates, refused);
-        }
+        self.update_blocks(updates, refused);
     }
 
     fn commit(&mut self) {
+        self.settle();
         if self.is_linear {
             self.linear.commit();
             return;
@@ -333,15 +362,23 @@ impl SpatialIndex for Osp {
     }
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.cull(frustum, draw_list)
+        let mut work = self.cull(frustum, draw_list);
+        work += self.cull_movers(frustum, draw_list);
+        work
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        self.cull_blocks(frustum, visible)
+        let mut work = self.cull_blocks(frustum, visible);
+        work += self.cull_mover_blocks(frustum, visible);
+        work
     }
 
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
-        self.cull_views(frusta, visible)
+        let mut work = self.cull_views(frusta, visible);
+        for (frustum, visible) in frusta.iter().zip(visible) {
+            work += self.cull_mover_blocks(frustum, visible);
+        }
+        work
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
@@ -390,12 +427,14 @@ impl SpatialIndex for Osp {
             + self.pages.bytes()
             + self.ids.bytes()
             + self.linear.bytes()
+            + self.movers.bytes()
     }
 
     fn clear(&mut self) {
         self.flat.fill(0);
         self.clear_tree();
         self.linear.clear();
+        self.movers.clear();
         self.is_linear = self.linear_blocks > 0;
         self.len = 0;
     }
