@@ -139,10 +139,10 @@ fn no_frame_of_brushed_strokes_allocates_when_the_room_is_just_enough() {
 fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     let events = session(3000);
     let capacity = polygons_of(&events);
-    for choice in [Occlusion::Msvbsp, Occlusion::DepthLast] {
+    for choice in [Occlusion::Msvbsp, Occlusion::PreviousFrame] {
         let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice)).expect("a method of the CPU");
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
         let made = play(&events, &mut pipeline, &views()[..1]);
         let steady: u64 = made[made.len() / 2..].iter().sum();
         assert_eq!(steady, 0, "{}: {made:?}", choice.name());

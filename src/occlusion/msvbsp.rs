@@ -169,7 +169,7 @@ impl Msvbsp {
             if high <= IMPLIED_SINE {
                 return false;
             }
-            if self.tree.len() >= self.config.node_budget
+            if self.tree.node_count() >= self.config.node_budget
                 || task.depth >= MAX_DEPTH
                 || self.points.len() + 2 * (task.cell.len as usize + 2) > self.config.point_budget
             {
@@ -259,7 +259,7 @@ impl OcclusionCuller for Msvbsp {
         while let Some(task) = self.tasks.pop() {
             self.build_cell(task, occluders);
         }
-        self.counts.nodes = self.tree.len() as u32;
+        self.counts.nodes = self.tree.node_count() as u32;
         self.counts.depth = self.tree.depth();
         self.counts
     }

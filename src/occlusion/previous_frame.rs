@@ -6,15 +6,13 @@
 //! "Hierarchical Z-Buffer Visibility", 1993); they are only a guess at good occluders, so moves, new strokes and sudden
 //! turns need no care: every occluder is part of the model as it is now.
 //!
-//! The buffer counts only pixels that an occluder covers wholly ([`super::Coverage::WholePixels`]), so that nothing visible
+//! The buffer counts only pixels that an occluder covers wholly, so that nothing visible
 //! is culled. Edges between neighbours in a ribbon would stay open by it: each two neighbours that share an edge are
 //! filled in as one outline, too, where that is convex.
 
 use glam::Vec3;
 
-use super::{
-    DepthBuffer, DepthConfig, Extent, OcclusionCuller, ShadowVolume, Soundness, Verdict, pair::shadow_of_pair,
-};
+use super::{DepthBuffer, DepthConfig, Extent, OcclusionCuller, ShadowVolume, Verdict, pair::shadow_of_pair};
 use crate::{
     polygon::{ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
@@ -61,16 +59,15 @@ impl PreviousFrameOccluders {
     /// Culling that has seen nothing yet, with room for a scene of so many polygons (and, for the outlines of a frame, up
     /// to 28 MB).
     pub fn new(depth: DepthConfig, polygons: usize) -> Self {
-        let mut depth = DepthBuffer::new(depth);
+        Self::with_buffer(DepthBuffer::new(depth), polygons)
+    }
+
+    /// The same with a buffer of the caller's own.
+    pub fn with_buffer(mut depth: DepthBuffer, polygons: usize) -> Self {
         let shadows = polygons.saturating_mul(2).saturating_add(4).min(Self::MOST_OUTLINES);
         depth.reserve(shadows);
         let drawn = vec![VisibleBlocks::with_capacity(polygons)];
         Self { depth, shadows: Vec::with_capacity(shadows), drawn }
-    }
-
-    /// Whether its answers can be relied upon: those of its buffer.
-    pub fn soundness(&self) -> Soundness {
-        self.depth.soundness()
     }
 
     fn drawn_in(&mut self, view: usize) -> &mut VisibleBlocks {

@@ -24,7 +24,6 @@ use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::{rotate, unit},
-    occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::View,
 };
@@ -82,7 +81,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
-    drawer.set_occlusion(args.occlusion)?;
+    drawer.set_occlusion(args.occlusion.while_drawing())?;
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.time);
     drawer.set_colors(args.colors());
@@ -150,10 +149,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
+    let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion.on_cpu()) };
-    let mut pipeline = pipeline.with_occlusion(pass)?;
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::default() };
+    let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
     let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());

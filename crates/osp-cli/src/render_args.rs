@@ -14,7 +14,7 @@ use super::{
     reading::ReadArgs,
     rig_args::RigPathArgs,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Camera, Pace},
@@ -77,7 +77,7 @@ pub(super) struct RenderArgs {
     pub(super) index: IndexKind,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     /// Draw every polygon of the model, without culling.
     #[arg(long, conflicts_with = "check")]
     pub(super) no_cull: bool,

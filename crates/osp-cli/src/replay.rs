@@ -16,10 +16,15 @@ use super::{
     replay_session::replay_file,
     replay_text::text,
 };
-use osp::occlusion::{Occlusion, Soundness};
+#[cfg(feature = "window")]
+use osp::occlusion::Occlusion;
+use osp::occlusion::Soundness;
 #[cfg(feature = "window")]
 use osp_lab::pvs::Pvs;
-use osp_lab::report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name};
+use osp_lab::{
+    Method,
+    report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name},
+};
 #[cfg(feature = "window")]
 use osp_rivals::IndexKind;
 #[cfg(feature = "window")]
@@ -72,7 +77,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         }
         for run in &report.runs {
             let Some(occlusion) = &run.occlusion else { continue };
-            let is_sound = Occlusion::from_name(occlusion.method)
+            let is_sound = Method::from_name(occlusion.method)
                 .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
             let false_culls = occlusion.false_culls.unwrap_or(0);
             if is_sound && false_culls > 0 {
@@ -161,7 +166,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         studio.set_pvs(Arc::new(pvs));
     }
     studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
-    let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
+    let occlusion = args.pvs.as_ref().map_or(Method::Own(Occlusion::Auto), |_| Method::Pvs);
     studio.command(Command::Occlusion(args.play.occlusion.first().copied().unwrap_or(occlusion)));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
     if let Some(reading) = reading {

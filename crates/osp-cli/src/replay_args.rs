@@ -14,7 +14,7 @@ use super::{
     rig_args::RigPathArgs,
     world_args::WorldArgs,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Limits, Pace},
@@ -162,7 +162,7 @@ pub(super) struct PlayArgs {
     /// is then `osp`. `auto` chooses by measured times; in a study, and with --check or --pin, it chooses by counts of work,
     /// which are the same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
-    pub(super) occlusion: Vec<Occlusion>,
+    pub(super) occlusion: Vec<Method>,
     /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     pub(super) occluders: Option<usize>,
@@ -193,7 +193,7 @@ pub(super) enum GroupFiling {
 impl PlayArgs {
     /// The indexes, each with its method of occlusion culling where any is asked for; with `sets` also by baked sets of what
     /// can be seen.
-    pub(super) fn runs(&self, sets: Option<Occlusion>) -> Vec<(IndexKind, Option<Occlusion>)> {
+    pub(super) fn runs(&self, sets: Option<Method>) -> Vec<(IndexKind, Option<Method>)> {
         let has_methods = !self.occlusion.is_empty() || sets.is_some();
         let indexes = match (self.index.as_slice(), has_methods) {
             ([], false) => IndexKind::DEFAULT,

@@ -21,7 +21,7 @@ use super::{
     verify_all::{Overview, Part, name_in, sessions},
     verify_drawn::DrawnTrials,
     verify_json,
-    verify_method::{Method, method_parser},
+    verify_method::{NamedMethod, method_parser},
 };
 use osp::{
     frame::StageClock,
@@ -33,7 +33,7 @@ use osp::{
     view::View,
 };
 use osp_lab::{
-    literal,
+    Method, literal,
     oracle::OracleConfig,
     pvs::Pvs,
     report::thousands,
@@ -112,7 +112,7 @@ pub(super) struct VerifyArgs {
     views: u64,
     /// The methods, separated by commas [default: those that are conservative and run on the processor].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
-    occlusion: Vec<Method>,
+    occlusion: Vec<NamedMethod>,
     /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
     #[arg(long, default_value = "1920x1080")]
     size: Size,
@@ -202,8 +202,8 @@ impl FromStr for Pixels {
 }
 
 impl VerifyArgs {
-    fn methods(&self) -> Vec<Method> {
-        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
+    fn methods(&self) -> Vec<NamedMethod> {
+        if self.occlusion.is_empty() { NamedMethod::conservative() } else { self.occlusion.clone() }
     }
 
     fn tests_corners_apart(&self) -> bool {
@@ -219,7 +219,7 @@ impl VerifyArgs {
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {
-            if !Occlusion::CULLERS.contains(&method.occlusion) {
+            if !Method::CULLERS.contains(&method.occlusion) {
                 continue;
             }
             for &occluders in &self.occluders {
@@ -344,7 +344,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
     // What is not a method of its own is added later.
     let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
     let methods = methods.map(|method| method.occlusion);
-    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
+    let kinds = methods.filter(|occlusion| Method::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
@@ -407,7 +407,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if args.no_truth {
         verifier = verifier.without_truth();
     }
-    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::PreviousFrame.into()) {
         verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
     }
 

@@ -5,14 +5,14 @@ use std::{collections::HashSet, sync::Arc};
 use comfy_table::{CellAlignment, Table, presets};
 use serde::Serialize;
 
-use super::{parsers::Size, verify_method::Method};
+use super::{parsers::Size, verify_method::NamedMethod};
 use osp::{
     index::DrawList,
-    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_lab::{
+    Method,
     report::thousands,
     verify::{AtRest, Totals, Verifier},
 };
@@ -92,19 +92,19 @@ pub(super) struct DrawnTrials {
 
 impl DrawnTrials {
     /// A trial for each method that culls while drawing; `None` if there is no such method.
-    pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
-        let drawn: Vec<_> = methods.iter().copied().filter(Method::is_drawn).collect();
+    pub(super) fn new(methods: &[NamedMethod], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
+        let drawn: Vec<_> = methods.iter().copied().filter(NamedMethod::is_drawn).collect();
         if drawn.is_empty() {
             return Ok(None);
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for method in std::iter::once(Method::new(Occlusion::None)).chain(drawn) {
-            let Method { name, occlusion, .. } = method;
+        for method in std::iter::once(NamedMethod::new(Method::NONE)).chain(drawn) {
+            let NamedMethod { name, occlusion, .. } = method;
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
-            drawer.set_occlusion_with(occlusion, method.hzb())?;
+            drawer.set_occlusion_with(occlusion.while_drawing(), method.hzb())?;
             trials.push(Trial {
                 name,
                 drawer,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{
     built::{self, Feature},
     parsers::Size,
-    verify_method::Method,
+    verify_method::NamedMethod,
 };
 use osp::{polygon::Change, view::View};
 use osp_lab::verify::{AtRest, Verifier};
@@ -19,7 +19,7 @@ pub(super) enum DrawnTrials {}
 pub(super) enum DrawnRun {}
 
 impl DrawnTrials {
-    pub(super) fn new(methods: &[Method], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
+    pub(super) fn new(methods: &[NamedMethod], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
         match methods.iter().find(|method| method.is_drawn()) {
             Some(method) => built::refuse(format!("--occlusion {}", method.name), &[Feature::Render]),
             None => Ok(None),

@@ -14,6 +14,7 @@ mod contender;
 pub mod literal;
 #[cfg(feature = "report")]
 mod machine;
+mod method;
 pub mod oracle;
 pub mod pvs;
 mod reach;
@@ -25,4 +26,5 @@ pub mod verify;
 pub use contender::Contender;
 #[cfg(feature = "report")]
 pub use machine::Machine;
+pub use method::Method;
 pub use reach::{Reach, lost_polygons};

@@ -4,9 +4,12 @@ use osp::{
     frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::{NodeTest, Occlusion, Score},
+    occlusion::{NodeTest, Score},
 };
-use osp_lab::pvs::{Pvs, PvsPass};
+use osp_lab::{
+    Method,
+    pvs::{Pvs, PvsPass},
+};
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
@@ -14,7 +17,7 @@ use osp_session::scene::Scene;
 #[derive(Clone, Debug)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     pub(super) occluders: Option<usize>,
     pub(super) node_test: NodeTest,
     pub(super) score: Score,
@@ -33,7 +36,7 @@ pub struct Indexed {
 
 impl CullingPlan {
     /// With this index and this method of occlusion culling.
-    pub fn new(kind: IndexKind, occlusion: Occlusion) -> Self {
+    pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,
             occlusion,
@@ -93,11 +96,11 @@ impl CullingPlan {
             node_test: self.node_test,
             score: self.score,
             basis: self.auto_basis,
-            ..PassConfig::new(self.occlusion.on_cpu())
+            ..PassConfig::default()
         };
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Occlusion::Pvs) {
+        let mut pipeline = self.occlusion.add_to(pipeline, pass);
+        if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Method::Pvs) {
             pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
         }
         pipeline.set_occluders(self.occluders);

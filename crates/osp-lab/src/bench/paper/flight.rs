@@ -9,7 +9,7 @@ use super::{
     drawing::{Adapter, Drawer, Drawn},
     input::{PaperConfig, PaperError, PaperInput, mean},
 };
-use crate::{bench::Estimate, literal, lost_polygons, oracle::OracleConfig, verify};
+use crate::{Method, bench::Estimate, literal, lost_polygons, oracle::OracleConfig, verify};
 use osp::{
     frame::{PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
@@ -20,7 +20,7 @@ use osp::{
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},
 };
-use osp_rivals::{CutNodes, IndexKind, OspGrid, OspPaper};
+use osp_rivals::{CutNodes, IndexKind, OspGrid, OspPaper, RivalOcclusion};
 use osp_session::scene::Scene;
 
 /// Time to draw a polygon where nothing is drawn, nanoseconds: what is worth a test.
@@ -88,7 +88,7 @@ struct Way {
     not_conservative: Option<&'static str>,
     means: Means,
     /// Which of the drawers draws it.
-    while_drawing: Occlusion,
+    while_drawing: Method,
     in_view: VisibleBlocks,
     list: VisibleBlocks,
     frames: Vec<FlownFrame>,
@@ -102,7 +102,7 @@ impl Way {
             as_printed: false,
             not_conservative: None,
             means,
-            while_drawing: Occlusion::None,
+            while_drawing: Method::NONE,
             in_view: VisibleBlocks::new(),
             list: VisibleBlocks::new(),
             frames: Vec::new(),
@@ -189,31 +189,31 @@ impl Maker<'_> {
         Way { as_printed: true, not_conservative, ..Way::new(name, means) }
     }
 
-    fn piped(&self, choice: Occlusion) -> Way {
+    fn piped(&self, method: Method) -> Way {
         let capacity = self.changes.len();
         let pass = PassConfig {
             occluders: Some(self.config.occluders),
             polygon_ns: self.polygon_ns,
             node_test: self.config.node_test,
             score: self.config.score,
-            ..PassConfig::new(choice.on_cpu())
+            ..PassConfig::default()
         };
         let index = IndexKind::Osp.create(&self.index());
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
+        let mut pipeline = method.add_to(pipeline, pass);
         pipeline.load(self.input.scene);
         pipeline.commit();
         Way {
-            while_drawing: choice.on_gpu(),
+            while_drawing: if method.is_while_drawing() { method } else { Method::NONE },
             // What is culled while drawing is not known here.
-            wrong: (!choice.is_while_drawing()).then_some(0),
-            ..Way::new(format!("osp, {}", choice.name()), Means::Piped(Box::new(pipeline)))
+            wrong: (!method.is_while_drawing()).then_some(0),
+            ..Way::new(format!("osp, {}", method.name()), Means::Piped(Box::new(pipeline)))
         }
     }
 
     fn ways(&self, draws: bool) -> Vec<Way> {
         let occluders = self.config.occluders;
-        let capped = || Occlusion::MsvbspPaper.create(occluders);
+        let capped = || RivalOcclusion::MsvbspPaper.culler()(occluders);
         let capless = || literal::msvbsp_without_caps(occluders);
         let apart = |culler| -> Box<dyn OcclusionCuller> { Box::new(literal::CornersApart::new(culler)) };
         let sphere = (NodeTest::Sphere, Score::Paper);
@@ -237,10 +237,10 @@ impl Maker<'_> {
             ),
             Way::new(FRUSTUM, Means::Frustum(self.filled(IndexKind::Osp.create(&self.index())))),
         ];
-        let cullers = Occlusion::conservative_cullers();
-        ways.extend(cullers.into_iter().chain([Occlusion::DepthLast]).map(|choice| self.piped(choice)));
+        let cullers = Method::conservative_cullers().into_iter();
+        ways.extend(cullers.chain([Occlusion::PreviousFrame.into()]).map(|method| self.piped(method)));
         if draws {
-            ways.extend([Occlusion::Hzb, Occlusion::Queries].map(|choice| self.piped(choice)));
+            ways.extend([Method::Hzb, Method::Queries].map(|method| self.piped(method)));
         }
         ways
     }
@@ -256,7 +256,7 @@ pub(super) fn fly(
 ) -> Result<Vec<FlightRow>, PaperError> {
     let changes: Vec<Change> = input.scene.visible_ids().map(Change::Insert).collect();
     let mut drawers = Vec::new();
-    for occlusion in [Occlusion::None, Occlusion::Hzb, Occlusion::Queries] {
+    for occlusion in [Method::NONE, Method::Hzb, Method::Queries] {
         if let Some(adapter) = adapter {
             let mut drawer = adapter.drawer(occlusion)?;
             drawer.follow(&changes);

@@ -9,10 +9,9 @@ use super::{
     drawing::{Adapter, Drawer, Drawn},
     input::{PaperConfig, PaperError, PaperInput, mean},
 };
-use crate::bench::Estimate;
+use crate::{Method, bench::Estimate};
 use osp::{
     index::{IndexConfig, SpatialIndex},
-    occlusion::Occlusion,
     polygon::{Change, VisibleBlocks},
     view::View,
 };
@@ -206,7 +205,7 @@ where
 {
     let mut lanes = Vec::new();
     for tree in trees(input, config) {
-        let drawer = adapter.map(|adapter| adapter.drawer(Occlusion::None)).transpose()?;
+        let drawer = adapter.map(|adapter| adapter.drawer(Method::NONE)).transpose()?;
         lanes.push(Lane { tree, drawer, list: VisibleBlocks::new(), frames: Vec::new() });
     }
     let mut moments = Vec::new();

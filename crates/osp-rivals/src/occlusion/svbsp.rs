@@ -11,14 +11,15 @@
 
 use glam::DVec3;
 
-use super::{
-    Asked, BuildCounts, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
-    cone::{self, Span},
-    tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
-    tree::{CapRule, Caps, Cell, Child, Link, MAX_DEPTH, ShadowTree, Side},
-};
-use crate::{
+use osp::{
     math::{Aabb, Sphere},
+    occlusion::{
+        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Tested, TestedBoxes,
+        kernels::{
+            CapRule, Caps, Child, IMPLIED_SINE, Link, MAX_DEPTH, RELEVANT_AREA_SR, RELEVANT_SINE, ShadowTree,
+            Side, Span, clip, has_area, reach,
+        },
+    },
     view::ViewWindow,
 };
 
@@ -79,7 +80,7 @@ impl Svbsp {
 
     fn descend(&mut self, task: Task, i: u32) {
         let node = *self.tree.node(i);
-        let (low, high) = cone::reach(node.normal, &self.points[task.outline.range()]);
+        let (low, high) = reach(node.normal, &self.points[task.outline.range()]);
         for (child, side, normal, reaches) in [
             (node.front, Side::Front, node.normal, high > RELEVANT_SINE),
             (node.back, Side::Back, -node.normal, low < -RELEVANT_SINE),
@@ -92,9 +93,9 @@ impl Svbsp {
                 self.counts.left_out += 1;
                 continue;
             }
-            let cell = cone::clip(&mut self.points, task.cell, normal);
-            let outline = cone::clip(&mut self.points, task.outline, normal);
-            if cell.len >= 3 && cone::has_area(&self.points[outline.range()], RELEVANT_AREA_SR) {
+            let cell = clip(&mut self.points, task.cell, normal);
+            let outline = clip(&mut self.points, task.outline, normal);
+            if cell.len >= 3 && has_area(&self.points[outline.range()], RELEVANT_AREA_SR) {
                 let link = Link::Below(i, side);
                 self.tasks.push(Task { link, at: child, depth: task.depth + 1, cell, outline });
             }
@@ -104,16 +105,16 @@ impl Svbsp {
     /// Replaces an unoccluded leaf by the planes of an occluder that reaches its cell.
     fn raise(&mut self, mut task: Task, occluder: &ShadowVolume) {
         for &normal in occluder.sides() {
-            let (low, high) = cone::reach(normal, &self.points[task.cell.range()]);
+            let (low, high) = reach(normal, &self.points[task.cell.range()]);
             if low >= -IMPLIED_SINE {
                 continue;
             }
             let room = self.points.len() + task.cell.len as usize + 2 <= self.point_budget;
-            if !room || self.tree.len() >= self.node_budget || task.depth >= MAX_DEPTH {
+            if !room || self.tree.node_count() >= self.node_budget || task.depth >= MAX_DEPTH {
                 self.counts.left_out += 1;
                 return;
             }
-            let front = cone::clip(&mut self.points, task.cell, normal);
+            let front = clip(&mut self.points, task.cell, normal);
             if high <= IMPLIED_SINE || front.len < 3 {
                 return;
             }
@@ -146,7 +147,7 @@ impl OcclusionCuller for Svbsp {
         for i in 0..self.order.len() {
             self.insert(&occluders[self.order[i].1 as usize], window);
         }
-        self.counts.nodes = self.tree.len() as u32;
+        self.counts.nodes = self.tree.node_count() as u32;
         self.counts.depth = self.tree.depth();
         self.counts
     }

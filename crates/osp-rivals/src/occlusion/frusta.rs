@@ -1,11 +1,11 @@
 use glam::DVec3;
 
-use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict,
-    tree::{EyeBox, EyeSphere, Volume},
-};
-use crate::{
+use osp::{
     math::{Aabb, Sphere},
+    occlusion::{
+        BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict,
+        kernels::{EyeBox, EyeSphere, Volume},
+    },
     view::ViewWindow,
 };
 

@@ -1,4 +1,4 @@
-//! The paper's MSVBSP tree, rules 1 to 6 to the letter. It culls visible polygons; [`super::msvbsp`] is the conservative form.
+//! The paper's MSVBSP tree, rules 1 to 6 to the letter. It culls visible polygons; [`osp::occlusion::msvbsp`] is the conservative form.
 //!
 //! "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", section 3.2.4.
 //!
@@ -10,13 +10,12 @@
 
 use glam::DVec3;
 
-use super::{
-    Asked, BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, TestedBoxes,
-    cone::Span,
-    tree::{CapRule, Caps, Cell, Child, Link, MAX_DEPTH, ShadowTree, Side},
-};
-use crate::{
+use osp::{
     math::{Aabb, Sphere},
+    occlusion::{
+        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Soundness, Tested, TestedBoxes,
+        kernels::{CapRule, Caps, Child, Link, MAX_DEPTH, ShadowTree, Side, Span},
+    },
     view::ViewWindow,
 };
 
@@ -51,7 +50,7 @@ struct Task {
     group: u32,
 }
 
-/// The MSVBSP tree as the paper prints it. It culls visible polygons; [`super::msvbsp::Msvbsp`] is the conservative form.
+/// The MSVBSP tree as the paper prints it. It culls visible polygons; [`osp::occlusion::msvbsp::Msvbsp`] is the conservative form.
 #[derive(Clone, Debug)]
 pub struct MsvbspPaper {
     caps: PaperCaps,
@@ -141,7 +140,7 @@ impl MsvbspPaper {
         let Plane { normal, .. } = self.planes[splitter as usize];
         let group = self.group_of_plane(splitter);
         let room = self.lists.len() + 2 * range.len() <= self.list_budget;
-        if !room || self.tree.len() >= self.node_budget || task.depth > MAX_DEPTH {
+        if !room || self.tree.node_count() >= self.node_budget || task.depth > MAX_DEPTH {
             self.left_out += range.len() as u32;
             return;
         }
@@ -243,7 +242,7 @@ impl OcclusionCuller for MsvbspPaper {
         }
         BuildCounts {
             occluders: occluders.len() as u32,
-            nodes: self.tree.len() as u32,
+            nodes: self.tree.node_count() as u32,
             depth: self.tree.depth(),
             pieces: self.lists.len() as u32,
             left_out: self.left_out,
