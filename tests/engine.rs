@@ -1,5 +1,14 @@
 //! The culler as an engine takes it: own numbers, own geometry, no feature needed.
 
+#[path = "support/boxes.rs"]
+mod boxes;
+#[path = "engine/cameras.rs"]
+mod cameras;
+#[path = "engine/culler.rs"]
+mod culler;
+#[path = "engine/hiding.rs"]
+mod hiding;
+
 use osp::{
     frame::{PassConfig, Pipeline, PreviousFramePass, StageClock},
     glam::Vec3,
