@@ -33,6 +33,8 @@ impl Surroundings {
         let words = |v: Vec3, w: f32| v.extend(w).to_array();
         let up = rotate(unit(environment.sky_rotation), Vec3::Y);
         let has_floor = if environment.floor.is_some() { 1.0 } else { 0.0 };
+        let way = |i: usize| environment.lights[i].0.normalize_or(Vec3::NEG_Y);
+        let has_lamps = if has_lamps(&environment.preset) { 1.0 } else { 0.0 };
         Self {
             sky_low: words(environment.sky[0], 0.0),
             sky_high: words(environment.sky[1], 0.0),
@@ -40,7 +42,7 @@ impl Surroundings {
             floor: words(environment.floor.unwrap_or_default(), 0.0),
             fog: words(environment.fog.0, environment.fog.1),
             ambient: words(environment.ambient, environment.reflection),
-            ways: environment.lights.map(|(way, _)| words(way.normalize_or(Vec3::NEG_Y), 0.0)),
+            ways: [words(way(0), has_lamps), words(way(1), 0.0)],
             lights: environment.lights.map(|(_, color)| words(color, 0.0)),
             moment: [0.0; 4],
         }
@@ -55,6 +57,14 @@ impl Surroundings {
     pub(super) fn set_time(&mut self, time_s: f32) {
         self.moment[0] = time_s;
     }
+}
+
+/// Whether surfaces mirror a room with lamps in it; in the other environments they mirror the sky, as one even light.
+fn has_lamps(preset: &str) -> bool {
+    !matches!(
+        preset,
+        "Blue" | "Hot" | "Illustrative" | "NightSky" | "NoLights" | "PinkLemonade" | "Pistachio" | "Space"
+    )
 }
 
 /// Where Tilt Brush begins, without its fog.
