@@ -19,6 +19,8 @@ pub mod pvs;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
+pub mod rows;
 pub mod scenes;
 pub mod verify;
 
