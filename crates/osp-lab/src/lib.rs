@@ -23,6 +23,8 @@ pub mod report;
 pub mod rows;
 pub mod scenes;
 pub mod verify;
+#[cfg(feature = "report")]
+mod verify_rows;
 
 pub use contender::Contender;
 #[cfg(feature = "report")]
