@@ -110,7 +110,6 @@ mod verify;
 mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
-mod verify_json;
 mod verify_method;
 #[cfg(feature = "live")]
 mod wall;

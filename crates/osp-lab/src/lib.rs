@@ -20,8 +20,12 @@ pub mod pvs;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
+pub mod rows;
 pub mod scenes;
 pub mod verify;
+#[cfg(feature = "report")]
+mod verify_rows;
 
 pub use contender::Contender;
 #[cfg(feature = "report")]

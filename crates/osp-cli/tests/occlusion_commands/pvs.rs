@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::command::{osp, text};
+use crate::command::{figure, osp, text};
 
 /// A small furnished flat, and the sets of it.
 struct Flat {
@@ -40,11 +40,11 @@ fn sets_leave_out_what_is_hidden_and_verify_says_what_they_miss() {
     // Sets promise nothing: what they miss is said, and is no failure.
     assert!(output.status.success(), "{}", text(&output.stderr));
     let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
-    let found = &report["pvs"];
-    assert_eq!((found["views"].as_u64(), found["misreported"].as_u64()), (Some(4), Some(0)), "{found}");
-    assert!(found["hidden_culled_percent"].as_f64() > Some(20.0), "{found}");
-    let visible = report["visible_mean"].as_f64().expect("a number") * 4.0;
-    assert!(found["false_culls"].as_f64().expect("a number") < visible * 0.5, "{found} of {visible}");
+    let of = |name| figure(&report, "pvs (sampled)", name);
+    assert_eq!((figure(&report, "", "views"), of("misreported")), (4.0, 0.0));
+    assert!(of("hidden") > 20.0, "{report}");
+    let visible = figure(&report, "", "visible") * 4.0;
+    assert!(of("wrong") < visible * 0.5, "{visible}: {report}");
 
     // A walk through the finished flat.
     let args = ["--pvs", sets, "--pace", "samples:64", "--verify-frames", "1", "--json"];

@@ -31,10 +31,6 @@ mod views_table;
 
 #[cfg(feature = "bench")]
 pub use chart::draw_frame_times;
-#[cfg(feature = "bench")]
-pub(crate) use chart::register_font;
-#[cfg(feature = "bench")]
-pub(crate) use colors::{GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
@@ -47,6 +43,8 @@ pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
 #[cfg(feature = "bench")]
 pub use rig_plan::RigPlan;
+#[cfg(feature = "bench")]
+pub(crate) use run::first_disagreement;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 #[cfg(feature = "bench")]
 pub use structure::{Structure, StructureNode};
@@ -56,6 +54,6 @@ pub use structure_picture::{
 };
 pub use table::replay_table;
 #[cfg(feature = "bench")]
-pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
+pub(crate) use themes::css_variables;
 pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

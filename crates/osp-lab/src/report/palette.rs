@@ -95,17 +95,21 @@ pub(crate) struct LineStyle {
 }
 
 impl LineStyle {
-    /// A plain line, for what is no structure.
-    pub(crate) const fn plain(color: RGBColor) -> Self {
-        Self { color, mark: Mark::None, dash: None }
-    }
-
     /// The look of a structure; a structure without an entry gets one that no other has.
     pub(crate) fn of_structure(name: &str) -> Self {
         match STRUCTURES.iter().find(|(other, ..)| *other == name) {
             Some(&(_, color, mark)) => Self { color, mark, dash: None },
             None => Self { color: GRAY, mark: Mark::None, dash: DASHES[1] },
         }
+    }
+
+    /// The look of a line by its name: that of a structure, or of the `number`-th line of a chart that shows others.
+    pub(crate) fn of_any(name: &str, number: usize) -> Self {
+        if STRUCTURES.iter().any(|(other, ..)| *other == name) {
+            return Self::of_structure(name);
+        }
+        let (color, at) = (METHOD_COLORS[number % METHOD_COLORS.len()], number / METHOD_COLORS.len());
+        Self { color, mark: METHOD_MARKS[at % METHOD_MARKS.len()], dash: None }
     }
 
     /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.

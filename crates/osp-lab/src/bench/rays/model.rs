@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{Contender, scenes::Random};
+use crate::{Contender, bench::curves::synthetic_name, scenes::Random};
 use osp::{
     index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
@@ -37,7 +37,7 @@ impl RaysModel {
         let drawing = super::super::growth::Drawing::new(polygons, polygons as usize)?;
         let mut shapes = drawing.shapes;
         shapes.truncate(polygons as usize);
-        Ok(Self::new("scribble", shapes, IndexConfig::default().root))
+        Ok(Self::new(&synthetic_name(polygons), shapes, IndexConfig::default().root))
     }
 
     pub(super) fn new(recording: &str, polygons: Vec<ConvexPolygon>, root: Aabb) -> Self {

@@ -1,5 +1,3 @@
-use serde::Serialize;
-
 /// Standard deviations of a normal distribution within which 95 of 100 draws fall.
 const Z_95: f64 = 1.96;
 
@@ -8,7 +6,7 @@ const Z_95: f64 = 1.96;
 ///
 /// The interval is that of the order statistics, without any assumption about the distribution (W. J. Conover,
 /// "Practical Nonparametric Statistics", 1971, section 3.2). Of fewer than six values it is all of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The median.
     pub median: f64,
@@ -41,7 +39,7 @@ impl Estimate {
 }
 
 /// The value below which the share `q` (0 to 1) of the sorted values lies; 0 for none.
-pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let at = (q * sorted.len() as f64).ceil() as usize;
     sorted.get(at.saturating_sub(1)).or(sorted.last()).copied().unwrap_or(0.0)
 }
