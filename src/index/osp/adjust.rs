@@ -154,7 +154,7 @@ impl Osp {
             return true;
         }
         self.upkeep.filed += u64::from(count);
-        (self.is_quiet, self.changes) = (false, self.changes + 1);
+        self.changes += 1;
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
         self.file(run, bounds, way, is_loose);

@@ -1,3 +1,5 @@
+use std::collections::VecDeque;
+
 use glam::Vec3;
 
 use super::{
@@ -54,10 +56,10 @@ pub struct Osp {
     pub(super) taken: Vec<TakenRun>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
-    /// Preallocated cells that were not looked at for leaves to pack since something came or went.
-    pub(super) unpacked_cells: usize,
-    /// Whether nothing has come or gone since the last commit.
-    pub(super) is_quiet: bool,
+    /// Leaves that wait to be packed.
+    pub(super) to_pack: VecDeque<u32>,
+    /// Runs inserted since the last commit.
+    pub(super) came: u32,
     /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
     pub(super) movers: Movers,
     /// Commits so far, and when a round through the movers began.
@@ -105,8 +107,8 @@ impl Osp {
             gathered: Some(Box::default()),
             taken: Vec::with_capacity(MOST_TAKEN),
             queue: NONE,
-            unpacked_cells: 0,
-            is_quiet: true,
+            to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
+            came: 0,
             movers: Movers::new(),
             clock: 0,
             round: 0,
@@ -216,7 +218,7 @@ impl Osp {
             self.open_block(block);
         }
         self.open.add(lane, bounds);
-        (self.len, self.is_quiet) = (self.len + 1, false);
+        self.len += 1;
     }
 
     /// Takes a polygon out that is known to be in the tree.
@@ -224,7 +226,6 @@ impl Osp {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
         self.removals += 1;
-        self.is_quiet = false;
         if self.open.is(block) {
             if self.open.lanes() >> lane & 1 == 1 {
                 self.open.remove(lane);
@@ -279,7 +280,7 @@ impl SpatialIndex for Osp {
             return Err(IndexError::Duplicate(id));
         }
         self.open.add(lane, bounds);
-        (self.len, self.is_quiet) = (self.len + 1, false);
+        self.len += 1;
         Ok(())
     }
 
@@ -346,11 +347,7 @@ impl SpatialIndex for Osp {
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
         }
-        if !self.is_quiet {
-            (self.is_quiet, self.unpacked_cells) = (true, self.flat.len());
-        } else if self.unpacked_cells > 0 && self.queue == NONE && self.removals == 0 {
-            self.pack_some();
-        }
+        self.pack_some();
         self.removals = 0;
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
@@ -428,6 +425,7 @@ impl SpatialIndex for Osp {
             + self.ids.bytes()
             + self.linear.bytes()
             + self.movers.bytes()
+            + self.to_pack.capacity() * size_of::<u32>()
     }
 
     fn clear(&mut self) {
@@ -467,7 +465,8 @@ impl Osp {
         self.pages.clear();
         self.ids.clear();
         self.open.close();
-        (self.queue, self.removals, self.unpacked_cells) = (NONE, 0, 0);
+        self.to_pack.clear();
+        (self.queue, self.removals, self.came) = (NONE, 0, 0);
         self.shape += 1;
         self.init_root();
     }
