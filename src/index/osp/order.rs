@@ -116,7 +116,10 @@ mod tests {
 
     use super::*;
     use crate::{
-        index::{IndexConfig, SpatialIndex, osp::layout::Target},
+        index::{
+            IndexConfig, SpatialIndex,
+            osp::{layout::Target, pool::NONE},
+        },
         math::Aabb,
         polygon::PolygonId,
     };
