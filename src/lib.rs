@@ -97,7 +97,7 @@
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
 //!
 //! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recorded sessions,
-//! brushes, scenes), `osp-rivals` (every other index), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
+//! brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
 //! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
 //!
 //! # Vocabulary
