@@ -148,7 +148,7 @@
 //! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
 //!
 //! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recorded sessions,
-//! brushes, scenes), `osp-rivals` (every other index), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
+//! brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
 //! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
 //!
 //! # Vocabulary

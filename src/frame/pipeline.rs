@@ -255,12 +255,12 @@ impl Pipeline {
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// inserted once its box is finite again.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
-        let wants_shapes = self.index.wants_shapes();
         let (mut at, mut announced) = (0, 0);
         while let Some(&change) = changes.get(at) {
-            let together = if wants_shapes { 0 } else { leading_updates(&changes[at..]) };
+            let together = leading_updates(&changes[at..]);
             if together >= LEAST_TOGETHER {
                 record.updated += together as u64;
+                self.index.announce(geometry, &changes[at..at + together]);
                 self.follow_all(geometry, &changes[at..at + together]);
                 at += together;
                 continue;
@@ -298,11 +298,6 @@ impl Pipeline {
                     continue;
                 }
             };
-            if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
-                && let Some(polygon) = geometry.polygon(id)
-            {
-                self.index.shape(id, &polygon);
-            }
             self.refused += u64::from(outcome.is_err());
         }
     }

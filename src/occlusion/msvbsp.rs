@@ -11,7 +11,7 @@
 //!
 //! # Differences from the paper
 //! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible things
-//! ([`super::MsvbspPaper`] shows it) and are replaced:
+//! (`osp_rivals::occlusion::MsvbspPaper` shows it) and are replaced:
 //! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
 //!   it never reaches. Here every occluder is clipped to the cell, but only to see *whether* it reaches it; its planes
 //!   always count all together, and as the occluder's own, never as the clipped piece's.

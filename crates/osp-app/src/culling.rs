@@ -1,6 +1,6 @@
 mod plan;
 
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ use osp::{
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
-use osp_lab::{Method, pvs::Pvs};
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::StrokeId,
@@ -176,17 +176,6 @@ impl Culling {
     pub fn shadows(&self) -> &[ShadowVolume] {
         let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
         pass.map_or(&[], |pass| pass.shadows())
-    }
-
-    /// Takes potentially visible sets, for [`Method::Pvs`]. They cull only while the model is the one that they were
-    /// computed for.
-    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
-        self.plan.pvs = Some(pvs);
-    }
-
-    /// Whether there are such sets.
-    pub fn has_pvs(&self) -> bool {
-        self.plan.pvs.is_some()
     }
 
     /// Time of the last change of the index.

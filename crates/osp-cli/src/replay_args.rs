@@ -113,10 +113,6 @@ pub(super) struct ReplayArgs {
     /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pub(super) pin: Option<PathBuf>,
-    /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
-    /// sets are sampled, not exact. A window uses them from the end of the replay on.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
-    pub(super) pvs: Option<PathBuf>,
     /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
@@ -191,26 +187,23 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// The indexes, each with its method of occlusion culling where any is asked for; with `sets` also by baked sets of what
-    /// can be seen.
-    pub(super) fn runs(&self, sets: Option<Method>) -> Vec<(IndexKind, Option<Method>)> {
-        let has_methods = !self.occlusion.is_empty() || sets.is_some();
-        let indexes = match (self.index.as_slice(), has_methods) {
-            ([], false) => IndexKind::DEFAULT,
+    /// The indexes, each with its method of occlusion culling where any is asked for.
+    pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
+        let indexes = match (self.index.as_slice(), self.occlusion.is_empty()) {
+            ([], true) => IndexKind::DEFAULT,
             ([], _) => &[IndexKind::Osp],
             (indexes, _) => indexes,
         };
-        let mut methods: Vec<_> = match self.occlusion.as_slice() {
+        let methods: Vec<_> = match self.occlusion.as_slice() {
             [] => vec![None],
             methods => methods.iter().copied().map(Some).collect(),
         };
-        methods.extend(sets.map(Some));
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 
     /// All options, with those that were not given, in one line: the same line, the same work.
     pub(super) fn in_one_line(&self) -> String {
-        let runs = self.runs(None);
+        let runs = self.runs();
         let join = |names: Vec<&str>| names.join(",");
         let mut indexes: Vec<&str> = runs.iter().map(|(index, _)| index.name()).collect();
         indexes.dedup();
@@ -269,7 +262,6 @@ impl ReplayArgs {
             json: false,
             check: None,
             pin: None,
-            pvs: None,
             verify_frames: 0,
             force: false,
             rig: RigPathArgs::none(),

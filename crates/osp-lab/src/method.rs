@@ -6,8 +6,7 @@ use osp::{
 use osp_render::GpuOcclusion;
 use osp_rivals::RivalOcclusion;
 
-/// Every method of occlusion culling that the program compares: the culler's own, and those of the rivals, of the renderer
-/// and of this crate.
+/// Every method of occlusion culling that a frame can have: the culler's own, and those of the rivals and of the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Method {
     /// The culler's own.
@@ -18,8 +17,6 @@ pub enum Method {
     Hzb,
     /// While drawing, by hardware occlusion queries; the CPU culls by the frustum only.
     Queries,
-    /// By the potentially visible sets of [`crate::pvs`], sampled beforehand. Not conservative.
-    Pvs,
 }
 
 impl From<Occlusion> for Method {
@@ -49,7 +46,7 @@ impl Method {
         Self::Rival(RivalOcclusion::DepthCenters),
     ];
 
-    /// The methods that need nothing but the geometry: all except [`Method::Pvs`].
+    /// All of them.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         let others = [Occlusion::PreviousFrame, Occlusion::Auto].map(Self::Own).into_iter();
         Self::CULLERS.iter().copied().chain(others).chain([Self::Hzb, Self::Queries])
@@ -62,13 +59,12 @@ impl Method {
             Self::Rival(rival) => rival.name(),
             Self::Hzb => "hzb",
             Self::Queries => "queries",
-            Self::Pvs => "pvs",
         }
     }
 
     /// The method with this name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::all().chain([Self::Pvs]).find(|method| method.name() == name)
+        Self::all().find(|method| method.name() == name)
     }
 
     /// The cullers that are conservative and hide something.
@@ -81,7 +77,6 @@ impl Method {
     pub fn soundness(self) -> Soundness {
         match self {
             Self::Rival(_) => self.create(1).soundness(),
-            Self::Pvs => Soundness::Unsound("what is seen only from between the samples"),
             Self::Own(_) | Self::Hzb | Self::Queries => Soundness::Conservative,
         }
     }
@@ -93,7 +88,7 @@ impl Method {
 
     /// Whether [`Method::add_to`] adds something.
     pub fn is_on_cpu(self) -> bool {
-        self != Self::NONE && matches!(self, Self::Own(_) | Self::Rival(_))
+        self != Self::NONE && !self.is_while_drawing()
     }
 
     /// The culler of this method, with room for this many occluders ([`Occlusion::create`]).
@@ -101,12 +96,12 @@ impl Method {
         match self {
             Self::Own(own) => own.create(occluders),
             Self::Rival(rival) => rival.culler()(occluders),
-            Self::Hzb | Self::Queries | Self::Pvs => Occlusion::None.create(occluders),
+            Self::Hzb | Self::Queries => Occlusion::None.create(occluders),
         }
     }
 
     /// The pipeline with what this method does on the CPU, by these settings but for their choice. A method that culls while
-    /// drawing does nothing there; for [`Method::Pvs`] the caller adds the pass of its sets.
+    /// drawing does nothing there.
     #[must_use]
     pub fn add_to(self, pipeline: Pipeline, config: PassConfig) -> Pipeline {
         match self {
@@ -114,7 +109,7 @@ impl Method {
             Self::Rival(rival) => {
                 pipeline.with_culler(rival.culler(), PassConfig { choice: Occlusion::Msvbsp, ..config })
             }
-            Self::Hzb | Self::Queries | Self::Pvs => pipeline,
+            Self::Hzb | Self::Queries => pipeline,
         }
     }
 
@@ -125,7 +120,7 @@ impl Method {
             Self::Hzb => GpuOcclusion::Hzb,
             Self::Queries => GpuOcclusion::Queries,
             Self::Own(Occlusion::Auto) => GpuOcclusion::Auto,
-            Self::Own(_) | Self::Rival(_) | Self::Pvs => GpuOcclusion::None,
+            Self::Own(_) | Self::Rival(_) => GpuOcclusion::None,
         }
     }
 }

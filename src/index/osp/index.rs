@@ -246,7 +246,7 @@ impl SpatialIndex for Osp {
         self.len + self.movers.len()
     }
 
-    fn announce(&self, geometry: &dyn Geometry, changes: &[Change]) {
+    fn announce(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.ask_for(geometry, changes);
     }
 

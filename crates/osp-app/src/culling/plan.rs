@@ -1,4 +1,4 @@
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
 use osp::{
     frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
@@ -6,10 +6,7 @@ use osp::{
     math::Aabb,
     occlusion::{NodeTest, Score},
 };
-use osp_lab::{
-    Method,
-    pvs::{Pvs, PvsPass},
-};
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
@@ -21,7 +18,6 @@ pub struct CullingPlan {
     pub(super) occluders: Option<usize>,
     pub(super) node_test: NodeTest,
     pub(super) score: Score,
-    pub(super) pvs: Option<Arc<Pvs>>,
     pub(super) auto_basis: AutoBasis,
 }
 
@@ -43,7 +39,6 @@ impl CullingPlan {
             occluders: None,
             node_test: NodeTest::Box,
             score: Score::default(),
-            pvs: None,
             auto_basis: AutoBasis::default(),
         }
     }
@@ -59,8 +54,7 @@ impl CullingPlan {
         let of = |plan: &Self| {
             (plan.kind, plan.occlusion, plan.occluders, plan.node_test, plan.score, plan.auto_basis)
         };
-        let of_pvs = |plan: &Self| plan.pvs.as_ref().map(Arc::as_ptr);
-        of(self) == of(other) && of_pvs(self) == of_pvs(other)
+        of(self) == of(other)
     }
 
     /// An index of no model.
@@ -100,9 +94,6 @@ impl CullingPlan {
         };
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = self.occlusion.add_to(pipeline, pass);
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Method::Pvs) {
-            pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
-        }
         pipeline.set_occluders(self.occluders);
         pipeline
     }

@@ -194,8 +194,7 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
     ui.label(RichText::new(line).weak().small());
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
-        let sets = culling.has_pvs().then_some(Method::Pvs);
-        for choice in sound_occlusion().into_iter().chain(sets) {
+        for choice in sound_occlusion() {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
                 wishes.commands.push(Command::Occlusion(choice));
             }

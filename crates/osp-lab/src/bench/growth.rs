@@ -12,7 +12,7 @@ use osp::{
     math::{Aabb, Frustum},
     polygon::{Change, ConvexPolygon, PolygonId},
 };
-use osp_rivals::IndexKind;
+use osp_rivals::{Bsp, IndexKind};
 use osp_session::{
     recording::{RecordingError, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
@@ -75,9 +75,7 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
     progress("drawing the synthetic session");
     // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
     let spare = config.batch * MOST_FRAMES as u32;
-    let wants_shapes =
-        |kind: &Contender| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
-    let shapes = if config.kinds.iter().any(wants_shapes) { MOST_SHAPES } else { 0 };
+    let shapes = if config.kinds.contains(&Contender::Own(IndexKind::Bsp)) { MOST_SHAPES } else { 0 };
     let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
     // Nanoseconds that the last size took, and the size.
     let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
@@ -169,10 +167,10 @@ impl Frame {
 
 impl<'a> Subject<'a> {
     fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
-        let index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
+        let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let mut draw_list = DrawList::new();
         draw_list.reserve(most);
-        let wants_shapes = index.wants_shapes();
+        let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =
             Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };
         let start = Instant::now();
@@ -192,8 +190,9 @@ impl<'a> Subject<'a> {
             debug_assert_eq!(filed, Ok(()));
             if self.wants_shapes
                 && let Some(shape) = self.drawing.shapes.get(at)
+                && let Some(tree) = Bsp::of(&mut *self.index)
             {
-                self.index.shape(id, shape);
+                tree.shape(id, shape);
             }
         }
     }

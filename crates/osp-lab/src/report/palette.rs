@@ -114,7 +114,7 @@ impl LineStyle {
 
     /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.
     pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
-        let methods: Vec<_> = Method::all().chain([Method::Pvs]).map(Method::name).collect();
+        let methods: Vec<_> = Method::all().map(Method::name).collect();
         match methods.iter().position(|other| *other == method) {
             // The method `none` is the structure alone.
             Some(0) | None => Self::of_structure(structure),
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn methods_are_told_apart_from_each_other_and_from_structures() {
-        let methods: Vec<_> = Method::all().map(Method::name).chain(["pvs"]).collect();
+        let methods: Vec<_> = Method::all().map(Method::name).collect();
         let mut seen: HashSet<_> =
             STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
         for number in 0..4 {

@@ -13,6 +13,7 @@ use osp::{
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},
 };
+use osp_rivals::Bsp;
 
 /// Polygons of a piece: about as many as a stroke has.
 const PIECE: usize = 32;
@@ -184,7 +185,7 @@ impl<'a> World<'a> {
     /// An index of a kind with all polygons where they are in frame 0.
     pub(super) fn filled(&self, kind: Contender) -> Box<dyn SpatialIndex> {
         let mut index = kind.create(&IndexConfig { root: self.model.root, capacity: self.len() });
-        let wants_shapes = index.wants_shapes();
+        let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut boxes = Vec::new();
         for part in &self.parts {
             boxes.clear();
@@ -194,8 +195,8 @@ impl<'a> World<'a> {
                 // The boxes of a scene are finite and each id comes once.
                 let filed = index.insert(*id, bounds);
                 debug_assert_eq!(filed, Ok(()));
-                if let Some(shapes) = &shapes {
-                    index.shape(*id, &shapes[at]);
+                if let (Some(shapes), Some(tree)) = (&shapes, Bsp::of(&mut *index)) {
+                    tree.shape(*id, &shapes[at]);
                 }
             }
         }

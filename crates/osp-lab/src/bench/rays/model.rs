@@ -8,6 +8,7 @@ use osp::{
     math::{Aabb, Ray},
     polygon::{ConvexPolygon, PolygonId},
 };
+use osp_rivals::Bsp;
 use osp_session::{recording::RecordingError, scene::Scene};
 
 /// Polygons numbered in the order in which they were drawn.
@@ -63,8 +64,8 @@ impl RaysModel {
         // The boxes of a scene are finite and each id comes once.
         let filed = index.insert(id, &self.boxes[at]);
         debug_assert_eq!(filed, Ok(()));
-        if index.wants_shapes() {
-            index.shape(id, &self.polygons[at]);
+        if let Some(tree) = Bsp::of(index) {
+            tree.shape(id, &self.polygons[at]);
         }
     }
 }
