@@ -119,7 +119,7 @@ pub(super) struct BenchArgs {
 impl BenchArgs {
     /// Seconds for each index on a session.
     pub(super) fn session_secs(&self) -> f64 {
-        if self.quick { 0.15 } else { 5.0 }
+        if self.quick { 0.1 } else { 5.0 }
     }
 
     /// Numbers of polygons of the growing model.

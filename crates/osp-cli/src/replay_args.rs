@@ -43,8 +43,9 @@ The table has a line for each index (times of this machine, one thread):
   visible  polygons in the frustum, mean over the frames
   culled   the other polygons, mean over the frames
   frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
-On a terminal of fewer than 100 columns (or with COLUMNS below 100) it leaves out p95, visible, culled,
-memory and frames measured. The last lines say which index took the least time.
+  ratio    time of a frame against the fastest index, over the frames that both were measured in
+Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
+table says which index is the fastest.
 With --occlusion it has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
@@ -56,7 +57,7 @@ recorded head, where the session has one) is the tracked head; its room goes alo
 for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
   all views     time of a frame with all its views, mean without the slowest hundredth
   views x one   time of a frame with one of its views, each in turn, times their number, likewise
-  ratio         the first divided by the second
+  all against one   the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
 With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass

@@ -92,7 +92,7 @@ triangles. hzb is short for hzb-1-fine. Columns:
   hidden               share of the really hidden polygons that were not drawn
   below a sample       visible polygons that were not drawn because no sample of a pixel shows them
   depth pass, colour pass   polygons drawn
-  draw, GPU            milliseconds a frame, medians; mean: the mean of draw
+  draw, gpu            milliseconds a frame, medians; draw mean: the mean of draw
 
 Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]

@@ -22,7 +22,7 @@ use wasm_bindgen::prelude::*;
 
 /// Those of `osp bench --quick`.
 const SIZES: [u32; 2] = [1000, 10_000];
-const SESSION_SECS: f64 = 0.15;
+const SESSION_SECS: f64 = 0.1;
 const GROWTH_SECS: f64 = 0.15;
 const RAYS_SECS: f64 = 0.004;
 const MOVING_SECS: f64 = 0.01;

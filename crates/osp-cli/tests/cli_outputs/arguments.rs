@@ -280,7 +280,7 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
     let output = osp(folder.path(), args);
     assert!(output.status.success(), "{}", stderr(&output));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(report["sessions"][0]["recording"], "a\u{fffd}.ron");
+    assert_eq!(report["rows"][0]["recording"], "a\u{fffd}.ron");
     for file in ["b.html", "b.csv"] {
         assert!(
             fs::read_to_string(folder.path().join(file)).expect("text").contains("a\u{fffd}.ron"),

@@ -7,6 +7,7 @@ mod colors;
 mod columns;
 mod csv;
 mod drawing;
+mod figures;
 mod json;
 mod numbers;
 #[cfg(feature = "bench")]
@@ -22,12 +23,9 @@ mod run;
 mod structure;
 #[cfg(feature = "bench")]
 mod structure_picture;
-mod table;
 #[cfg(feature = "bench")]
 mod themes;
-mod verdict;
 mod views;
-mod views_table;
 
 #[cfg(feature = "bench")]
 pub use chart::draw_frame_times;
@@ -52,8 +50,6 @@ pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
 };
-pub use table::replay_table;
 #[cfg(feature = "bench")]
 pub(crate) use themes::css_variables;
-pub use verdict::verdict;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

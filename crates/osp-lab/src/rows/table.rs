@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Row, Rows};
-use crate::report::{short, thousands};
+use crate::report::{one_line, short, thousands};
 
 /// The paper's rival, which is always shown and named.
 pub(crate) const RIVAL: &str = "octree-rebuild";
@@ -115,7 +115,7 @@ impl<'a> Table<'a> {
 
 /// The name of a figure, and its unit in a second line.
 fn named(row: &Row) -> String {
-    let figure = row.figure.replace('_', " ");
+    let figure = one_line(&row.figure).replace('_', " ");
     match row.unit {
         "" => figure,
         unit if unit == figure => figure,

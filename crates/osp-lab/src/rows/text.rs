@@ -11,8 +11,21 @@ use crate::report::{columns_table, one_line};
 /// Structures of a table in short, besides the reference and the paper's rival.
 const SHOWN: usize = 4;
 
-/// The table as text.
-pub(super) fn drawn(cells: &Cells) -> String {
+/// The table as text; columns that do not fit into so many letters are left out, from the right.
+fn drawn(cells: &Cells, letters: Option<u16>) -> String {
+    let width = |column: usize| {
+        let texts = [&cells.head[column]].into_iter().chain(cells.rows.iter().map(|row| &row[column]));
+        // A space on either side, and one between two columns.
+        3 + texts.flat_map(|text| text.lines()).map(|line| one_line(line).chars().count()).max().unwrap_or(0)
+    };
+    let mut room = letters.map_or(usize::MAX, usize::from);
+    let fits = |column: &usize| {
+        let rest = room.checked_sub(width(*column));
+        room = rest.unwrap_or(room);
+        // The first column names the others.
+        rest.is_some() || *column == 0
+    };
+    let shown = (0..cells.head.len()).take_while(fits).count();
     let mut table = columns_table();
     for border in [Of::TopBorder, Of::TopBorderIntersections, Of::TopLeftCorner, Of::TopRightCorner] {
         table.remove_style(border);
@@ -22,9 +35,9 @@ pub(super) fn drawn(cells: &Cells) -> String {
     {
         table.remove_style(border);
     }
-    table.set_header(&cells.head);
+    table.set_header(&cells.head[..shown]);
     for row in &cells.rows {
-        table.add_row(row.iter().map(|cell| Cell::new(one_line(cell))));
+        table.add_row(row[..shown].iter().map(|cell| Cell::new(one_line(cell))));
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -57,7 +70,7 @@ impl Rows {
                 task => format!("; times: {task}"),
             };
             let title = format!("{}; {}{times_of}{left_out}", part.title, one_line(&over));
-            Some(format!("\n{title}\n{}", drawn(&summary.cells)))
+            Some(format!("\n{title}\n{}", drawn(&summary.cells, None)))
         };
         self.parts.iter().filter(|part| is_chosen(part.part)).filter_map(part).collect::<Vec<_>>().join("\n")
     }
@@ -73,9 +86,14 @@ impl Rows {
                 let (about, cells) = (table.about(), table.cells());
                 let about = if about.is_empty() { about } else { format!(": {about}") };
                 lines.push(format!("\n{}, {}{about}", table.part, one_line(table.recording)));
-                lines.extend((!cells.rows.is_empty()).then(|| drawn(&cells)));
+                lines.extend((!cells.rows.is_empty()).then(|| drawn(&cells, None)));
             }
         }
         lines.join("\n")
+    }
+
+    /// The tables alone, each of them with so many letters in a line.
+    pub fn bare_tables(&self, letters: Option<u16>) -> String {
+        self.tables().iter().map(|table| drawn(&table.cells(), letters)).collect::<Vec<_>>().join("\n\n")
     }
 }
