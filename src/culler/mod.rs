@@ -4,14 +4,16 @@
 //! [`occlusion`](crate::occlusion) want an engine to keep for them. Whoever has polygons of his own in a form of his own, groups that
 //! move as a whole, or another index, takes those. Knows all other modules.
 
-mod boxes;
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]
 mod culler;
+mod filed;
 mod frame;
 mod hiding;
 mod keys;
+mod layers;
 mod occluder;
+mod waiting;
 
 pub use camera::{ALL_LAYERS, Camera, CameraError, Depth};
 pub use culler::{Culler, Refusal};
