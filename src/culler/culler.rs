@@ -97,13 +97,10 @@ impl<K: Key> Culler<K> {
         let [min, max] = bounds.map(Into::into);
         let Some(slot) = self.slot(key) else { return };
         let bounds = Aabb::new(min.into(), max.into());
-        if !bounds.is_valid() {
+        if !self.waiting.set(slot, bounds) {
             self.refuse(key, Refusal::Bounds([min, max]));
             self.take_box(slot);
-            return;
-        }
-        self.waiting.set(slot, bounds);
-        if let Some(hiding) = &mut self.hiding {
+        } else if let Some(hiding) = &mut self.hiding {
             hiding.follow_object(slot, &bounds);
         }
     }

@@ -57,7 +57,7 @@ impl Filed {
             if !K::Places::ARE_NUMBERED {
                 // Slots are numbers: what moves is handed on as it is.
                 let moves = |change: &&(Slot, Aabb)| !change.1.is_empty() && keys.number(change.0).is_some();
-                let count = left.iter().take_while(moves).count();
+                let count = left.iter().take(MOST_TOGETHER).take_while(moves).count();
                 if count > 0 {
                     self.index.update_all(&left[..count], &mut self.refused);
                     left = &left[count..];

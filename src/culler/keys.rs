@@ -84,20 +84,24 @@ pub struct Numbers {
 impl Places<Dense> for Numbers {
     const ARE_NUMBERED: bool = false;
 
+    #[inline]
     fn slot(&self, Dense(number): Dense) -> Option<Slot> {
         (number < PolygonId::LIMIT).then_some(PolygonId(number))
     }
 
+    #[inline]
     fn slot_or_new(&mut self, key: Dense) -> Option<Slot> {
         self.slot(key)
     }
 
+    #[inline]
     fn take(&mut self, key: Dense) -> Option<Slot> {
         self.slot(key)
     }
 
     fn settle(&mut self) {}
 
+    #[inline]
     fn number(&self, slot: Slot) -> Option<PolygonId> {
         bits::contains(&self.filed, slot.index()).then_some(slot)
     }
@@ -118,10 +122,12 @@ impl Places<Dense> for Numbers {
         }
     }
 
+    #[inline]
     fn key(&self, number: PolygonId) -> Option<Dense> {
         Some(Dense(number.0))
     }
 
+    #[inline]
     fn slot_of(&self, number: PolygonId) -> Option<Slot> {
         Some(number)
     }

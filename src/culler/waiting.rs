@@ -19,20 +19,24 @@ pub(super) struct Waiting {
     states: ById<State>,
     /// The new box of an object; [`Aabb::EMPTY`] of one that has gone.
     changes: Vec<(Slot, Aabb)>,
+    /// Of these, how many objects have gone.
+    gone: usize,
     /// Objects with a box.
     count: usize,
 }
 
 impl Default for Waiting {
     fn default() -> Self {
-        Self { states: ById::new(VACANT), changes: Vec::new(), count: 0 }
+        Self { states: ById::new(VACANT), changes: Vec::new(), gone: 0, count: 0 }
     }
 }
 
 impl Waiting {
-    /// Gives an object another box.
-    #[inline]
-    pub(super) fn set(&mut self, slot: Slot, bounds: Aabb) {
+    /// Gives an object another box; false, and nothing happens, if it is none ([`Aabb::is_valid`]).
+    pub(super) fn set(&mut self, slot: Slot, bounds: Aabb) -> bool {
+        if !bounds.is_valid() {
+            return false;
+        }
         let before = self.states.get(slot);
         let change = self.put(before, slot, bounds);
         let state = State { change, has_box: true };
@@ -40,6 +44,7 @@ impl Waiting {
             self.count += usize::from(!before.has_box);
             self.states.set(slot, state);
         }
+        true
     }
 
     /// Takes an object's box away.
@@ -47,6 +52,7 @@ impl Waiting {
         let before = self.states.get(slot);
         if before.has_box {
             self.count -= 1;
+            self.gone += 1;
             let change = self.put(before, slot, Aabb::EMPTY);
             self.states.set(slot, State { change, has_box: false });
         }
@@ -57,6 +63,8 @@ impl Waiting {
     fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
         match self.changes.get_mut(before.change as usize) {
             Some(waiting) if waiting.0 == slot => {
+                // It had gone, and comes again.
+                self.gone -= usize::from(waiting.1.is_empty());
                 waiting.1 = bounds;
                 before.change
             }
@@ -89,8 +97,12 @@ impl Waiting {
     /// Hands all changes over, in the order in which they began.
     pub(super) fn take_all(&mut self, take: impl FnOnce(&[(Slot, Aabb)])) {
         take(&self.changes);
-        for (slot, _) in self.changes.drain(..).filter(|(_, bounds)| bounds.is_empty()) {
-            self.states.set(slot, VACANT);
+        if self.gone > 0 {
+            for (slot, _) in self.changes.iter().filter(|(_, bounds)| bounds.is_empty()) {
+                self.states.set(*slot, VACANT);
+            }
         }
+        self.changes.clear();
+        self.gone = 0;
     }
 }
