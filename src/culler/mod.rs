@@ -2,7 +2,8 @@
 //!
 //! [`Culler`] keeps what [`Geometry`](crate::polygon::Geometry), [`Pipeline`](crate::frame::Pipeline) and the structures of
 //! [`occlusion`](crate::occlusion) want an engine to keep for them. Whoever has polygons of his own in a form of his own, groups that
-//! move as a whole, or another index, takes those. Knows all other modules.
+//! move as a whole, or another index, takes those. Knows all other modules but
+//! [`frame`](crate::frame).
 
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]
