@@ -21,7 +21,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (key, why) in culler.refused() {
         println!("{key}: {why}");
     }
-    // Here objects are their boxes; an engine asks its meshes.
     let hit = culler.pick(eye.ray(0.1, -0.2), |key, ray| {
         let [min, max] = culler.bounds(key)?;
         ray.enter_box(&Aabb::new(min.into(), max.into()), f32::INFINITY)

@@ -3,22 +3,20 @@ use std::fmt;
 use thiserror::Error;
 
 use super::{
-    boxes::Boxes,
     camera::Camera,
+    filed::Filed,
     frame::{Frame, Views},
     hiding::Hiding,
-    keys::{Key, Places},
+    keys::{Key, Places, Slot},
+    layers::Layers,
     occluder::Occluder,
+    waiting::Waiting,
 };
 use crate::{
-    frame::{Pipeline, StageClock},
-    index::{IndexConfig, Osp},
+    index::SpatialIndex,
     math::{Aabb, Frustum, Ray, Sphere},
-    polygon::{Change, Geometry, PolygonId},
+    polygon::PolygonId,
 };
-
-/// Changes that wait for the next [`Culler::commit`], at most.
-const MOST_WAITING: usize = 1 << 20;
 
 /// Refusals that are remembered from one frame to the next, at most.
 const MOST_REFUSED: usize = 4096;
@@ -50,9 +48,9 @@ pub enum Refusal {
 /// its neighbourhood. A camera takes O(what is in view), and with occluders O(candidates), at most some thousand.
 pub struct Culler<K: Key> {
     keys: K::Places,
-    boxes: Boxes,
-    changes: Vec<Change>,
-    pipeline: Pipeline,
+    waiting: Waiting,
+    filed: Filed,
+    layers: Layers,
     /// Made for the first occluder.
     hiding: Option<Box<Hiding>>,
     /// Of the last frame, and since.
@@ -79,9 +77,9 @@ impl<K: Key> Culler<K> {
     pub fn new() -> Self {
         Self {
             keys: K::Places::default(),
-            boxes: Boxes::default(),
-            changes: Vec::new(),
-            pipeline: pipeline_in(&IndexConfig { capacity: 0, ..IndexConfig::default() }),
+            waiting: Waiting::default(),
+            filed: Filed::new(),
+            layers: Layers::default(),
             hiding: None,
             refused: Vec::new(),
             refused_since: Vec::new(),
@@ -97,26 +95,21 @@ impl<K: Key> Culler<K> {
     /// [occluder](Culler::set_occluder) anew, at the new place.
     pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
         let [min, max] = bounds.map(Into::into);
-        let Some(place) = self.place(key) else { return };
+        let Some(slot) = self.slot(key) else { return };
         let bounds = Aabb::new(min.into(), max.into());
-        if !bounds.is_valid() {
+        if !self.waiting.set(slot, bounds) {
             self.refuse(key, Refusal::Bounds([min, max]));
-            self.take_box(place);
-            return;
+            self.take_box(slot);
+        } else if let Some(hiding) = &mut self.hiding {
+            hiding.follow_object(slot, &bounds);
         }
-        let before = self.boxes.set(place, bounds);
-        let is_new = before.is_empty();
-        if !is_new && !bounds.contains(&before) {
-            self.take_occluder(place);
-        }
-        self.note(if is_new { Change::Insert(place) } else { Change::Update(place) });
     }
 
     /// Takes an object out, with its occluder and its layers. Nothing happens if there is none.
     pub fn remove(&mut self, key: K) {
-        let Some(place) = self.keys.take(key) else { return };
-        self.take_box(place);
-        self.boxes.forget_layers(place);
+        let Some(slot) = self.keys.take(key) else { return };
+        self.take_box(slot);
+        self.layers.forget(slot);
     }
 
     /// Gives an object something that hides what is behind it, in place of what it had. The occluder is in world space: it stays
@@ -124,31 +117,32 @@ impl<K: Key> Culler<K> {
     ///
     /// A key without a box is a stand-in: it hides, and is never drawn.
     pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
-        let Some(place) = self.place(key) else { return };
+        let Some(slot) = self.slot(key) else { return };
+        let bounds = self.bounds_of(slot);
         let hiding = self.hiding.get_or_insert_with(|| Box::new(Hiding::new()));
-        if hiding.set(place, &occluder).is_err() {
+        if hiding.set(slot, bounds, &occluder).is_err() {
             self.refuse(key, Refusal::Occluder);
         }
     }
 
     /// Takes an object's occluder away. Nothing happens if there is none.
     pub fn remove_occluder(&mut self, key: K) {
-        if let Some(place) = self.keys.find(key) {
-            self.take_occluder(place);
+        if let (Some(hiding), Some(slot)) = (&mut self.hiding, self.keys.slot(key)) {
+            hiding.remove(slot);
         }
     }
 
     /// Puts an object on layers, a bit each: a camera sees it if both share one ([`Camera::on_layers`]). Objects are on the first
     /// layer, the mask 1, unless they are put elsewhere; on none, nobody sees them.
     pub fn set_layers(&mut self, key: K, layers: u32) {
-        if let Some(place) = self.place(key) {
-            self.boxes.set_layers(place, layers);
+        if let Some(slot) = self.slot(key) {
+            self.layers.set(slot, layers);
         }
     }
 
     /// Objects in the culler: those with a box that was not refused.
     pub fn len(&self) -> usize {
-        self.boxes.count()
+        self.waiting.count()
     }
 
     /// Whether there is no object.
@@ -158,7 +152,7 @@ impl<K: Key> Culler<K> {
 
     /// The box of an object, as it was set last.
     pub fn bounds(&self, key: K) -> Option<[[f32; 3]; 2]> {
-        let bounds = self.boxes.get(self.keys.find(key)?)?;
+        let bounds = self.bounds_of(self.keys.slot(key)?)?;
         Some([bounds.min.into(), bounds.max.into()])
     }
 
@@ -169,12 +163,11 @@ impl<K: Key> Culler<K> {
 
     /// Makes all changes known to the queries. [`Culler::cull`] does it, too.
     pub fn commit(&mut self) {
-        if self.pipeline.polygon_count() == 0 && !self.changes.is_empty() {
-            self.pipeline = pipeline_in(&self.expected());
+        if !self.waiting.is_empty() {
+            self.views.begin(0);
         }
-        self.pipeline.skip(&self.boxes, &self.changes);
-        self.changes.clear();
-        self.pipeline.commit();
+        self.waiting.take_all(|changes| self.filed.take_all::<K>(&mut self.keys, changes));
+        self.filed.commit::<K>(&mut self.keys);
         self.keys.settle();
         if let Some(hiding) = &mut self.hiding {
             hiding.follow();
@@ -188,26 +181,28 @@ impl<K: Key> Culler<K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
         self.refused_since.clear();
-        let Self { pipeline, boxes, hiding, views, .. } = self;
+        let Self { filed, keys, layers, hiding, views, .. } = self;
         views.begin(cameras.len());
         self.frusta.clear();
         self.frusta.extend(cameras.iter().map(Camera::frustum));
-        pipeline.index().frustum_cull_views(&self.frusta, &mut views.in_view);
+        filed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
         for (i, camera) in cameras.iter().enumerate() {
+            let mask = camera.layers();
             if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
                 let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
                 let view = (window, camera.frustum());
-                views.is_thinned[i] =
-                    hiding.cull(pipeline.index(), boxes, camera.layers(), view, in_view, drawn);
+                views.is_thinned[i] = hiding.cull(filed, (layers, mask), view, in_view, drawn);
             }
-            if !boxes.are_all_on(camera.layers()) {
-                views.keep(i, |place| boxes.is_on(place, camera.layers()));
+            if !layers.sees_all(mask) {
+                let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
+                views.keep(i, is_seen);
             }
         }
         self.frame()
     }
 
-    /// What the cameras of the last [`Culler::cull`] see; to be read beside queries.
+    /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
+    /// changes.
     pub fn frame(&self) -> Frame<'_, K> {
         Frame::new(&self.keys, self.views.iter())
     }
@@ -215,43 +210,49 @@ impl<K: Key> Culler<K> {
     /// The nearest object that a ray meets, and where. `hit` says where the ray meets an object itself, if it does, in lengths of
     /// the ray's direction; it is asked about objects whose boxes the ray enters, in any order.
     pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
-        let mut meet = |place| hit(self.key(place)?, &ray);
-        let (place, t) = self.pipeline.ray_nearest(&self.boxes, &ray, f32::INFINITY, &mut meet)?;
-        Some((self.key(place)?, t))
+        let mut meet = |number| hit(self.key(number)?, &ray);
+        let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
+        Some((self.key(number)?, t))
     }
 
     /// The objects whose boxes share a point with a box, touching included, in any order.
     pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
         let [min, max] = bounds.map(|corner| corner.into().into());
         let mut found = Vec::new();
-        self.pipeline.box_query(&self.boxes, &Aabb::new(min, max), &mut found);
-        found.into_iter().filter_map(|place| self.key(place))
+        self.filed.index().box_query(&Aabb::new(min, max), &mut found);
+        found.into_iter().filter_map(|number| self.key(number))
     }
 
     /// The objects whose boxes share a point with a sphere, in any order.
     pub fn in_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> impl Iterator<Item = K> {
         let sphere = Sphere { center: center.into().into(), radius_m };
         let mut found = Vec::new();
-        let mut is_in = |place| {
-            self.boxes.get(place).is_some_and(|bounds| {
-                bounds.distance_squared(sphere.center) <= sphere.radius_m * sphere.radius_m
-            })
+        let mut is_in = |number| {
+            let bounds = self.filed.get(number);
+            bounds.is_some_and(|bounds| bounds.distance_squared(sphere.center) <= radius_m * radius_m)
         };
-        self.pipeline.sphere_query(&self.boxes, &sphere, &mut is_in, &mut found);
-        found.into_iter().filter_map(|place| self.key(place))
+        self.filed.index().sphere_query(&sphere, &mut is_in, &mut found);
+        found.into_iter().filter_map(|number| self.key(number))
     }
 
     /// The key of an object that is there now.
-    fn key(&self, place: PolygonId) -> Option<K> {
-        if self.boxes.is_present(place) { self.keys.key(place) } else { None }
+    fn key(&self, number: PolygonId) -> Option<K> {
+        let slot = self.keys.slot_of(number)?;
+        if self.waiting.has_box(slot) { self.keys.key(number) } else { None }
     }
 
-    fn place(&mut self, key: K) -> Option<PolygonId> {
-        let place = self.keys.find_or_add(key);
-        if place.is_none() {
+    fn slot(&mut self, key: K) -> Option<Slot> {
+        let slot = self.keys.slot_or_new(key);
+        if slot.is_none() {
             self.refuse(key, Refusal::Key);
         }
-        place
+        slot
+    }
+
+    /// The box of an object, as it was set last.
+    fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
+        let waits = self.waiting.waits(slot);
+        waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
     }
 
     fn refuse(&mut self, key: K, why: Refusal) {
@@ -260,42 +261,10 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    fn note(&mut self, change: Change) {
-        self.changes.push(change);
-        if self.changes.len() >= MOST_WAITING {
-            self.commit();
+    fn take_box(&mut self, slot: Slot) {
+        self.waiting.remove(slot);
+        if let Some(hiding) = &mut self.hiding {
+            hiding.remove(slot);
         }
     }
-
-    fn take_box(&mut self, place: PolygonId) {
-        self.take_occluder(place);
-        if !self.boxes.set(place, Aabb::EMPTY).is_empty() {
-            self.note(Change::Remove(place));
-        }
-    }
-
-    #[inline]
-    fn take_occluder(&mut self, place: PolygonId) {
-        if let Some(hiding) = &mut self.hiding
-            && hiding.has(place)
-        {
-            hiding.remove(place);
-        }
-    }
-
-    /// What the index is to expect: a cube around all that waits for the first commit, and as many.
-    fn expected(&self) -> IndexConfig {
-        let boxes = self.changes.iter().filter_map(|change| match *change {
-            Change::Insert(place) => self.boxes.get(place),
-            _ => None,
-        });
-        let around = boxes.fold(Aabb::EMPTY, |around, bounds| around.union(&bounds));
-        let root = Aabb::cube(around.center(), around.extent().max_element());
-        IndexConfig { root, capacity: self.boxes.count() }
-    }
-}
-
-/// A pipeline around an empty tree. It only follows changes: a culler culls cameras, which a pipeline does not know.
-fn pipeline_in(config: &IndexConfig) -> Pipeline {
-    Pipeline::new(Box::new(Osp::new(config)), 0, StageClock::default())
 }

@@ -81,7 +81,7 @@ impl<'a, K: Key> Seen<'a, K> {
     /// The keys of the objects to draw.
     pub fn iter(&self) -> impl Iterator<Item = K> + 'a {
         let keys = self.keys;
-        self.drawn.ids().filter_map(move |place| keys.key(place))
+        self.drawn.ids().filter_map(move |number| keys.key(number))
     }
 
     /// Objects to draw.
@@ -101,12 +101,16 @@ impl<'a, K: Key> Seen<'a, K> {
 
     /// Whether an object is to be drawn.
     pub fn contains(&self, key: K) -> bool {
-        self.keys.find(key).is_some_and(|place| self.drawn.contains(place))
+        self.number(key).is_some_and(|number| self.drawn.contains(number))
     }
 
     /// Whether an object is in view, hidden or not.
     pub fn is_in_view(&self, key: K) -> bool {
-        self.keys.find(key).is_some_and(|place| self.in_view.contains(place))
+        self.number(key).is_some_and(|number| self.in_view.contains(number))
+    }
+
+    fn number(&self, key: K) -> Option<PolygonId> {
+        self.keys.number(self.keys.slot(key)?)
     }
 
     /// The objects to draw as masks of sixteen: with [`Dense`](super::Dense) keys these are the keys.
@@ -134,18 +138,18 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
-    /// Whether occluders hide some of what is in view.
+    /// By camera: whether occluders hide some of what is in view.
     pub(super) is_thinned: Vec<bool>,
     spare: VisibleBlocks,
 }
 
 impl Views {
     pub(super) fn begin(&mut self, cameras: usize) {
-        self.in_view.resize_with(cameras, VisibleBlocks::new);
-        self.drawn.resize_with(cameras, VisibleBlocks::new);
+        self.in_view.iter_mut().for_each(VisibleBlocks::clear);
+        self.in_view.resize_with(cameras.max(self.in_view.len()), VisibleBlocks::new);
+        self.drawn.resize_with(self.in_view.len(), VisibleBlocks::new);
         self.is_thinned.clear();
         self.is_thinned.resize(cameras, false);
-        self.in_view.iter_mut().for_each(VisibleBlocks::clear);
     }
 
     /// Leaves out what a camera does not see.
@@ -153,7 +157,7 @@ impl Views {
         let sets = [&mut self.in_view[camera], &mut self.drawn[camera]];
         for set in sets.into_iter().take(1 + usize::from(self.is_thinned[camera])) {
             self.spare.clear();
-            self.spare.extend(set.ids().filter(|&place| is_seen(place)));
+            self.spare.extend(set.ids().filter(|&number| is_seen(number)));
             std::mem::swap(set, &mut self.spare);
         }
     }

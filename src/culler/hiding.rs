@@ -1,8 +1,7 @@
 use std::collections::BTreeMap;
 
-use super::{boxes::Boxes, occluder::Occluder};
+use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
-    index::SpatialIndex,
     math::{Aabb, Frustum},
     occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionConfig, ViewOcclusion, remove_hidden},
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
@@ -16,12 +15,20 @@ const MOST_WAITING: usize = 1 << 16;
 #[derive(Debug)]
 pub(super) struct Hiding {
     surfaces: Surfaces,
-    /// By object: the numbers of its polygons.
-    of_object: BTreeMap<PolygonId, Vec<PolygonId>>,
+    of_object: BTreeMap<Slot, Own>,
     has_occluder: ById<bool>,
     changes: Vec<Change>,
     pool: OccluderPool,
     view: ViewOcclusion,
+}
+
+/// What an object hides by.
+#[derive(Debug, Default)]
+struct Own {
+    /// The numbers of its polygons.
+    numbers: Vec<PolygonId>,
+    /// The object's box, if it has one.
+    bounds: Option<Aabb>,
 }
 
 /// No room is left for so many polygons.
@@ -42,20 +49,35 @@ impl Hiding {
         }
     }
 
+    /// Follows an object that has another box now. What it hid by is where it was, so it hides nothing any more, unless it has grown.
     #[inline]
-    pub(super) fn has(&self, object: PolygonId) -> bool {
-        self.has_occluder.get(object)
+    pub(super) fn follow_object(&mut self, object: Slot, bounds: &Aabb) {
+        if !self.has_occluder.get(object) {
+            return;
+        }
+        let Some(own) = self.of_object.get_mut(&object) else { return };
+        let before = own.bounds.replace(*bounds);
+        if before.is_some_and(|before| !bounds.contains(&before)) {
+            self.remove(object);
+        }
     }
 
-    /// Gives an object an occluder in place of the one that it had.
-    pub(super) fn set(&mut self, object: PolygonId, occluder: &Occluder) -> Result<(), NoRoom> {
+    /// Gives an object with this box an occluder in place of the one that it had.
+    pub(super) fn set(
+        &mut self,
+        object: Slot,
+        bounds: Option<Aabb>,
+        occluder: &Occluder,
+    ) -> Result<(), NoRoom> {
         let polygons = occluder.polygons();
-        let numbers = self.of_object.entry(object).or_default();
+        let own = self.of_object.entry(object).or_default();
+        own.bounds = bounds;
+        let numbers = &mut own.numbers;
+        self.has_occluder.set(object, true);
         if polygons.len() > numbers.len() + self.surfaces.room() {
             self.remove(object);
             return Err(NoRoom);
         }
-        self.has_occluder.set(object, true);
         for number in numbers.drain(polygons.len().min(numbers.len())..) {
             self.surfaces.remove(number);
             self.changes.push(Change::Remove(number));
@@ -75,9 +97,13 @@ impl Hiding {
         Ok(())
     }
 
-    pub(super) fn remove(&mut self, object: PolygonId) {
+    #[inline]
+    pub(super) fn remove(&mut self, object: Slot) {
+        if !self.has_occluder.get(object) {
+            return;
+        }
         self.has_occluder.set(object, false);
-        for number in self.of_object.remove(&object).unwrap_or_default() {
+        for number in self.of_object.remove(&object).unwrap_or_default().numbers {
             self.surfaces.remove(number);
             self.changes.push(Change::Remove(number));
         }
@@ -89,18 +115,17 @@ impl Hiding {
         self.changes.clear();
     }
 
-    /// Sets `drawn` to what a view shows of `in_view`, if it hides anything. What is hidden by an object that a camera on these
+    /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. What is hidden by an object that a camera on these
     /// layers does not see would be missing: then nothing is hidden.
     pub(super) fn cull(
         &mut self,
-        index: &dyn SpatialIndex,
-        boxes: &Boxes,
-        layers: u32,
+        filed: &Filed,
+        (layers, mask): (&Layers, u32),
         (window, frustum): (&ViewWindow, &Frustum),
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
-        let sees_all = || boxes.are_all_on(layers) || self.of_object.keys().all(|&o| boxes.is_on(o, layers));
+        let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
         if self.of_object.is_empty() || !sees_all() {
             return false;
         }
@@ -109,8 +134,8 @@ impl Hiding {
             return false;
         }
         self.view.build(window);
-        let config = CullConfig::default();
-        remove_hidden(self.view.culler(), config, index, boxes, frustum, in_view, None, drawn);
+        let culler = self.view.culler();
+        remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
         true
     }
 }

@@ -1,4 +1,4 @@
-//! Which place in the culler's lists each key has.
+//! Where in the culler's lists, and under which number of the index, the object with a key is.
 
 use std::{
     collections::HashMap,
@@ -6,10 +6,16 @@ use std::{
     hash::{BuildHasherDefault, Hash, Hasher},
 };
 
-use crate::polygon::PolygonId;
+use crate::polygon::{PolygonId, bits};
+
+/// The place of an object in the culler's own lists. It has the type of a number of the index, because the same lists serve.
+pub(super) type Slot = PolygonId;
 
 /// What an engine may call its objects: anything `Copy + Eq + Hash`, which costs a look into a map for each call, or [`Dense`]
 /// numbers, which cost none.
+///
+/// Objects with keys that come together are numbered in the order of space, which the index likes best; [`Dense`] numbers are what the
+/// engine makes them.
 pub trait Key: Copy {
     /// Where the key of each object is kept.
     #[doc(hidden)]
@@ -31,100 +37,211 @@ impl<K: Copy + Eq + Hash> Key for K {
     type Places = Map<K>;
 }
 
-/// See [`Key::Places`].
+/// See [`Key::Places`]: from keys to slots, which an object has while the engine knows it, and to the numbers that it has while it
+/// is in the index.
 pub trait Places<K>: Default {
-    /// The place of a key.
-    fn find(&self, key: K) -> Option<PolygonId>;
+    /// Whether the numbers are given in the order of [`Places::give_number`].
+    const ARE_NUMBERED: bool;
 
-    /// The place of a key, which is given one if it has none; none if there is no place left.
-    fn find_or_add(&mut self, key: K) -> Option<PolygonId>;
+    /// The slot of a key.
+    fn slot(&self, key: K) -> Option<Slot>;
 
-    /// Takes the place of a key, which nobody else is given before [`Places::settle`].
-    fn take(&mut self, key: K) -> Option<PolygonId>;
+    /// The slot of a key, which is given one if it has none; none if there is no slot left.
+    fn slot_or_new(&mut self, key: K) -> Option<Slot>;
 
-    /// The key at a place, if it has not been taken.
-    fn key(&self, place: PolygonId) -> Option<K>;
+    /// Takes the slot of a key, which nobody else is given before [`Places::settle`].
+    fn take(&mut self, key: K) -> Option<Slot>;
 
-    /// The index has followed all changes: what was taken may be given away.
+    /// The index has followed all changes: slots that were taken may be given away.
     fn settle(&mut self);
+
+    /// The number of what is in a slot, if it may be in the index.
+    fn number(&self, slot: Slot) -> Option<PolygonId>;
+
+    /// Gives what is in a slot a number, as it goes into the index.
+    fn give_number(&mut self, slot: Slot) -> PolygonId;
+
+    /// So many come together: the next numbers are given in ascending order, if it does not take long to see to that.
+    fn sort_numbers(&mut self, coming: usize);
+
+    /// Takes the number of what is in a slot, as it leaves the index.
+    fn free(&mut self, slot: Slot);
+
+    /// The key that has a number; none if it was taken.
+    fn key(&self, number: PolygonId) -> Option<K>;
+
+    /// The slot that has a number.
+    fn slot_of(&self, number: PolygonId) -> Option<Slot>;
 }
 
-/// A number is its own place.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Numbers;
+/// A number is its own slot.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    /// A bit for each number in the index.
+    filed: Vec<u64>,
+}
 
 impl Places<Dense> for Numbers {
-    fn find(&self, Dense(number): Dense) -> Option<PolygonId> {
+    const ARE_NUMBERED: bool = false;
+
+    #[inline]
+    fn slot(&self, Dense(number): Dense) -> Option<Slot> {
         (number < PolygonId::LIMIT).then_some(PolygonId(number))
     }
 
-    fn find_or_add(&mut self, number: Dense) -> Option<PolygonId> {
-        self.find(number)
+    #[inline]
+    fn slot_or_new(&mut self, key: Dense) -> Option<Slot> {
+        self.slot(key)
     }
 
-    fn take(&mut self, number: Dense) -> Option<PolygonId> {
-        self.find(number)
-    }
-
-    fn key(&self, place: PolygonId) -> Option<Dense> {
-        Some(Dense(place.0))
+    #[inline]
+    fn take(&mut self, key: Dense) -> Option<Slot> {
+        self.slot(key)
     }
 
     fn settle(&mut self) {}
+
+    #[inline]
+    fn number(&self, slot: Slot) -> Option<PolygonId> {
+        bits::contains(&self.filed, slot.index()).then_some(slot)
+    }
+
+    fn give_number(&mut self, slot: Slot) -> PolygonId {
+        if bits::words_for(slot.index() + 1) > self.filed.len() {
+            self.filed.resize(bits::words_for(slot.index() + 1), 0);
+        }
+        bits::insert(&mut self.filed, slot.index());
+        slot
+    }
+
+    fn sort_numbers(&mut self, _: usize) {}
+
+    fn free(&mut self, slot: Slot) {
+        if self.number(slot).is_some() {
+            bits::remove(&mut self.filed, slot.index());
+        }
+    }
+
+    #[inline]
+    fn key(&self, number: PolygonId) -> Option<Dense> {
+        Some(Dense(number.0))
+    }
+
+    #[inline]
+    fn slot_of(&self, number: PolygonId) -> Option<Slot> {
+        Some(number)
+    }
 }
 
-/// Places in the order in which keys come; those of keys that have gone come first.
+/// No slot, and no number.
+const NONE: PolygonId = PolygonId(u32::MAX);
+
+/// Free numbers are sorted if there are at most this many times as many as objects that come. Larger: frames in which few come take
+/// longer; smaller: what comes after much has gone lies in more blocks.
+const FREE_TO_COMING: usize = 8;
+
+/// Keys, their slots, and their numbers.
 #[derive(Clone, Debug)]
 pub struct Map<K> {
-    places: HashMap<K, PolygonId, BuildHasherDefault<KeyHasher>>,
-    keys: Vec<Option<K>>,
-    free: Vec<PolygonId>,
+    slots: HashMap<K, Slot, BuildHasherDefault<KeyHasher>>,
+    /// By slot: the key, and the number, or [`NONE`].
+    objects: Vec<(Option<K>, PolygonId)>,
+    free_slots: Vec<Slot>,
     /// Taken since the index was brought up to date.
-    taken: Vec<PolygonId>,
+    taken: Vec<Slot>,
+    /// By number: the key, none where it was taken, and the slot.
+    keys: Vec<Option<(K, Slot)>>,
+    free_numbers: Vec<PolygonId>,
 }
 
 impl<K> Default for Map<K> {
     fn default() -> Self {
-        Self { places: HashMap::default(), keys: Vec::new(), free: Vec::new(), taken: Vec::new() }
+        Self {
+            slots: HashMap::default(),
+            objects: Vec::new(),
+            free_slots: Vec::new(),
+            taken: Vec::new(),
+            keys: Vec::new(),
+            free_numbers: Vec::new(),
+        }
     }
 }
 
 impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
-    fn find(&self, key: K) -> Option<PolygonId> {
-        self.places.get(&key).copied()
+    const ARE_NUMBERED: bool = true;
+
+    fn slot(&self, key: K) -> Option<Slot> {
+        self.slots.get(&key).copied()
     }
 
-    fn find_or_add(&mut self, key: K) -> Option<PolygonId> {
-        if let Some(place) = self.find(key) {
-            return Some(place);
+    fn slot_or_new(&mut self, key: K) -> Option<Slot> {
+        if let Some(slot) = self.slot(key) {
+            return Some(slot);
         }
-        let place = match self.free.pop() {
-            Some(place) => place,
-            None if self.keys.len() >= PolygonId::LIMIT as usize => return None,
+        let slot = match self.free_slots.pop() {
+            Some(slot) => slot,
+            None if self.objects.len() >= PolygonId::LIMIT as usize => return None,
             None => {
-                self.keys.push(None);
-                PolygonId(self.keys.len() as u32 - 1)
+                self.objects.push((None, NONE));
+                PolygonId(self.objects.len() as u32 - 1)
             }
         };
-        self.keys[place.index()] = Some(key);
-        self.places.insert(key, place);
-        Some(place)
+        self.objects[slot.index()].0 = Some(key);
+        self.slots.insert(key, slot);
+        Some(slot)
     }
 
-    fn take(&mut self, key: K) -> Option<PolygonId> {
-        let place = self.places.remove(&key)?;
-        self.keys[place.index()] = None;
-        self.taken.push(place);
-        Some(place)
-    }
-
-    fn key(&self, place: PolygonId) -> Option<K> {
-        self.keys.get(place.index()).copied().flatten()
+    fn take(&mut self, key: K) -> Option<Slot> {
+        let slot = self.slots.remove(&key)?;
+        let (key, number) = &mut self.objects[slot.index()];
+        *key = None;
+        if let Some(of_number) = self.keys.get_mut(number.index()) {
+            *of_number = None;
+        }
+        self.taken.push(slot);
+        Some(slot)
     }
 
     fn settle(&mut self) {
-        // The last one is given away first: neighbours that went together come back together, in their order.
-        self.free.extend(self.taken.drain(..).rev());
+        self.free_slots.append(&mut self.taken);
+    }
+
+    fn number(&self, slot: Slot) -> Option<PolygonId> {
+        Some(self.objects[slot.index()].1).filter(|&number| number != NONE)
+    }
+
+    fn give_number(&mut self, slot: Slot) -> PolygonId {
+        let number = self.free_numbers.pop().unwrap_or_else(|| {
+            self.keys.push(None);
+            PolygonId(self.keys.len() as u32 - 1)
+        });
+        let object = &mut self.objects[slot.index()];
+        object.1 = number;
+        self.keys[number.index()] = object.0.map(|key| (key, slot));
+        number
+    }
+
+    fn sort_numbers(&mut self, coming: usize) {
+        if self.free_numbers.len() <= coming.saturating_mul(FREE_TO_COMING) {
+            // The last one is given first.
+            self.free_numbers.sort_unstable_by(|a, b| b.cmp(a));
+        }
+    }
+
+    fn free(&mut self, slot: Slot) {
+        let number = std::mem::replace(&mut self.objects[slot.index()].1, NONE);
+        if let Some(of_number) = self.keys.get_mut(number.index()) {
+            *of_number = None;
+            self.free_numbers.push(number);
+        }
+    }
+
+    fn key(&self, number: PolygonId) -> Option<K> {
+        self.keys.get(number.index()).copied().flatten().map(|(key, _)| key)
+    }
+
+    fn slot_of(&self, number: PolygonId) -> Option<Slot> {
+        self.keys.get(number.index()).copied().flatten().map(|(_, slot)| slot)
     }
 }
 

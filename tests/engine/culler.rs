@@ -214,6 +214,25 @@ fn a_culler_finds_what_plain_lists_find_however_things_come_move_grow_and_go() {
     assert!(refused > 100, "{refused}");
 }
 
+/// A few objects first, then many at once, then a level that is unloaded and another one, in no order.
+#[test]
+fn many_objects_that_come_at_once_are_found_beside_those_that_there_were() {
+    let mut rng = Rng(9);
+    let mut pair = Pair::new(9000);
+    for (numbers, world_m) in [(0..40_u32, 2.0), (40..3000, 500.0), (3000..9000, 500.0), (100..3000, 9.0e5)] {
+        let world = Aabb::cube(Vec3::ZERO, 2.0 * world_m);
+        if numbers.start == 100 {
+            (0..9000).filter(|number| number % 50 > 0).for_each(|number| pair.remove(number));
+        }
+        for number in numbers {
+            pair.set(number, Aabb::cube(rng.point(&world), 0.01 * world_m));
+        }
+        pair.check_views(&mut rng, world_m);
+        pair.check_queries(&mut rng, world_m);
+        assert_eq!(pair.numbers.len(), pair.objects.len());
+    }
+}
+
 #[test]
 fn what_has_gone_is_found_by_no_query_and_what_came_by_the_next_commit() {
     let mut culler = Culler::<&str>::new();
