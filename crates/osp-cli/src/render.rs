@@ -34,7 +34,8 @@ use osp_render::{
 use osp_session::{
     output_file::OutputKind,
     replay::{
-        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, root_cube, summarize, whole_view,
+        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, summarize,
+        whole_view,
     },
     scene::Scene,
 };
@@ -79,6 +80,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     read?;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    let bounds = main_bounds(&model, &summary.bounds);
     drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
@@ -127,17 +129,19 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
     let session = OpenSession::open(&args.file, &args.reading)?;
+    let own = session.header.camera.filter(|_| args.camera == RenderCamera::Own);
+    let fixed = args.view.or(own);
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
-        _ if args.view.is_some() => {
-            let path = CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds);
+        _ if fixed.is_some() => {
+            let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);
             // Without a head: nothing comes before the fixed camera.
             let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
             Box::new(move |_| view)
         }
-        RenderCamera::Whole => {
+        RenderCamera::Own | RenderCamera::Whole => {
             let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
             let backwards = of_camera.or_else(|| artist.backwards());
-            let view = whole_view(&summary.bounds, backwards, drawer.aspect());
+            let view = whole_view(&bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }
         RenderCamera::Path(choice) => {

@@ -11,7 +11,8 @@ struct Material {
 }
 
 struct Surroundings {
-    // The sky straight down and straight up, and where up is; w of the last: whether there is a floor.
+    // The sky straight down and straight up, and where up is; w of the first: 1 for stars, 2 for the Milky Way, too; w of the
+    // last: what stands around the sketch, 0 for nothing.
     sky_low: vec4<f32>,
     sky_high: vec4<f32>,
     sky_up: vec4<f32>,
@@ -206,8 +207,8 @@ struct Lamp {
 }
 
 const LAMPS: array<Lamp, 2> = array(
-    Lamp(vec3(0.348, 0.707, -0.615), vec3(0.97, 0.78, 0.63), 0.0009),
-    Lamp(vec3(-0.862, 0.508, 0.0), vec3(1.6, 1.6, 1.96), 0.003),
+    Lamp(vec3(-0.615, 0.707, -0.348), vec3(0.97, 0.78, 0.63), 0.0009),
+    Lamp(vec3(0.0, 0.508, 0.862), vec3(1.6, 1.6, 1.96), 0.003),
 );
 
 // What is mirrored in a direction by a surface of this roughness: a dark room with two lamps, or one even light.
