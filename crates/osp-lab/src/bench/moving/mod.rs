@@ -26,8 +26,9 @@ use osp_session::{
 };
 
 const PART: &str = "moving";
-const NOTES: [&str; 3] = [
+const NOTES: [&str; 4] = [
     "in pieces: pieces of 32 polygons, each on its own small circle; the structure is told the new boxes, and culls from inside.",
+    "scattered: single polygons drawn by lot; the numbers of all polygons are shuffled, so that they follow no order of space.",
     "as a group: the polygons are placed by one transform; the box of each is computed from its corners and filed, and all are \
      culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
     "entries set: entries that got another box where they were filed; filed: elsewhere, or again; boxes computed: those of nodes.",
@@ -97,8 +98,10 @@ pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Res
                 let frame_us = measured.measure(kind.name(), &mut subject);
                 least_secs[at] += fill_secs + (FEWEST + 1) as f64 * frame_us * 1.0e-6;
             }
-            progress(&format!("{GROUP_INDEX} at {size} polygons, {name}"));
-            measured.measure(GROUP_INDEX, &mut EachGroup::new(&world));
+            if motion.has_groups() {
+                progress(&format!("{GROUP_INDEX} at {size} polygons, {name}"));
+                measured.measure(GROUP_INDEX, &mut EachGroup::new(&world));
+            }
         }
         for ((took, secs), is_measured) in took.iter_mut().zip(least_secs).zip(is_measured) {
             if is_measured {
@@ -256,7 +259,9 @@ mod tests {
             rows.value(&task(motion), "scribble-2000", index, figure)
         };
         let moving = MOTIONS.map(|(_, name)| of(name, "", "moving").expect("it is counted"));
-        assert_eq!(moving[2..], [2000.0, 20.0, 200.0, 2000.0, 2000.0]);
+        assert_eq!(moving[2..7], [2000.0, 20.0, 200.0, 2000.0, 2000.0]);
+        assert!((5.0..=50.0).contains(&moving[7]) && (120.0..=290.0).contains(&moving[8]), "{moving:?}");
+        assert_eq!(moving[9], 2000.0);
         assert!((20.0..=64.0).contains(&moving[0]) && (190.0..=256.0).contains(&moving[1]), "{moving:?}");
         for (moving, (kind, name)) in moving.into_iter().zip(MOTIONS) {
             let figure = |index: &str, figure: &str| of(name, index, figure).expect("it counts");
@@ -270,13 +275,18 @@ mod tests {
             assert!(figure("bvh-sah", "boxes_computed") > 100.0, "{name}");
             assert_eq!(figure("bvh-sah", "entries_set"), moving, "{name}");
             assert_eq!(of(name, "brute-simd", "boxes_computed"), None, "it does not count");
+            assert!(figure("osp", "reported") > 0.0, "something is in view: {name}");
+            if !kind.has_groups() {
+                assert_eq!(of(name, GROUP_INDEX, "entries_set"), None, "{name}");
+                continue;
+            }
             let entries = figure(GROUP_INDEX, "entries_set");
             match kind {
+                Motion::Scattered(_) => unreachable!("it has no groups"),
                 Motion::Pieces(_) => assert_eq!(entries, (moving / 32.0).ceil(), "{name}"),
                 Motion::Group(_) => assert_eq!(entries, 1.0, "{name}"),
                 Motion::Instances(nodes) => assert_eq!(entries, nodes as f64, "{name}"),
             }
-            assert!(figure("osp", "reported") > 0.0, "something is in view: {name}");
         }
     }
 
@@ -288,15 +298,19 @@ mod tests {
             let other = World::new(&model, motion);
             let (mut rows, config) = (Rows::default(), config());
             let mut measured = Measured { world: &world, name, config: &config, rows: &mut rows };
-            let mut stays = Stays(EachGroup::new(&other));
-            measured.measure(GROUP_INDEX, &mut stays);
+            if motion.has_groups() {
+                let mut stays = Stays(EachGroup::new(&other));
+                measured.measure(GROUP_INDEX, &mut stays);
+            }
             let mut stays = Stays(EachPolygon::new(Contender::Own(IndexKind::Osp), &world));
             measured.measure("stays", &mut stays);
             let is_found =
                 |who: &str| rows.faults.iter().any(|fault| fault.contains(&format!("{who} ({name})")));
             // A hundredth of the polygons may lie out of view, or at one place for three frames.
-            let is_small = matches!(motion, Motion::Pieces(share) | Motion::Group(share) if share < 1.0);
-            assert!(is_small || (is_found(GROUP_INDEX) && is_found("stays")), "{:?}", rows.faults);
+            let is_small =
+                matches!(motion, Motion::Pieces(s) | Motion::Group(s) | Motion::Scattered(s) if s < 1.0);
+            let is_group_found = !motion.has_groups() || is_found(GROUP_INDEX);
+            assert!(is_small || (is_group_found && is_found("stays")), "{:?}", rows.faults);
         }
     }
 
