@@ -44,8 +44,8 @@ Parts of the report:
             nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
             best first; while polygons arrive; refit against rebuild as polygons move
   moving    the synthetic session at each of the sizes up to a million: 1, 10 and 100 % of the
-            polygons move in every frame, in pieces, as a group that is placed as a whole, and as
-            instances of one mesh; each structure files their boxes again, `group-index` has an
+            polygons move in every frame, in pieces, as a group that is placed as a whole, as
+            instances of one mesh, and scattered with shuffled numbers; each structure files their boxes again, `group-index` has an
             entry a group. Entries and boxes changed are counted. The command fails if a
             structure does not see what it has to
   paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
