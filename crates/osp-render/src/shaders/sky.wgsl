@@ -95,19 +95,23 @@ const HILLS: array<vec2<f32>, 36> = array(
     vec2(4.3, 92.0), vec2(5.8, 85.0), vec2(5.6, 91.0), vec2(6.1, 91.0), vec2(2.3, 75.0), vec2(5.3, 95.0),
 );
 
-// The hill that covers a way above the horizon: its colour in fog, and whether there is one.
+// The hills that cover a way above the horizon: their colour in fog, and whether there is one.
 fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     let turn = fract(atan2(-way.z, -way.x) / (2.0 * PI)) * 36.0;
-    let number = u32(round(turn)) % 36u;
-    let one = HILLS[number];
-    // Straight slopes from a foot of 9 m to a top of 3.
-    let aside = abs(turn - round(turn)) * 0.1745 * one.y;
-    let factor = select(0.4, 0.5, place == 1.0 || place == NIGHT_SKY);
-    let height = one.x * factor * saturate((4.6 - aside) / 3.2) - view.eye_in_world.y;
-    let is_covered = height > one.y * way.y / max(length(way.xz), 1.0e-4);
+    let steep = way.y / max(length(way.xz), 1.0e-4);
+    let factor = select(0.56, 0.7, place == 1.0 || place == NIGHT_SKY);
+    var far = 0.0;
+    for (var i = 0; i < 2; i++) {
+        let number = floor(turn) + f32(i);
+        let one = HILLS[u32(number) % 36u];
+        // Straight slopes from a foot of 18 m to a top of 4.
+        let aside = abs(turn - number) * 0.1745 * one.y;
+        let height = one.x * factor * saturate((9.0 - aside) / 7.0) - view.eye_in_world.y;
+        far = select(far, one.y, height > one.y * steep);
+    }
     let own = select(vec3(0.0), vec3(select(0.095, 0.022, place == NIGHT_SKY)), place > 1.0);
     let lit = own * light_on(vec3(0.0, 1.0, 0.0), 1.0);
-    return vec4(fogged(lit, depth_along(way, one.y)), select(0.0, 1.0, is_covered));
+    return vec4(fogged(lit, depth_along(way, far)), select(0.0, 1.0, far > 0.0));
 }
 
 // Profile of the pedestal's column: heights and radii, metres.
@@ -239,8 +243,11 @@ fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     }
     let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
     var color = mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high);
-    // The Milky Way is over the horizon; where it is not, stars are all around.
-    if surroundings.sky_low.w == 1.0 || (surroundings.sky_low.w == 2.0 && way.y > 0.05) {
+    // The Milky Way is over the horizon; where it is not, fainter stars are all around.
+    if surroundings.sky_low.w == 1.0 {
+        color += 0.4 * stars_at(way, pixel);
+    }
+    if surroundings.sky_low.w == 2.0 && way.y > 0.05 {
         color += stars_at(way, pixel);
     }
     if surroundings.sky_low.w == 2.0 {

@@ -381,13 +381,15 @@ pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
     let bent_u = u + 0.06 * (octaves(u, v, (3, 3), 2, 17) - 0.5);
     let bent_v = v + 0.22 * (octaves(u, v, (4, 4), 2, 50) - 0.5);
     let line = |level: f32, width: f32| (1.0 - (level - 0.5).abs() / (0.115 * width + 1.0e-6)).max(0.0);
-    let curls = line(octaves(bent_u, bent_v, (3, 9), 2, 18), heat)
-        .max(0.8 * line(octaves(bent_u + 0.3, bent_v, (4, 7), 2, 60), 0.8 * heat));
+    let level = octaves(bent_u, bent_v, (3, 9), 2, 18);
+    let curls = line(level, heat).max(0.8 * line(octaves(bent_u + 0.3, bent_v, (4, 7), 2, 60), 0.8 * heat));
     let torn = step(0.25, 0.5, octaves(u, v, (5, 6), 2, 70));
-    let patch = 0.9 * step(1.2, 0.5, ((u - 0.6) / 0.06).hypot((v - 0.35) / 0.05));
-    let bright = ((curls * torn).powf(2.2) * heat.min(1.0).powf(0.4)).max(patch * torn);
+    let patch = 0.9 * step(1.2, 0.5, ((u - 0.6) / 0.06).hypot((v - 0.35) / 0.05)) * torn;
+    // A faint glow around the curls.
+    let glow = 0.05 * line(level, 1.9 * heat) * step(0.0, 0.3, heat);
+    let bright = ((curls * torn).powf(2.2) * heat.min(1.0).powf(0.4)).max(patch).max(glow);
     let net = line(octaves(u, v, (6, 6), 3, 80), 1.0);
-    let alpha = (0.22 * net + 0.02 + 0.06 * noise(u, v, (8, 8), 90)).max(bright.powf(0.7));
+    let alpha = (0.24 * net + 0.03 + 0.08 * noise(u, v, (8, 8), 90)).max(bright.powf(0.7));
     [bright, bright, bright, alpha.min(1.0)]
 }
 
