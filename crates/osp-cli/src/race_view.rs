@@ -53,7 +53,7 @@ impl RaceView {
 fn lines(race: &Race, columns: usize) -> Vec<String> {
     let frames = race.racers().first().map_or(0, |racer| racer.times_ns().len());
     let mut lines = vec![format!(
-        "{}: frame {} of {}, {} polygons; one core, in turns; strips: 11.1 ms high (90 Hz)",
+        "{}: frame {} of {}, {} polygons",
         one_line(race.recording()),
         thousands(frames as u64),
         thousands(race.frames()),
@@ -62,7 +62,8 @@ fn lines(race: &Race, columns: usize) -> Vec<String> {
     for racer in race.racers() {
         let latest = racer.times_ns().last().map_or(0, |&ns| ns);
         let is_late = |ns: u64| ns > Racer::MOST_NS;
-        let missed = format!("{} frames over 11.1 ms", thousands(racer.missed()));
+        let frames = if racer.missed() == 1 { "frame" } else { "frames" };
+        let missed = format!("{} {frames} over 11.1 ms", thousands(racer.missed()));
         let missed = if racer.missed() > 0 { red(&missed) } else { missed };
         let longest = figure(racer.longest_ns());
         lines.push(String::new());
@@ -77,6 +78,7 @@ fn lines(race: &Race, columns: usize) -> Vec<String> {
             lines.push(format!("{digits}{} {strip}", if row + 1 == HEIGHT { "ms" } else { "  " }));
         }
     }
+    lines.push("One core, in turns. Strips are 11.1 ms high: a frame at 90 Hz.".to_owned());
     lines.iter().map(|line| truncate_str(line, columns, "").into_owned()).collect()
 }
 
