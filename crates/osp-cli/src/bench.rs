@@ -120,7 +120,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
 }
 
 /// The command line, for the report.
-fn command() -> String {
+pub(super) fn command() -> String {
     // A file's name need not be text.
     let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     words.join(" ")

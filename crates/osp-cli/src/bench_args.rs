@@ -137,7 +137,7 @@ impl BenchArgs {
     }
 }
 
-fn contender_parser() -> impl TypedValueParser<Value = Contender> {
+pub(super) fn contender_parser() -> impl TypedValueParser<Value = Contender> {
     let own = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(own.chain(Contender::PEERS)).try_map(|name| {
         let lacking = || Lacking(&[Feature::Peers]).to_string();

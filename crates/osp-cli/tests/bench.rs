@@ -6,6 +6,8 @@ mod moving;
 mod page;
 #[path = "bench/paper.rs"]
 mod paper;
+#[path = "bench/race.rs"]
+mod race;
 #[path = "bench/rays.rs"]
 mod rays;
 

@@ -267,6 +267,7 @@ fn names_and_titles_do_not_command_the_terminal() {
             0,
         ),
         (vec!["draw-index", &file, &svg], 0),
+        (vec!["race", &file], 0),
         (vec!["pick", &file], 0),
         (vec!["import", &file, "o.ron"], 0),
         (vec!["bench", &file, "--quick", "--no-growth", "--index", "osp", "--pace", "samples:16"], 0),
