@@ -110,10 +110,11 @@ fn on_a_terminal(args: &str) -> Option<String> {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_shows_the_race_and_then_the_verdict() {
-    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2") else { return };
+    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2 --runs 2") else { return };
     let (live, verdict) = said.split_once("On osp synth").expect("a verdict");
     assert!(
-        live.contains("One core, in turns.")
+        live.contains("race 2 of 2, ")
+            && live.contains("One core, in turns.")
             && live.contains("octree-rebuild")
             && live.contains(" over 11.1 ms"),
         "{live}"
