@@ -94,6 +94,7 @@ fn wrong_use_is_one_clear_error() {
 
 /// What a terminal is sent; `None` where no program opens one.
 #[cfg(target_os = "linux")]
+#[expect(clippy::print_stderr, reason = "a test that is left out says why")]
 fn on_a_terminal(args: &str) -> Option<String> {
     let line = format!("stty rows 24 cols 80; '{}' {args}", env!("CARGO_BIN_EXE_osp"));
     let mut script = std::process::Command::new("script");
