@@ -19,6 +19,7 @@
 
 mod auto;
 mod cone;
+mod coverage;
 mod cull;
 mod culler;
 mod depth;
@@ -31,7 +32,6 @@ mod kind;
 pub mod msvbsp;
 mod msvbsp_paper;
 mod none;
-mod pair;
 mod patch;
 mod pool;
 mod previous_frame;
@@ -49,9 +49,9 @@ mod walls;
 mod wide;
 
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
+pub use coverage::CoverageBuffer;
 pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
 pub use culler::{BuildCounts, OcclusionCuller, Soundness};
-use depth::Extent;
 pub use depth::{DepthBuffer, DepthConfig};
 pub use depth_fill::Coverage;
 pub use explore::TryBudget;

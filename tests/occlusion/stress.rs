@@ -5,8 +5,8 @@ use crate::{
     random::{FAMILIES, Random, Scene, ball, volume},
 };
 use osp::occlusion::{
-    Coverage, DepthBuffer, DepthConfig, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps, ShadowFrusta,
-    Soundness, Verdict,
+    Coverage, CoverageBuffer, DepthBuffer, DepthConfig, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps,
+    ShadowFrusta, Soundness, Verdict,
     msvbsp::{Msvbsp, MsvbspConfig, Refine},
 };
 
@@ -102,6 +102,13 @@ fn random_stress_of_the_strict_depth_buffer_exposes_nothing() {
     for (width, height) in [(64, 36), (256, 144)] {
         let config = DepthConfig { coverage: Coverage::WholePixels, width, height };
         assert_sound(&mut DepthBuffer::new(config), 104);
+    }
+}
+
+#[test]
+fn random_stress_of_outlines_in_a_picture_of_surfaces_exposes_nothing() {
+    for (width, height) in [(64, 36), (256, 144)] {
+        assert_sound(&mut CoverageBuffer::new(width, height), 104);
     }
 }
 
