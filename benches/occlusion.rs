@@ -11,9 +11,9 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Sphere},
     occlusion::{
-        BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
-        OcclusionStage, OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts,
-        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested, ViewInput,
+        BuildCounts, CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
+        OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig,
+        Selector, ShadowVolume, Tested, ViewInput,
     },
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},

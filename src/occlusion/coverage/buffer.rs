@@ -235,8 +235,8 @@ fn outlines_of(boxes: &[Aabb], raster: &Raster) -> Outlines {
     };
     let mut middle = [[0.0_f64; LANES]; 3];
     for (middle, axis) in middle.iter_mut().zip(axes) {
-        for lane in 0..LANES {
-            middle[lane] = along(axis, lane);
+        for (lane, middle) in middle.iter_mut().enumerate() {
+            *middle = along(axis, lane);
         }
     }
     let [right, up, forward] = axes;

@@ -237,7 +237,8 @@ impl Facets {
                 eye.z = picture.near;
                 let size = low.abs().element_sum() + high.abs().element_sum();
                 let (at, nearness) = picture.project(eye);
-                if nearness == 0.0 || !(size <= picture.most_tangent * picture.near) {
+                let is_known = nearness > 0.0 && size <= picture.most_tangent * picture.near;
+                if !is_known {
                     return false;
                 }
                 outline.push(at, nearness, if a_in { NONE } else { edge });

@@ -121,9 +121,9 @@ impl<'a> Strips<'a> {
                     [0, 1].map(|axis| [smaller(from[axis], to[axis]), larger(from[axis], to[axis])]);
                 strips.open.push(line);
             }
-            for axis in 0..2 {
-                strips.low[axis] = smaller(strips.low[axis], to[axis]);
-                strips.high[axis] = larger(strips.high[axis], to[axis]);
+            for (axis, &at) in to.iter().enumerate() {
+                strips.low[axis] = smaller(strips.low[axis], at);
+                strips.high[axis] = larger(strips.high[axis], at);
             }
             from = to;
         }
@@ -358,8 +358,8 @@ fn smaller(a: f64, b: f64) -> f64 {
 /// The largest whole number that is no larger than a number from 0 to 2^20, give or take 1e-9.
 #[inline(always)]
 fn whole_part(v: f64) -> i32 {
-    // Adding 2^52 leaves the whole number in the lowest bits.
-    const LAST_BITS: f64 = (1_u64 << 52) as f64;
+    // Next to one and a half times 2^52, numbers are whole: the last bits are the number.
+    const LAST_BITS: f64 = (3_u64 << 51) as f64;
     (v - (0.5 - 1.0e-9) + LAST_BITS).to_bits() as i32
 }
 
