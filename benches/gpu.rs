@@ -22,6 +22,7 @@ use osp::{
     polygon::{Change, PolygonId},
     view::View,
 };
+use osp_lab::Method;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig};
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -73,18 +74,13 @@ struct Measured {
 }
 
 impl Measured {
-    fn new(
-        method: Occlusion,
-        scene: &Scene,
-        bounds: &Aabb,
-        first_view: usize,
-    ) -> Result<Self, Box<dyn Error>> {
+    fn new(method: Method, scene: &Scene, bounds: &Aabb, first_view: usize) -> Result<Self, Box<dyn Error>> {
         let capacity = scene.polygon_count();
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         // What is culled on the adapter alone is culled by the frustum here.
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(method.on_cpu()))?;
+        let mut pipeline = method.add_to(pipeline, PassConfig::default());
         pipeline.load(scene);
         let histogram = || Histogram::new(3);
         let ns = [
@@ -203,7 +199,7 @@ const HEAD: &str = "\
 /// What the command line asks for.
 struct Wanted {
     sizes: Vec<u32>,
-    methods: Vec<Occlusion>,
+    methods: Vec<Method>,
     frames: usize,
 }
 
@@ -216,7 +212,7 @@ impl Wanted {
             } else {
                 vec![10_000, 100_000, 1_000_000, 10_000_000]
             },
-            methods: vec![Occlusion::None, Occlusion::Hzb, Occlusion::Auto, Occlusion::Msvbsp],
+            methods: vec![Method::NONE, Method::Hzb, Occlusion::Auto.into(), Occlusion::Msvbsp.into()],
             frames: if is_software { 12 } else { 360 },
         };
         let mut words: VecDeque<String> = std::env::args().skip(1).collect();
@@ -227,7 +223,7 @@ impl Wanted {
                 "--frames" => wanted.frames = value()?.parse()?,
                 "--methods" => {
                     let found = |name: &str| {
-                        let method = Occlusion::all().find(|method| method.name() == name);
+                        let method = Method::all().find(|method| method.name() == name);
                         method.ok_or(format!("--methods: no method is called `{name}`"))
                     };
                     wanted.methods = value()?.split(',').map(found).collect::<Result<_, _>>()?;
@@ -267,7 +263,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn
             for (number, &method) in wanted.methods.iter().enumerate() {
                 let first_view = number * pictures.eyes.len();
                 for view in first_view..first_view + pictures.eyes.len() {
-                    drawer.set_occlusion_of(view, method)?;
+                    drawer.set_occlusion_of(view, method.while_drawing())?;
                 }
                 lanes.push(Measured::new(method, &scene, &bounds, first_view)?);
             }

@@ -1,78 +1,159 @@
-//! Polygons that move: each told of by itself, against all of a frame at once (`SpatialIndex::update_all`).
+//! Polygons that move, from frame to frame: follow them, then find what a view sees, as a list of numbers.
 //!
-//! `cargo bench --bench moving [-- SIZE...]`. Of a synthetic session (100,000 polygons unless told) 1, 10 or 100 % move in every
-//! frame, in pieces of 32 that follow each other, each on its own small circle. In every frame each structure follows, in turns that
-//! begin with another one each time, and all are asked what a box holds, which has to be the same. The table has medians of following
-//! a frame with the commit, nanoseconds a polygon that moves, and of its ratio to `osp` told of each polygon, frame by frame.
+//! `cargo bench --bench moving [-- [drawn | shuffled] [each] SIZE...]`. A share of the polygons (0, 0.1, 1, 10 and 100 %) moves in
+//! every frame, always the same ones, each on its own small circle; updates come by number. `drawn`: a synthetic session, and
+//! pieces of 32 numbers that follow each other move. `shuffled`: boxes with numbers in no order of space, and the moving ones are
+//! drawn by lot. The view sees about a tenth. `each`: a call of `update` for each polygon, not one of `update_all` for all.
+//!
+//! In every frame each structure follows and culls, in turns that begin with another one each time, and all have to find the
+//! same polygons. `loop-beside` is an index of what rests and a plain loop over what is known to move. The table has
+//! microseconds a frame: median, 99th percentile and the largest; nanoseconds to follow one polygon; and the median of the ratio
+//! to `osp`, frame by frame.
 
 use std::time::Instant;
 
 use osp::{
     glam::Vec3,
-    index::{IndexConfig, IndexError, Osp, SpatialIndex},
-    math::Aabb,
+    index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
+    math::{Aabb, Frustum},
     polygon::{Change, PolygonId},
+    view::{Projection, View},
 };
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{SynthKind, synthesize},
     scene::Scene,
 };
+use rand_pcg::{Pcg32, rand_core::Rng};
 
-/// Polygons of a piece, radius of its circle (of the model's diagonal) and angle of a step, as in `osp bench`.
+/// Numbers of a piece, radius of a circle (of the model's diagonal) and angle of a step, as in `osp bench`.
 const PIECE: usize = 32;
 const RADIUS: f32 = 0.02;
 const TURN: f32 = 0.125;
-const FRAMES: usize = 120;
+/// Frames that are measured, and those before them in which a structure may find out what moves.
+const FRAMES: usize = 100;
+const BEFORE: usize = 40;
 
-/// How a structure is told.
-#[derive(Clone, Copy, PartialEq)]
-enum Told {
-    OfEach,
-    Together,
+/// What is measured: where the boxes come from, and how changes are told.
+#[derive(Clone, Copy)]
+struct Kind {
+    is_shuffled: bool,
+    is_each: bool,
+}
+
+/// The boxes of a frame's moving polygons, by number.
+struct Model {
+    boxes: Vec<Aabb>,
+    around: Aabb,
+    moving: Vec<PolygonId>,
+    is_moving: Vec<bool>,
+}
+
+impl Model {
+    fn new(boxes: Vec<Aabb>, share: f64, kind: Kind) -> Self {
+        let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+        let count = (boxes.len() as f64 * share).ceil() as usize;
+        let mut is_moving = vec![false; boxes.len()];
+        if kind.is_shuffled {
+            let mut lot = Pcg32::new(11, 5);
+            let mut left = count;
+            while left > 0 {
+                let id = lot.next_u32() as usize % boxes.len();
+                left -= usize::from(!is_moving[id]);
+                is_moving[id] = true;
+            }
+        } else {
+            let before = |piece: usize| (piece as f64 * share).ceil() as usize;
+            for (piece, of) in is_moving.chunks_mut(PIECE).enumerate() {
+                of.fill(before(piece + 1) > before(piece));
+            }
+        }
+        let ids = is_moving.iter().enumerate().filter(|(_, moves)| **moves);
+        let moving = ids.map(|(id, _)| PolygonId(id as u32)).collect();
+        Self { boxes, around, moving, is_moving }
+    }
+
+    fn moved(&self, frame: usize, is_shuffled: bool, out: &mut Vec<(PolygonId, Aabb)>) {
+        out.clear();
+        let radius_m = RADIUS * self.around.extent().length();
+        out.extend(self.moving.iter().map(|&id| {
+            let phase = if is_shuffled { id.0 } else { id.0 / PIECE as u32 } as f32;
+            let angle = frame as f32 * TURN + phase;
+            let by = Vec3::new(angle.cos(), angle.sin(), (angle + phase).cos()) * radius_m;
+            let of = &self.boxes[id.index()];
+            (id, Aabb { min: of.min + by, max: of.max + by })
+        }));
+    }
+
+    /// A view from within that sees about a tenth of a filled cube, turning slowly.
+    fn view(&self, frame: usize) -> Frustum {
+        let size_m = self.around.extent().max_element();
+        let angle = frame as f32 * 0.02;
+        let eye = self.around.center();
+        let ahead = Vec3::new(angle.cos(), 0.1, angle.sin());
+        let projection = Projection::symmetric(60.0, 1.6, 0.01 * size_m, 2.0 * size_m);
+        View::look_at(eye, eye + ahead, projection).frustum()
+    }
+}
+
+/// A structure that follows changes.
+trait Follow {
+    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool);
+    fn cull(&self, view: &Frustum, list: &mut DrawList);
+}
+
+struct One(Box<dyn SpatialIndex>);
+
+fn update(index: &mut dyn SpatialIndex, moved: &[(PolygonId, Aabb)], is_each: bool) {
+    let mut refused: Vec<IndexError> = Vec::new();
+    if is_each {
+        moved.iter().for_each(|(id, bounds)| refused.extend(index.update(*id, bounds).err()));
+    } else {
+        index.update_all(moved, &mut refused);
+    }
+    index.commit();
+    assert_eq!(refused, []);
+}
+
+impl Follow for One {
+    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
+        update(&mut *self.0, moved, is_each);
+    }
+
+    fn cull(&self, view: &Frustum, list: &mut DrawList) {
+        self.0.frustum_cull(view, list);
+    }
+}
+
+/// What rests in an index, and what is known to move in a plain loop.
+struct Beside {
+    resting: Osp,
+    moving: Box<dyn SpatialIndex>,
+    numbers: Vec<PolygonId>,
+    told: Vec<(PolygonId, Aabb)>,
+}
+
+impl Follow for Beside {
+    fn follow(&mut self, moved: &[(PolygonId, Aabb)], is_each: bool) {
+        self.told.clear();
+        self.told.extend(moved.iter().enumerate().map(|(at, (_, bounds))| (PolygonId(at as u32), *bounds)));
+        update(&mut *self.moving, &self.told, is_each);
+        self.resting.commit();
+    }
+
+    fn cull(&self, view: &Frustum, list: &mut DrawList) {
+        self.moving.frustum_cull(view, list);
+        list.ids_mut().iter_mut().for_each(|id| *id = self.numbers[id.index()]);
+        self.resting.frustum_cull(view, list);
+    }
 }
 
 struct Follower {
     name: String,
-    index: Box<dyn SpatialIndex>,
-    told: Told,
-    refused: Vec<IndexError>,
-    times_ns: Vec<f64>,
-}
-
-impl Follower {
-    fn new(name: &str, mut index: Box<dyn SpatialIndex>, told: Told, boxes: &[Aabb]) -> Self {
-        for (id, bounds) in boxes.iter().enumerate() {
-            index.insert(PolygonId(id as u32), bounds).expect("a finite box, each id once");
-            if id % 64 == 63 {
-                index.commit();
-            }
-        }
-        index.commit();
-        Self { name: name.to_owned(), index, told, refused: Vec::new(), times_ns: Vec::new() }
-    }
-
-    fn follow(&mut self, moved: &[(PolygonId, Aabb)]) {
-        let start = Instant::now();
-        match self.told {
-            Told::Together => self.index.update_all(moved, &mut self.refused),
-            Told::OfEach => {
-                for (id, bounds) in moved {
-                    self.refused.extend(self.index.update(*id, bounds).err());
-                }
-            }
-        }
-        self.index.commit();
-        self.times_ns.push(start.elapsed().as_nanos() as f64);
-        assert_eq!(self.refused, [], "{}", self.name);
-    }
-
-    fn held_by(&self, bounds: &Aabb) -> Vec<PolygonId> {
-        let mut held = Vec::new();
-        self.index.box_query(bounds, &mut held);
-        held.sort_unstable();
-        held
-    }
+    of: Box<dyn Follow>,
+    list: DrawList,
+    frames_us: Vec<f64>,
+    follow_ns: Vec<f64>,
 }
 
 fn session(polygons: u32) -> Vec<Aabb> {
@@ -91,78 +172,144 @@ fn session(polygons: u32) -> Vec<Aabb> {
     boxes
 }
 
-/// The boxes of what moves in a frame.
-fn moved(boxes: &[Aabb], around: &Aabb, share: f64, frame: usize, out: &mut Vec<(PolygonId, Aabb)>) {
-    out.clear();
-    let before = |piece: usize| (piece as f64 * share).ceil() as usize;
-    for (piece, of) in boxes.chunks(PIECE).enumerate().filter(|(at, _)| before(at + 1) > before(*at)) {
-        let angle = frame as f32 * TURN + piece as f32;
-        let circle = Vec3::new(angle.cos(), angle.sin(), (angle + piece as f32).cos());
-        let by = circle * RADIUS * around.extent().length();
-        let ids = (piece * PIECE..).map(|id| PolygonId(id as u32));
-        out.extend(ids.zip(of.iter().map(|b| Aabb { min: b.min + by, max: b.max + by })));
+/// Boxes in a cube of 100 metres, in no order.
+fn shuffled(polygons: u32) -> Vec<Aabb> {
+    let mut lot = Pcg32::new(7, 3);
+    let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
+    let boxes = (0..polygons).map(|_| {
+        let center = (Vec3::new(unit(), unit(), unit()) - 0.5) * 100.0;
+        Aabb::cube(center, 0.05 + 0.2 * unit())
+    });
+    boxes.collect()
+}
+
+fn filled(
+    mut index: Box<dyn SpatialIndex>,
+    boxes: impl Iterator<Item = (PolygonId, Aabb)>,
+) -> Box<dyn SpatialIndex> {
+    for (at, (id, bounds)) in boxes.enumerate() {
+        index.insert(id, &bounds).expect("a finite box, each id once");
+        if at % 64 == 63 {
+            index.commit();
+        }
     }
+    index.commit();
+    index
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
-fn followers(boxes: &[Aabb]) -> Vec<Follower> {
+fn followers(model: &Model, kind: Kind) -> Vec<Follower> {
+    let boxes = &model.boxes;
     let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
-    let osp = || Box::new(Osp::new(&config));
-    let mut all = vec![
-        Follower::new("osp, of each", osp(), Told::OfEach, boxes),
-        Follower::new("osp, together", osp(), Told::Together, boxes),
-    ];
-    for name in ["time-order", "loose-octree", "bvh-sah", "lbvh", "brute-simd"] {
-        let kind = IndexKind::from_name(name).expect("a structure");
-        all.push(Follower::new(name, kind.create(&config), Told::Together, boxes));
+    let all = || boxes.iter().enumerate().map(|(id, b)| (PolygonId(id as u32), *b));
+    let follower = |name: &str, of: Box<dyn Follow>| Follower {
+        name: name.to_owned(),
+        of,
+        list: DrawList::new(),
+        frames_us: Vec::new(),
+        follow_ns: Vec::new(),
+    };
+    let mut followers = vec![follower("osp", Box::new(One(filled(Box::new(Osp::new(&config)), all()))))];
+    let rivals: &[&str] = if kind.is_shuffled && boxes.len() > 100_000 {
+        &["brute-simd", "loose-octree"]
+    } else {
+        &["brute-simd", "loose-octree", "time-order", "bvh-sah", "lbvh"]
+    };
+    for name in rivals {
+        let index = IndexKind::from_name(name).expect("a structure").create(&config);
+        followers.push(follower(name, Box::new(One(filled(index, all())))));
     }
-    all
+    let mut resting = Osp::new(&config);
+    for (id, bounds) in all().filter(|(id, _)| !model.is_moving[id.index()]) {
+        resting.insert(id, &bounds).expect("a finite box, each id once");
+        resting.commit();
+    }
+    let moving = IndexKind::BruteSimd.create(&config);
+    let numbered = model.moving.iter().enumerate().map(|(at, id)| (PolygonId(at as u32), boxes[id.index()]));
+    let moving = filled(moving, numbered);
+    let beside = Beside { resting, moving, numbers: model.moving.clone(), told: Vec::new() };
+    followers.push(follower("loop-beside", Box::new(beside)));
+    followers
+}
+
+fn at(values: &mut [f64], part: f64) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * part).round() as usize]
 }
 
 #[expect(clippy::print_stdout, reason = "the table is what this is for")]
-fn measure(boxes: &[Aabb], share: f64) {
-    let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-    let asked = Aabb::cube(around.center(), 0.3 * around.extent().max_element());
-    let mut followers = followers(boxes);
-    let mut changes = Vec::new();
-    for frame in 1..=FRAMES {
-        moved(boxes, &around, share, frame, &mut changes);
+fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
+    let model = Model::new(boxes, share, kind);
+    let mut followers = followers(&model, kind);
+    let mut moved = Vec::new();
+    let mut seen = 0;
+    for frame in 0..BEFORE + FRAMES {
+        model.moved(frame, kind.is_shuffled, &mut moved);
+        let view = model.view(frame);
         let count = followers.len();
         for turn in 0..count {
-            followers[(frame + turn) % count].follow(&changes);
+            let one = &mut followers[(frame + turn) % count];
+            one.list.clear();
+            let start = Instant::now();
+            one.of.follow(&moved, kind.is_each);
+            let followed = start.elapsed();
+            one.of.cull(&view, &mut one.list);
+            let frame_us = start.elapsed().as_nanos() as f64 * 1.0e-3;
+            if frame >= BEFORE {
+                one.frames_us.push(frame_us);
+                one.follow_ns.push(followed.as_nanos() as f64 / moved.len().max(1) as f64);
+            }
         }
-        let expected = followers[0].held_by(&asked);
-        for other in &followers[1..] {
-            assert_eq!(other.held_by(&asked), expected, "{}", other.name);
+        let sorted = |list: &DrawList| {
+            let mut ids = list.ids().to_vec();
+            ids.sort_unstable();
+            ids
+        };
+        if frame % 16 == 0 {
+            let expected = sorted(&followers[0].list);
+            seen = expected.len();
+            for other in &followers[1..] {
+                assert_eq!(sorted(&other.list), expected, "{}", other.name);
+            }
         }
     }
-    // The first frame fills caches and brings what is built late.
-    let reference = followers[0].times_ns[1..].to_vec();
-    for of in &followers {
-        let each: Vec<f64> = of.times_ns[1..].iter().map(|ns| ns / changes.len() as f64).collect();
-        let ratio = median(of.times_ns[1..].iter().zip(&reference).map(|(ns, of)| ns / of).collect());
+    let order = if kind.is_shuffled { "shuffled" } else { "drawn" };
+    let reference = followers[0].frames_us.clone();
+    for of in &mut followers {
+        let ratio =
+            at(&mut of.frames_us.iter().zip(&reference).map(|(us, osp)| us / osp).collect::<Vec<_>>(), 0.5);
+        let (median, p99, most) =
+            (at(&mut of.frames_us, 0.5), at(&mut of.frames_us, 0.99), at(&mut of.frames_us, 1.0));
         println!(
-            "{:>9} {:>9} {:<14} {:>8.1} {ratio:>6.3}",
-            boxes.len(),
-            changes.len(),
+            "{:>9} {order:<8} {:>9} {seen:>8} {:<12} {median:>10.1} {p99:>10.1} {most:>10.1} {:>8.1} {ratio:>7.3}",
+            model.boxes.len(),
+            moved.len(),
             of.name,
-            median(each)
+            at(&mut of.follow_ns, 0.5),
         );
     }
 }
 
 #[expect(clippy::print_stdout, reason = "the table is what this is for")]
 fn main() {
-    let sizes: Vec<u32> = std::env::args().skip(1).filter_map(|size| size.parse().ok()).collect();
-    println!("{:>9} {:>9} {:<14} {:>8} {:>6}", "polygons", "moving", "structure", "ns each", "ratio");
-    for size in if sizes.is_empty() { vec![100_000] } else { sizes } {
-        let boxes = session(size);
-        for share in [0.01, 0.1, 1.0] {
-            measure(&boxes, share);
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let has = |word: &str| words.iter().any(|w| w == word);
+    let mut sizes: Vec<u32> = words.iter().filter_map(|size| size.parse().ok()).collect();
+    if sizes.is_empty() {
+        sizes = vec![1_000, 10_000, 100_000];
+    }
+    println!(
+        "{:>9} {:<8} {:>9} {:>8} {:<12} {:>10} {:>10} {:>10} {:>8} {:>7}",
+        "polygons", "order", "moving", "seen", "structure", "frame us", "p99", "most", "ns each", "ratio"
+    );
+    for (word, is_shuffled) in [("drawn", false), ("shuffled", true)] {
+        if !has(word) && (has("drawn") || has("shuffled")) {
+            continue;
+        }
+        for &size in &sizes {
+            for share in [0.0, 0.001, 0.01, 0.1, 1.0] {
+                let boxes = if is_shuffled { shuffled(size) } else { session(size) };
+                measure(boxes, share, Kind { is_shuffled, is_each: has("each") });
+            }
         }
     }
 }

@@ -18,8 +18,8 @@ use osp::{
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},
 };
-use osp_lab::scenes::TestScene;
-use osp_rivals::IndexKind;
+use osp_lab::{Method, scenes::TestScene};
+use osp_rivals::{IndexKind, RivalOcclusion};
 use osp_session::{
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
@@ -178,7 +178,7 @@ fn occlusion(c: &mut Criterion) {
         }
         group.throughput(Throughput::Elements(1));
 
-        for kind in Occlusion::CULLERS {
+        for kind in Method::CULLERS {
             let mut culler = kind.create(OCCLUDERS);
             group.bench_function(format!("build/{}", kind.name()), |b| {
                 b.iter(|| culler.build(&looked.window, selector.chosen()));
@@ -197,7 +197,7 @@ fn occlusion(c: &mut Criterion) {
                 });
             };
             query(format!("query/{}", kind.name()), &*culler);
-            if matches!(kind, Occlusion::Msvbsp | Occlusion::Svbsp) {
+            if [Occlusion::Msvbsp.into(), RivalOcclusion::Svbsp.into()].contains(kind) {
                 query(format!("query/{}/one-by-one", kind.name()), &OneByOne(&*culler));
             }
         }

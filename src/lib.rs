@@ -1,6 +1,55 @@
 //! osp keeps a growing, hand-made 3D model drawable in real time: polygons stream in from a tracked hand, and every frame
 //! inserts them into a spatial index without rebuilding it, and finds those that a view may see.
 //!
+//! # In an engine
+//!
+//! A [`Culler`] takes the engine's own keys: insert, move and remove boxes, then ask what each camera sees.
+//!
+//! ```
+//! use osp::{Camera, Culler, Depth, Occluder, math::Aabb};
+//!
+//! #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+//! struct Entity(u64); // Or any other key that is `Copy + Eq + Hash`; `osp::Dense` numbers need no map.
+//!
+//! let mut culler = Culler::<Entity>::new(); // No size of the world, no capacity: both grow.
+//! let (table, cupboard, wall) = (Entity(1), Entity(2), Entity(3));
+//! culler.set(table, [[-1.0, 0.0, -4.0], [1.0, 1.0, -3.0_f32]]); // Inserts it, or moves it: min and max.
+//! culler.set(cupboard, [[-1.0, 0.0, -9.0], [1.0, 2.0, -8.0_f32]]);
+//! culler.set(wall, [[-4.0, 0.0, -6.0], [4.0, 3.0, -5.9_f32]]);
+//! let corners = [[-4.0, 0.0, -6.0], [4.0, 0.0, -6.0], [4.0, 3.0, -6.0], [-4.0, 3.0, -6.0_f32]];
+//! culler.set_occluder(wall, Occluder::quad(corners)?); // Or `mesh(vertices, indices)`, or a `cuboid`.
+//!
+//! // The engine's matrices from world to clip space, `f32` or `f64`, columns one after the other: a perspective with reversed
+//! // depth and no far plane from an eye at a height of 1 m, and a sun above.
+//! let clip = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.1, 0.0_f32];
+//! let ortho = [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0_f32];
+//! let main = Camera::from_matrix(clip, Depth::OneToZero)?;
+//! let sun = Camera::from_matrix(ortho, Depth::ZeroToOne)?;
+//!
+//! // In each frame, after the changes. What occluders hide is left out where a camera asks for that.
+//! let frame = culler.cull(&[main.hide_by_occluders(), sun]);
+//! let draw: Vec<Entity> = frame[0].iter().collect();
+//! assert!(draw.contains(&table) && draw.contains(&wall) && !draw.contains(&cupboard));
+//! assert_eq!((frame[0].hidden(), frame[1].len()), (1, 3));
+//! for (entity, why) in culler.refused() {
+//!     eprintln!("{entity:?}: {why}"); // A box that was empty, infinite or NaN.
+//! }
+//!
+//! // What is under the cursor: an engine asks its meshes. Here a box stands for its mesh.
+//! let hit = culler.pick(main.ray(0.0, -0.2), |entity, ray| {
+//!     let [min, max] = culler.bounds(entity)?;
+//!     ray.enter_box(&Aabb::new(min.into(), max.into()), f32::INFINITY)
+//! });
+//! assert_eq!(hit.map(|(entity, _distance_m)| entity), Some(table));
+//!
+//! culler.remove(wall);
+//! assert!(culler.cull(&[main.hide_by_occluders()])[0].contains(cupboard));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Culler::in_box`] and [`Culler::in_sphere`] find what is near, [`Culler::set_layers`] and [`Camera::on_layers`] choose who sees
+//! what. Queries take `&self`: several threads may ask at once.
+//!
 //! # From a change to the screen
 //!
 //! ```text
@@ -12,11 +61,12 @@
 //!                └──────────────── frame: Pipeline ────────────────┘
 //! ```
 //!
-//! # In an engine
+//! # Below the culler
 //!
-//! An engine gives each object an id, implements [`Geometry`](polygon::Geometry) for these ids, and passes the changes of each
-//! frame to a [`Pipeline`](frame::Pipeline). [`Pipeline::draw_list`](frame::Pipeline::draw_list) then returns the visible ids in
-//! blocks of sixteen.
+//! An engine whose polygons move in groups, or that has another index, takes the layer below: it gives each object an id,
+//! implements [`Geometry`](polygon::Geometry) for these ids, and passes the changes of each frame to a
+//! [`Pipeline`](frame::Pipeline). [`Pipeline::draw_list`](frame::Pipeline::draw_list) then returns the visible ids in blocks of
+//! sixteen.
 //!
 //! ```
 //! use osp::{
@@ -61,7 +111,7 @@
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
 //! // Drawing a mesh takes 10 microseconds, so the pass tests every mesh.
 //! let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
-//! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion)?;
+//! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
 //! culler.load(&world);
 //!
 //! // Or `View::from_matrix`, with the engine's own.
@@ -77,11 +127,10 @@
 //! }
 //! assert!(culler.draw_list().contains(PolygonId(7)));
 //! assert!(!culler.draw_list().contains(PolygonId(51)), "hidden behind the wall");
-//! # Ok::<(), osp::frame::NotOnCpu>(())
 //! ```
 //!
 //! `examples/engine.rs` goes on from here: things come and go, keys are the engine's own. `examples/cull_boxes.rs` takes the index
-//! alone.
+//! alone, `examples/culler.rs` the culler.
 //!
 //! # Layers
 //!
@@ -96,9 +145,10 @@
 //! | [`view`] | an eye and what its screen shows |
 //! | [`occlusion`] | occluders, and structures that test boxes against their shadows |
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
+//! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
 //!
 //! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recorded sessions,
-//! brushes, scenes), `osp-rivals` (every other index), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
+//! brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
 //! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
 //!
 //! # Vocabulary
@@ -128,12 +178,17 @@
 
 pub use glam;
 
+mod culler;
 pub mod frame;
 pub mod index;
 pub mod math;
 pub mod occlusion;
 pub mod polygon;
 pub mod view;
+
+pub use culler::{
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Depth, Frame, Key, Occluder, OccluderError, Refusal, Seen,
+};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

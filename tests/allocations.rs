@@ -11,6 +11,7 @@ use boxes::{Rng, drawn, root, shuffled};
 use counting::allocations;
 use glam::Vec3;
 use osp::{
+    Camera, Culler, Occluder,
     frame::{PassConfig, Pipeline, StageClock},
     index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
@@ -139,10 +140,10 @@ fn no_frame_of_brushed_strokes_allocates_when_the_room_is_just_enough() {
 fn frames_with_occlusion_culling_allocate_nothing_once_a_session_runs() {
     let events = session(3000);
     let capacity = polygons_of(&events);
-    for choice in [Occlusion::Msvbsp, Occlusion::DepthLast] {
+    for choice in [Occlusion::Msvbsp, Occlusion::PreviousFrame] {
         let index = IndexKind::Osp.create(&IndexConfig { capacity, ..IndexConfig::default() });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice)).expect("a method of the CPU");
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
         let made = play(&events, &mut pipeline, &views()[..1]);
         let steady: u64 = made[made.len() / 2..].iter().sum();
         assert_eq!(steady, 0, "{}: {made:?}", choice.name());
@@ -278,4 +279,32 @@ fn no_frame_allocates_when_as_many_polygons_come_and_go_as_there_is_room_for() {
         let frames: Vec<(usize, u64)> = made.into_iter().enumerate().filter(|&(_, n)| n > 0).collect();
         assert!(frames.is_empty(), "{moves:?}, new numbers {has_new_numbers}, drawn {is_drawn}: {frames:?}");
     }
+}
+
+#[test]
+fn frames_of_a_culler_allocate_nothing_once_it_runs() {
+    let mut culler = Culler::<u64>::new();
+    let mut boxes = drawn(3000, 1);
+    for (key, bounds) in (0..).zip(&boxes) {
+        culler.set(key, [bounds.min, bounds.max]);
+    }
+    let [a, b] = [Vec3::new(-1.0, -1.0, -1.0), Vec3::new(1.0, 1.0, -1.0)];
+    culler.set_occluder(u64::MAX, Occluder::cuboid([a, b]).expect("a wall"));
+    let cameras = views().map(|view| Camera::from(&view).hide_by_occluders().on_layers(1));
+    let (mut late, mut drawn) = (0, 0);
+    for frame in 0..400 {
+        let before = allocations();
+        for i in 0..200 {
+            let key = (frame * 211 + i * 7) % boxes.len();
+            let by = Vec3::new(0.01, 0.0, 0.0);
+            boxes[key] = Aabb::new(boxes[key].min + by, boxes[key].max + by);
+            if key.is_multiple_of(10) {
+                culler.remove(key as u64);
+            }
+            culler.set(key as u64, [boxes[key].min, boxes[key].max]);
+        }
+        drawn = culler.cull(&cameras).iter().map(|seen| seen.iter().count()).sum();
+        late += if frame < 300 { 0 } else { allocations() - before };
+    }
+    assert_eq!((late, drawn > 1000), (0, true), "{drawn}");
 }

@@ -1,5 +1,14 @@
 //! The culler as an engine takes it: own numbers, own geometry, no feature needed.
 
+#[path = "support/boxes.rs"]
+mod boxes;
+#[path = "engine/cameras.rs"]
+mod cameras;
+#[path = "engine/culler.rs"]
+mod culler;
+#[path = "engine/hiding.rs"]
+mod hiding;
+
 use osp::{
     frame::{PassConfig, Pipeline, PreviousFramePass, StageClock},
     glam::Vec3,
@@ -9,6 +18,7 @@ use osp::{
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::{Projection, View, ViewWindow},
 };
+use osp_lab::Method;
 
 /// By number: corners of a wall, or a box of something else; glass is not opaque.
 #[derive(Clone)]
@@ -61,14 +71,14 @@ fn behind(i: u32) -> Thing {
 }
 
 fn pipelines(world: &World) -> Vec<Pipeline> {
-    let methods = Occlusion::conservative_cullers().into_iter();
+    let methods = Method::conservative_cullers().into_iter();
     methods
-        .chain([Occlusion::DepthLast])
+        .chain([Occlusion::PreviousFrame.into()])
         .map(|choice| {
             let index = Osp::new(&IndexConfig::default());
-            let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(choice) };
+            let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
             let pipeline = Pipeline::new(Box::new(index), 64, StageClock::default());
-            let mut pipeline = pipeline.with_occlusion(config).expect("a method of the CPU");
+            let mut pipeline = choice.add_to(pipeline, config);
             pipeline.load(world);
             pipeline
         })

@@ -19,6 +19,7 @@ const LAYERS: [(&str, &[Layer]); 3] = [
             ("view", &["math"]),
             ("occlusion", &["math", "polygon", "index", "view"]),
             ("frame", &["math", "polygon", "index", "view", "occlusion"]),
+            ("culler", &["math", "polygon", "index", "view", "occlusion"]),
         ],
     ),
     (

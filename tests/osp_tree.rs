@@ -18,6 +18,8 @@ mod linear;
 mod loose;
 #[path = "osp_tree/many_views.rs"]
 mod many_views;
+#[path = "osp_tree/movers.rs"]
+mod movers;
 #[path = "osp_tree/whole.rs"]
 mod whole;
 

@@ -15,6 +15,6 @@ mod spaces;
 pub use clock::{Reading, Stage, StageClock, shortest_step_ns};
 pub use occlusion_pass::{AutoBasis, OcclusionPass, PassConfig};
 pub use pass::{Pass, PassInput};
-pub use pipeline::{Loading, NotOnCpu, Pipeline};
+pub use pipeline::{Loading, Pipeline};
 pub use previous_frame_pass::PreviousFramePass;
 pub use record::{FrameRecord, OcclusionRecord};

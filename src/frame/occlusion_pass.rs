@@ -3,8 +3,8 @@ use std::ops::Range;
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput, PreviousFramePass, rest::Rest},
     occlusion::{
-        AutoConfig, AutoSwitch, CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, Outcome,
-        Score, SelectConfig, ShadowVolume, ViewInput, work_ns,
+        AutoConfig, AutoSwitch, CullConfig, MakeCuller, NodeTest, Occlusion, OcclusionConfig, OcclusionStage,
+        Outcome, Score, SelectConfig, ShadowVolume, ViewInput, work_ns,
     },
     polygon::{Change, Geometry, VisibleBlocks},
     view::{View, ViewWindow},
@@ -40,6 +40,13 @@ pub struct PassConfig {
     pub node_test: NodeTest,
     /// What makes an occluder a good one.
     pub score: Score,
+}
+
+impl Default for PassConfig {
+    /// [`Occlusion::Auto`].
+    fn default() -> Self {
+        Self::new(Occlusion::Auto)
+    }
 }
 
 impl PassConfig {
@@ -83,6 +90,7 @@ const LONGEST_MEMORY: u32 = 8;
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
+    make: MakeCuller,
     /// Most occluders of a view in a frame.
     occluders: usize,
     stage: OcclusionStage,
@@ -106,16 +114,22 @@ pub struct OcclusionPass {
 impl OcclusionPass {
     /// A pass that has seen nothing yet, with room for this many polygons.
     pub fn new(config: PassConfig, capacity: usize) -> Self {
+        Self::with_culler(config.choice.culler(), config, capacity)
+    }
+
+    /// The same with cullers of the caller's own: [`Occlusion::Auto`] chooses among none, such a culler and
+    /// [`Occlusion::PreviousFrame`]; every other choice always takes such a culler.
+    pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
         let cull = config.cull();
         let stage = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
-        let mut stage = OcclusionStage::new(config.choice, stage);
+        let mut stage = OcclusionStage::with_culler(make(config.occluders()), stage);
         stage.reserve(capacity);
         let auto = AutoConfig { polygon_ns: config.polygon_ns, ..AutoConfig::default() };
         let is_auto = config.choice == Occlusion::Auto;
         let switch = is_auto.then(|| AutoSwitch::new(auto));
-        let has_last = switch.as_ref().is_some_and(|switch| switch.can_depth_last_pay());
+        let has_last = switch.as_ref().is_some_and(|switch| switch.can_previous_frame_pay());
         Self {
             stage,
             switch,
@@ -126,6 +140,7 @@ impl OcclusionPass {
             by_last: false,
             occluders: config.occluders(),
             config,
+            make,
             drawn: vec![VisibleBlocks::with_capacity(capacity)],
             capacity,
         }
@@ -269,7 +284,7 @@ impl Pass for OcclusionPass {
         };
         let is_off = (self.switch.is_some() && decided == Occlusion::None)
             || views.iter().all(|view| view.window().is_none());
-        let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::DepthLast;
+        let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::PreviousFrame;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
         // A try makes do with the candidates that there are.
@@ -326,7 +341,7 @@ impl Pass for OcclusionPass {
         self.config.occluders = occluders;
         self.rest = Rest::default();
         self.occluders = self.config.occluders();
-        self.stage.set_occluders(self.config.choice, self.occluders);
+        self.stage.set_culler((self.make)(self.occluders), self.occluders);
     }
 
     fn set_polygon_ns(&mut self, polygon_ns: f64) {
@@ -337,9 +352,9 @@ impl Pass for OcclusionPass {
         // Never fewer: a cost that is measured goes up and down.
         if self.config.occluders() > self.occluders {
             self.occluders = self.config.occluders();
-            self.stage.set_occluders(self.config.choice, self.occluders);
+            self.stage.set_culler((self.make)(self.occluders), self.occluders);
         }
-        if self.last.is_none() && switch.can_depth_last_pay() {
+        if self.last.is_none() && switch.can_previous_frame_pay() {
             self.last = Some(PreviousFramePass::new(self.capacity));
         }
     }

@@ -3,8 +3,6 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use thiserror::Error;
-
 use crate::{
     frame::{
         FrameRecord, OcclusionPass, Pass, PassConfig, PassInput, PreviousFramePass, StageClock,
@@ -12,7 +10,7 @@ use crate::{
     },
     index::{IndexConfig, IndexError, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum, Ray, Sphere},
-    occlusion::Occlusion,
+    occlusion::{MakeCuller, Occlusion},
     polygon::{Change, Geometry, PolygonId, SpacesInView, VisibleBlocks},
     view::View,
 };
@@ -52,11 +50,6 @@ pub struct Pipeline {
     refused: u64,
     frame: u64,
 }
-
-/// The error for an occlusion method that a [`Pipeline`] cannot run on the CPU.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("expected a method of occlusion culling that runs on the CPU, or `none`, found `{}`", .0.name())]
-pub struct NotOnCpu(pub Occlusion);
 
 /// What [`Pipeline::load_some`] inserts, and how far it has come.
 #[derive(Debug)]
@@ -107,18 +100,23 @@ impl Pipeline {
     }
 
     /// The pipeline with occlusion culling after the frustum; before the first frame.
-    ///
-    /// # Errors
-    /// [`NotOnCpu`] for a method that does not run on the CPU ([`Occlusion::on_cpu`]). For [`Occlusion::Pvs`] the caller
-    /// adds the pass itself ([`Pipeline::with_pass`]).
-    pub fn with_occlusion(self, config: PassConfig) -> Result<Self, NotOnCpu> {
+    #[must_use]
+    pub fn with_occlusion(self, config: PassConfig) -> Self {
         let capacity = self.capacity;
         match config.choice {
-            Occlusion::None => Ok(self),
-            Occlusion::DepthLast => Ok(self.with_pass(PreviousFramePass::new(capacity))),
-            choice if choice.has_culler() => Ok(self.with_pass(OcclusionPass::new(config, capacity))),
-            choice => Err(NotOnCpu(choice)),
+            Occlusion::None => self,
+            Occlusion::PreviousFrame => self.with_pass(PreviousFramePass::new(capacity)),
+            Occlusion::Msvbsp | Occlusion::Depth | Occlusion::Auto => {
+                self.with_pass(OcclusionPass::new(config, capacity))
+            }
         }
+    }
+
+    /// The same with cullers of the caller's own ([`OcclusionPass::with_culler`]).
+    #[must_use]
+    pub fn with_culler(self, make: MakeCuller, config: PassConfig) -> Self {
+        let capacity = self.capacity;
+        self.with_pass(OcclusionPass::with_culler(make, config, capacity))
     }
 
     /// One frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
@@ -257,12 +255,12 @@ impl Pipeline {
     /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
     /// inserted once its box is finite again.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
-        let wants_shapes = self.index.wants_shapes();
         let (mut at, mut announced) = (0, 0);
         while let Some(&change) = changes.get(at) {
-            let together = if wants_shapes { 0 } else { leading_updates(&changes[at..]) };
+            let together = leading_updates(&changes[at..]);
             if together >= LEAST_TOGETHER {
                 record.updated += together as u64;
+                self.index.announce(geometry, &changes[at..at + together]);
                 self.follow_all(geometry, &changes[at..at + together]);
                 at += together;
                 continue;
@@ -300,11 +298,6 @@ impl Pipeline {
                     continue;
                 }
             };
-            if let (true, Ok(()), Change::Insert(id) | Change::Update(id)) = (wants_shapes, outcome, change)
-                && let Some(polygon) = geometry.polygon(id)
-            {
-                self.index.shape(id, &polygon);
-            }
             self.refused += u64::from(outcome.is_err());
         }
     }

@@ -1,10 +1,12 @@
+use std::any::Any;
+
 use glam::Vec3;
 use thiserror::Error;
 
 use super::{DrawList, Thinner, Upkeep, Visitor, WorkCounts, probe};
 use crate::{
     math::{Aabb, Frustum, Ray, Sphere},
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
 /// Why an index refused a change. It is then as it was before.
@@ -39,7 +41,7 @@ impl IndexError {
 /// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
 /// * Polygons outside the root cube, over-sized or coincident are inserted like any other.
 /// * A refused change leaves the index as it was.
-pub trait SpatialIndex: Send + Sync {
+pub trait SpatialIndex: Any + Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
 
@@ -51,8 +53,9 @@ pub trait SpatialIndex: Send + Sync {
         self.len() == 0
     }
 
-    /// Hears which changes come next, so that an index can ask the memory for what they will touch. Changes nothing.
-    fn announce(&self, _geometry: &dyn Geometry, _changes: &[Change]) {}
+    /// Names the next changes, which `geometry` has already made: an index can ask the memory for what they will touch, or read
+    /// more of the polygons than their boxes. Changes no answer.
+    fn announce(&mut self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
     /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
     ///
@@ -78,16 +81,6 @@ pub trait SpatialIndex: Send + Sync {
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
-
-    /// Whether the index needs the corners of a polygon, not only its box (only `Bsp` does). Then call
-    /// [`SpatialIndex::shape`] for every polygon that was inserted or updated.
-    fn wants_shapes(&self) -> bool {
-        false
-    }
-
-    /// Tells the corners of a polygon in the index, world space, after `insert` or `update` (which forgets what was told
-    /// before). Changes no answer of a query. Of a polygon that is not in the index or not finite, nothing is kept.
-    fn shape(&mut self, _id: PolygonId, _polygon: &ConvexPolygon) {}
 
     /// Ends a batch of changes: whatever the structure has to do before the next query (a rebuild, a bounded share of
     /// upkeep). Called once a frame; cheap when nothing has changed.

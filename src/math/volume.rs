@@ -8,6 +8,10 @@ use super::{
 /// What rounding may move a volume against a plane, as a fraction of the numbers that go in: a handful of `f32` steps.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
+/// A plane that is 1 / this times as far away as the other one, or farther, is taken to be at infinity. Larger: far planes that
+/// cull nothing. Smaller: matrices in `f32` without a far plane have one.
+const LEAST_RATIO: f64 = 1.0e-7;
+
 /// Something convex that holds what it stands for, with a middle.
 pub trait Volume {
     /// Its middle, metres.
@@ -120,7 +124,16 @@ impl Frustum {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(clip_x, clip_y)| space_from_clip * DVec4::new(clip_x, clip_y, clip_z, 1.0))
         };
-        let corners = Corners { near: corners_at(lowest), far: corners_at(1.0), depth: w };
+        let (mut near, mut far) = (corners_at(lowest), corners_at(1.0));
+        for (near, far) in near.iter_mut().zip(&mut far) {
+            // A plane so far away that rounding puts it anywhere beyond, or one that is oblique, lies behind infinity.
+            if far.w < near.w * LEAST_RATIO {
+                *far = (far.truncate() * near.w - near.truncate() * far.w).extend(0.0);
+            } else if near.w < far.w * LEAST_RATIO {
+                *near = (near.truncate() * far.w - far.truncate() * near.w).extend(0.0);
+            }
+        }
+        let corners = Corners { near, far, depth: w };
         Self::new(
             [w + x, w - x, w + y, w - y, z - w * lowest, w - z]
                 .map(|side| if is_plane(side) { corners.plane(side) } else { EVERYTHING }),

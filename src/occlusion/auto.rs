@@ -45,8 +45,8 @@ impl Default for AutoConfig {
 enum Method {
     /// [`Occlusion::Msvbsp`].
     Msvbsp,
-    /// [`Occlusion::DepthLast`].
-    DepthLast,
+    /// [`Occlusion::PreviousFrame`].
+    PreviousFrame,
 }
 
 impl From<Option<Method>> for Occlusion {
@@ -54,27 +54,27 @@ impl From<Option<Method>> for Occlusion {
         match method {
             None => Self::None,
             Some(Method::Msvbsp) => Self::Msvbsp,
-            Some(Method::DepthLast) => Self::DepthLast,
+            Some(Method::PreviousFrame) => Self::PreviousFrame,
         }
     }
 }
 
 impl Method {
-    const ALL: [Self; 2] = [Self::Msvbsp, Self::DepthLast];
+    const ALL: [Self; 2] = [Self::Msvbsp, Self::PreviousFrame];
 
     /// About the least time that this method takes in a frame, nanoseconds. Large occluders: to select them and to build
     /// the tree. Previous-frame occluders: that, and a test for every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
-            Self::DepthLast => 30_000.0 + 60.0 * in_view as f64,
+            Self::PreviousFrame => 30_000.0 + 60.0 * in_view as f64,
         }
     }
 
     /// Whether the first frame of a try says little about the next ones: nothing is known yet of the previous frame, so
     /// everything in view is filled into the depth buffer.
     fn has_to_start(self) -> bool {
-        self == Self::DepthLast
+        self == Self::PreviousFrame
     }
 }
 
@@ -197,10 +197,10 @@ impl AutoSwitch {
     }
 
     /// Whether there can be a frame in which culling with the previous frame's polygons pays.
-    pub(crate) fn can_depth_last_pay(&self) -> bool {
+    pub(crate) fn can_previous_frame_pay(&self) -> bool {
         // The more is in view, the less what does not depend on it weighs.
         let many = 1 << 32;
-        many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::DepthLast.least_ns(many)
+        many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::PreviousFrame.least_ns(many)
     }
 
     /// Whether any method would pay in a frame with so many polygons in the frustum if it culled all of them. If not,
@@ -339,7 +339,7 @@ impl AutoSwitch {
         let Known { cost_ns, price_ns, .. } = self.known[method as usize];
         match method {
             Method::Msvbsp => cost_ns,
-            Method::DepthLast => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
+            Method::PreviousFrame => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
         }
     }
 

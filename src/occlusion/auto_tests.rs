@@ -1,5 +1,5 @@
 use super::*;
-use Method::{DepthLast, Msvbsp};
+use Method::{Msvbsp, PreviousFrame};
 
 const IN_VIEW: u64 = 50_000;
 
@@ -57,7 +57,7 @@ fn what_was_visible_last_is_taken_where_it_alone_pays() {
     // Drawing takes 500 ms.
     let mut switch = dear(10_000.0);
     let used = play_all(&mut switch, 2000, always((4.0, 10), (80.0, 25_000)));
-    assert_eq!(switch.kept, Some(DepthLast));
+    assert_eq!(switch.kept, Some(PreviousFrame));
     assert!(used.last > 1500 && used.msvbsp < 100 && used.changes == 2, "{used:?}");
 }
 
@@ -75,7 +75,7 @@ fn what_pays_more_takes_the_place_of_what_pays() {
     // 454 ms of drawing and culling against 280, and then against 530.
     let mut switch = dear(10_000.0);
     assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
-    assert_eq!(switch.kept, Some(DepthLast));
+    assert_eq!(switch.kept, Some(PreviousFrame));
     let used = play_all(&mut switch, 2000, last(4_000));
     // What has paid is tried sooner for a while.
     assert!(used.last < 200 && used.msvbsp > 1500, "{used:?}");
@@ -92,7 +92,7 @@ fn methods_that_are_alike_do_not_take_turns() {
         let noise = (frame * 7919 % 21) as f64 / 20.0 - 0.5;
         match method {
             Msvbsp => Outcome { cost_ns: (60.0 + 20.0 * noise) * MS, culled: 20_000 },
-            DepthLast => Outcome { cost_ns: (70.0 - 20.0 * noise) * MS, culled: 21_000 },
+            PreviousFrame => Outcome { cost_ns: (70.0 - 20.0 * noise) * MS, culled: 21_000 },
         }
     });
     assert!(used.changes <= 1, "{used:?}");
@@ -125,11 +125,11 @@ fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
         first_frames += u32::from(is_first);
         Outcome { cost_ns: if is_first { 400.0 } else { 80.0 } * MS, culled: 25_000 }
     });
-    assert!(used.last > 400 && switch.kept == Some(DepthLast), "{used:?}, {first_frames}");
+    assert!(used.last > 400 && switch.kept == Some(PreviousFrame), "{used:?}, {first_frames}");
     let mut switch = dear(10_000.0);
     let (mut in_a_row, mut longest, mut last_frame) = (0, 0, u32::MAX);
     play_all(&mut switch, 3000, |method, frame| {
-        if method == DepthLast {
+        if method == PreviousFrame {
             in_a_row = if last_frame.wrapping_add(1) == frame { in_a_row + 1 } else { 1 };
             (longest, last_frame) = (longest.max(in_a_row), frame);
         }
@@ -145,7 +145,7 @@ fn what_was_visible_last_is_not_tried_where_it_cannot_pay() {
         let used = play_all(&mut switch, 20_000, |_, _| Outcome { cost_ns: 50_000.0, culled: 100 });
         assert_eq!(used.last, 0, "{polygon_ns}");
     }
-    assert!(!dear(10.0).can_depth_last_pay() && dear(1_000.0).can_depth_last_pay());
+    assert!(!dear(10.0).can_previous_frame_pay() && dear(1_000.0).can_previous_frame_pay());
 }
 
 #[test]

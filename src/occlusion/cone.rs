@@ -6,13 +6,16 @@ use crate::math::{Edges, Part};
 
 /// A range of an array of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Span {
-    pub(super) start: u32,
-    pub(super) len: u32,
+pub struct Span {
+    /// The first.
+    pub start: u32,
+    /// How many.
+    pub len: u32,
 }
 
 impl Span {
-    pub(super) fn range(self) -> std::ops::Range<usize> {
+    /// The same for an index.
+    pub fn range(self) -> std::ops::Range<usize> {
         let start = self.start as usize;
         start..start + self.len as usize
     }
@@ -20,7 +23,7 @@ impl Span {
 
 /// Smallest and largest distance of some directions from a plane through the eye.
 #[inline]
-pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
+pub fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
     directions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
         let d = normal.dot(*p);
         (low.min(d), high.max(d))
@@ -29,7 +32,7 @@ pub(super) fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
 
 /// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`.
 /// New edges get unit length. Fewer than three directions mean that nothing is left.
-pub(super) fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
+pub fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     let start = points.len() as u32;
     let range = cone.range();
     let last = points[range.end - 1];
@@ -86,7 +89,7 @@ pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span
 }
 
 /// Whether a narrow cone of unit directions has about this solid angle, steradians, or more.
-pub(super) fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
+pub fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
     let [first, rest @ ..] = directions else { return false };
     let twice =
         rest.windows(2).map(|w| (w[0] - *first).cross(w[1] - *first)).fold(DVec3::ZERO, |sum, v| sum + v);

@@ -28,6 +28,9 @@ pub enum Soundness {
     Unsound(&'static str),
 }
 
+/// Makes a culler with room for so many occluders. More may be given: what exceeds a budget of its own is left out, and counted.
+pub type MakeCuller = fn(occluders: usize) -> Box<dyn OcclusionCuller>;
+
 /// A method of occlusion culling: built for one eye and window, then asked.
 ///
 /// Contract of a conservative one, for every volume V and every point x of V that is inside the window and not nearer than

@@ -8,7 +8,7 @@
 //! # Differences from the paper
 //! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals, eight of which are computed at
 //!   once; eight blocks of 8 x 4 pixels are updated at once.
-//! * [`Coverage::WholePixels`], the default, counts a pixel only if the polygon covers all of its square, keeps the
+//! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square, keeps the
 //!   farthest depth within the block, and rounds every number away from "hidden". Then the buffer is conservative
 //!   without a tolerance: each ray through a covered square is blocked. It pays for it along edges shared by two polygons, where
 //!   a row of pixels stays uncovered.
@@ -18,7 +18,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, cone,
+    BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict, cone,
     depth_fill::{Coverage, Fill},
     depth_tile::{BLOCK, DEPTH_SLACK, TILE_WIDTH, Tile, block_masks, row_mask},
     raster::Raster,
@@ -65,8 +65,6 @@ fn nearest_sine(raster: &Raster) -> f64 {
 /// Settings of [`DepthBuffer`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthConfig {
-    /// Which pixels a polygon covers.
-    pub coverage: Coverage,
     /// Pixels across; rounded up to a multiple of 64.
     pub width: u32,
     /// Pixels down; rounded up to a multiple of 4.
@@ -74,9 +72,9 @@ pub struct DepthConfig {
 }
 
 impl Default for DepthConfig {
-    /// Whole pixels, 1024 x 576.
+    /// 1024 x 576 pixels.
     fn default() -> Self {
-        Self { coverage: Coverage::WholePixels, width: 1024, height: 576 }
+        Self { width: 1024, height: 576 }
     }
 }
 
@@ -121,11 +119,17 @@ impl Extent {
 impl DepthBuffer {
     /// An empty buffer; allocates its memory now.
     pub fn new(config: DepthConfig) -> Self {
+        Self::with_coverage(config, Coverage::WholePixels)
+    }
+
+    /// The same with other pixels that count as covered; conservative for [`Coverage::WholePixels`] alone.
+    #[doc(hidden)]
+    pub fn with_coverage(config: DepthConfig, coverage: Coverage) -> Self {
         let up = |n: u32, step: i32| n.clamp(1, 8192).next_multiple_of(step as u32) as i32;
         let (width, height) = (up(config.width, TILE_WIDTH), up(config.height, BLOCK[1]));
         let count = (width / TILE_WIDTH * (height / BLOCK[1])) as usize;
         Self {
-            coverage: config.coverage,
+            coverage,
             width,
             height,
             raster: None,
@@ -198,17 +202,7 @@ impl DepthBuffer {
 
 impl OcclusionCuller for DepthBuffer {
     fn name(&self) -> &'static str {
-        match self.coverage {
-            Coverage::WholePixels => "depth",
-            Coverage::PixelCenters => "depth-centers",
-        }
-    }
-
-    fn soundness(&self) -> Soundness {
-        match self.coverage {
-            Coverage::WholePixels => Soundness::Conservative,
-            Coverage::PixelCenters => Soundness::Unsound("what shows by less than half a pixel"),
-        }
+        "depth"
     }
 
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {

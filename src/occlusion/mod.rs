@@ -26,11 +26,9 @@ mod depth;
 mod depth_fill;
 mod depth_tile;
 mod explore;
-mod frusta;
 mod hull;
 mod kind;
 pub mod msvbsp;
-mod msvbsp_paper;
 mod none;
 mod patch;
 mod pool;
@@ -40,7 +38,6 @@ mod select;
 mod shadow_volume;
 mod sketches;
 mod stage;
-mod svbsp;
 mod tolerance;
 mod tree;
 mod verdict;
@@ -51,13 +48,10 @@ mod wide;
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
 pub use coverage::CoverageBuffer;
 pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
-pub use culler::{BuildCounts, OcclusionCuller, Soundness};
+pub use culler::{BuildCounts, MakeCuller, OcclusionCuller, Soundness};
 pub use depth::{DepthBuffer, DepthConfig};
-pub use depth_fill::Coverage;
 pub use explore::TryBudget;
-pub use frusta::ShadowFrusta;
 pub use kind::Occlusion;
-pub use msvbsp_paper::{MsvbspPaper, PaperCaps};
 pub use none::NoOcclusion;
 pub use pool::{Grouping, OccluderPool, PoolConfig};
 pub use previous_frame::{PreviousFrameCounts, PreviousFrameOccluders};
@@ -65,8 +59,21 @@ pub use select::{Score, SelectConfig, SelectCounts, Selector};
 pub use shadow_volume::{MAX_SIDES, NotAnOccluder, ShadowVolume};
 pub use stage::OcclusionStage;
 pub(crate) use stage::work_ns;
-pub use svbsp::Svbsp;
 pub use tolerance::{EDGE_ON_SINE, END_ON_SINE, QUERY_SLACK};
 pub use tree::Cell;
 pub use verdict::{Asked, Tested, TestedBoxes, Verdict};
 pub use view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden};
+
+/// What other cullers are made of to be compared on equal terms. Not for applications; may change at any time.
+#[doc(hidden)]
+pub mod kernels {
+    pub use super::{
+        cone::{Span, clip, has_area, reach},
+        depth_fill::Coverage,
+        tolerance::{IMPLIED_SINE, RELEVANT_AREA_SR, RELEVANT_SINE},
+        tree::{
+            CapRule, Caps, Child, EyeBox, EyeSphere, Link, MAX_DEPTH, Node, ShadowTree, Side, Volume,
+            node_budget,
+        },
+    };
+}

@@ -11,7 +11,7 @@
 //!
 //! # Differences from the paper
 //! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible things
-//! ([`super::MsvbspPaper`] shows it) and are replaced:
+//! (`osp_rivals::occlusion::MsvbspPaper` shows it) and are replaced:
 //! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
 //!   it never reaches. Here every occluder is clipped to the cell, but only to see *whether* it reaches it; its planes
 //!   always count all together, and as the occluder's own, never as the clipped piece's.
@@ -169,7 +169,7 @@ impl Msvbsp {
             if high <= IMPLIED_SINE {
                 return false;
             }
-            if self.tree.len() >= self.config.node_budget
+            if self.tree.node_count() >= self.config.node_budget
                 || task.depth >= MAX_DEPTH
                 || self.points.len() + 2 * (task.cell.len as usize + 2) > self.config.point_budget
             {
@@ -259,7 +259,7 @@ impl OcclusionCuller for Msvbsp {
         while let Some(task) = self.tasks.pop() {
             self.build_cell(task, occluders);
         }
-        self.counts.nodes = self.tree.len() as u32;
+        self.counts.nodes = self.tree.node_count() as u32;
         self.counts.depth = self.tree.depth();
         self.counts
     }

@@ -51,10 +51,10 @@ impl OcclusionStage {
         self.pool.reserve(polygons);
     }
 
-    /// Changes the most occluders of a frame; the candidates stay.
-    pub(crate) fn set_occluders(&mut self, kind: Occlusion, occluders: usize) {
+    /// Changes the culler, and the most occluders of a frame, for which it has room; the candidates stay.
+    pub(crate) fn set_culler(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         self.config.select.occluders = occluders;
-        self.view = ViewOcclusion::new(kind, &self.config);
+        self.view = ViewOcclusion::with_culler(culler, &self.config);
     }
 
     /// Changes what is worth a test.

@@ -11,16 +11,16 @@ pub const QUERY_SLACK: f64 = 1.0e-9;
 /// A splitting plane is left out where the cell reaches behind it by at most this sine. Must stay far below
 /// [`QUERY_SLACK`]: it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two
 /// occluders share (some 1e-16 over the sine between its edge and the line to the eye): smaller, shared planes cut twice.
-pub(super) const IMPLIED_SINE: f64 = 1.0e-13;
+pub const IMPLIED_SINE: f64 = 1.0e-13;
 
 /// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces are used
 /// for nothing but whether an occluder divides a cell, so those that are lost make the shadow smaller. At zero, pieces
 /// that only touch a cell are cut off first and then lost for [`RELEVANT_AREA_SR`].
-pub(super) const RELEVANT_SINE: f64 = 1.0e-9;
+pub const RELEVANT_SINE: f64 = 1.0e-9;
 
 /// Pieces of occluders below this solid angle, steradians, are dropped (a pixel of a 4k screen is about 1e-7).
 /// Larger: less work, smaller shadows. At zero, slivers that hide no pixel divide cells.
-pub(super) const RELEVANT_AREA_SR: f64 = 1.0e-9;
+pub const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
 /// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected:
 /// it is seen edge-on. Larger: long floors seen from low above stop occluding. Smaller: the depth of its plane, known to

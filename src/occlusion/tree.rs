@@ -8,12 +8,17 @@ use crate::{
     math::{Aabb, Part, Sphere, split_convex},
 };
 
+/// Splitting planes of a tree of this many occluders, at most.
+pub fn node_budget(occluders: usize) -> usize {
+    (occluders * 32).clamp(512, 16_384)
+}
+
 /// Largest depth of the tree; a cell that would lie deeper is not split further. Bounds the stack of a query.
-pub(super) const MAX_DEPTH: u32 = 256;
+pub const MAX_DEPTH: u32 = 256;
 
 /// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of a list of caps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Child(u32);
+pub struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
@@ -26,12 +31,15 @@ impl Child {
     }
 
     /// A leaf inside the side planes of everything in this list of caps.
-    pub(super) fn leaf(caps: Caps) -> Self {
+    pub fn leaf(caps: Caps) -> Self {
         Self(Self::LEAF | caps.0)
     }
 
-    /// The number of the node, or the list of the leaf.
-    pub(super) fn read(self) -> Result<u32, Caps> {
+    /// The number of the node.
+    ///
+    /// # Errors
+    /// It is a leaf: its list of caps.
+    pub fn read(self) -> Result<u32, Caps> {
         if self.0 & Self::LEAF == 0 { Ok(self.0) } else { Err(Caps(self.0 & !Self::LEAF)) }
     }
 }
@@ -40,10 +48,11 @@ const NO_CAP: u32 = Child::LEAF - 1;
 
 /// A list of caps, newest first; lists share their tails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Caps(u32);
+pub struct Caps(u32);
 
 impl Caps {
-    pub(super) const NONE: Self = Self(NO_CAP);
+    /// The empty list.
+    pub const NONE: Self = Self(NO_CAP);
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -63,30 +72,38 @@ impl Cell {
     pub const ALL: Self = Self(None);
 }
 
+/// A splitting plane through the eye.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) normal: DVec3,
-    pub(super) front: Child,
-    pub(super) back: Child,
+pub struct Node {
+    /// The plane's normal; the front is where `normal . x >= 0`.
+    pub normal: DVec3,
+    /// What lies in front of it.
+    pub front: Child,
+    /// What lies behind it.
+    pub back: Child,
 }
 
 /// Which child of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub enum Side {
+    /// The one in front.
     Front,
+    /// The one behind.
     Back,
 }
 
 /// Where a child is to be written: at the top, or below a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Link {
+pub enum Link {
+    /// At the top.
     Top,
+    /// Below the node with this number.
     Below(u32, Side),
 }
 
 /// When a volume inside all side planes of a leaf is hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum CapRule {
+pub enum CapRule {
     /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
     Any,
     /// Beyond all caps of the list: together they cover the cell, but it is not known which of them where.
@@ -97,7 +114,7 @@ pub(super) enum CapRule {
 
 /// A binary space partition by planes through the eye.
 #[derive(Clone, Debug)]
-pub(super) struct ShadowTree {
+pub struct ShadowTree {
     eye_in_world: DVec3,
     top: Child,
     nodes: Vec<Node>,
@@ -109,7 +126,7 @@ pub(super) struct ShadowTree {
 
 impl ShadowTree {
     /// A tree without shadows, with room for this many nodes and caps.
-    pub(super) fn new(nodes: usize, caps: usize, rule: CapRule) -> Self {
+    pub fn new(nodes: usize, caps: usize, rule: CapRule) -> Self {
         Self {
             eye_in_world: DVec3::ZERO,
             top: Child::OUT,
@@ -121,7 +138,8 @@ impl ShadowTree {
         }
     }
 
-    pub(super) fn clear(&mut self, eye_in_world: DVec3) {
+    /// Forgets all nodes and caps; keeps the memory.
+    pub fn clear(&mut self, eye_in_world: DVec3) {
         self.eye_in_world = eye_in_world;
         self.top = Child::OUT;
         self.nodes.clear();
@@ -129,15 +147,18 @@ impl ShadowTree {
         self.depth = 0;
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// Nodes.
+    pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    pub(super) fn depth(&self) -> u32 {
+    /// Levels of nodes.
+    pub fn depth(&self) -> u32 {
         self.depth
     }
 
-    pub(super) fn top(&self) -> Child {
+    /// The node or leaf at the top.
+    pub fn top(&self) -> Child {
         self.top
     }
 
@@ -162,11 +183,13 @@ impl ShadowTree {
         cell.0.unwrap_or(self.top)
     }
 
-    pub(super) fn node(&self, i: u32) -> &Node {
+    /// The node with this number.
+    pub fn node(&self, i: u32) -> &Node {
         &self.nodes[i as usize]
     }
 
-    pub(super) fn set(&mut self, link: Link, child: Child) {
+    /// Hangs a child at `link`.
+    pub fn set(&mut self, link: Link, child: Child) {
         match link {
             Link::Top => self.top = child,
             Link::Below(i, Side::Front) => self.nodes[i as usize].front = child,
@@ -175,7 +198,7 @@ impl ShadowTree {
     }
 
     /// Appends a node with unoccluded children and hangs it at `link`, at this depth (the top has 1).
-    pub(super) fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
+    pub fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
         let i = self.nodes.len() as u32;
         self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
         self.set(link, Child::node(i));
@@ -185,12 +208,12 @@ impl ShadowTree {
 
     /// Whether [`ShadowTree::add_cap`] would allocate: one cap a node and one for the top is room enough for every
     /// tree but one whose cells are refined without being divided.
-    pub(super) fn is_full_of_caps(&self) -> bool {
+    pub fn is_full_of_caps(&self) -> bool {
         self.caps.len() == self.caps.capacity()
     }
 
     /// The list `caps` with the cap of one more occluder.
-    pub(super) fn add_cap(&mut self, caps: Caps, occluder: &ShadowVolume) -> Caps {
+    pub fn add_cap(&mut self, caps: Caps, occluder: &ShadowVolume) -> Caps {
         let at = Caps(self.caps.len() as u32);
         self.caps.push(Cap {
             normal: occluder.cap_normal(),
@@ -200,16 +223,18 @@ impl ShadowTree {
         at
     }
 
-    pub(super) fn test_box(&self, bounds: &Aabb) -> Tested {
+    /// Tests a box, world space.
+    pub fn test_box(&self, bounds: &Aabb) -> Tested {
         self.test(&EyeBox::new(bounds, self.eye_in_world))
     }
 
-    pub(super) fn test_sphere(&self, sphere: &Sphere) -> Tested {
+    /// Tests a sphere, world space.
+    pub fn test_sphere(&self, sphere: &Sphere) -> Tested {
         self.test(&EyeSphere::new(sphere, self.eye_in_world))
     }
 
     /// Tests a box by its eight corners: a plane that has them on both sides ends the test.
-    pub(super) fn test_corners(&self, bounds: &Aabb) -> Tested {
+    pub fn test_corners(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         let mut at = self.top;
@@ -236,7 +261,7 @@ impl ShadowTree {
 
     /// Tests a box by its outline, clipped by every plane that it straddles: slower than [`ShadowTree::test_box`], and
     /// it meets only leaves that the box really reaches.
-    pub(super) fn test_outline(&self, bounds: &Aabb) -> Tested {
+    pub fn test_outline(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let Some(outline) = volume.outline() else {
             return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
@@ -247,7 +272,7 @@ impl ShadowTree {
     }
 
     /// Tests a box that lies in a box for which a test has ended with cell `from`; and the cell in which it lies itself.
-    pub(super) fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
+    pub fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         let mut at = self.below(from);
@@ -378,7 +403,7 @@ impl<V> Query<'_, V> {
 }
 
 /// What is tested, the eye being the origin.
-pub(super) trait Volume {
+pub trait Volume {
     /// Its smallest and largest distance from the plane through the eye with this unit normal.
     fn reach(&self, normal: DVec3) -> (f64, f64);
     /// How far beyond a plane it must lie to count as beyond, metres.
@@ -391,14 +416,15 @@ pub(super) trait Volume {
 
 /// A box seen from the eye.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EyeBox {
+pub struct EyeBox {
     center: DVec3,
     half: DVec3,
     slack: f64,
 }
 
 impl EyeBox {
-    pub(super) fn new(bounds: &Aabb, eye_in_world: DVec3) -> Self {
+    /// The box as seen from this eye.
+    pub fn new(bounds: &Aabb, eye_in_world: DVec3) -> Self {
         let low = bounds.min.as_dvec3() - eye_in_world;
         let high = bounds.max.as_dvec3() - eye_in_world;
         let (center, half) = ((low + high) * 0.5, ((high - low) * 0.5).abs());
@@ -483,14 +509,15 @@ impl Volume for EyeBox {
 
 /// A sphere seen from the eye.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EyeSphere {
+pub struct EyeSphere {
     center: DVec3,
     radius: f64,
     slack: f64,
 }
 
 impl EyeSphere {
-    pub(super) fn new(sphere: &Sphere, eye_in_world: DVec3) -> Self {
+    /// The sphere as seen from this eye.
+    pub fn new(sphere: &Sphere, eye_in_world: DVec3) -> Self {
         let center = sphere.center.as_dvec3() - eye_in_world;
         let radius = f64::from(sphere.radius_m).abs();
         let size = center.abs();

@@ -69,8 +69,8 @@ impl std::fmt::Debug for ViewOcclusion {
 }
 
 impl ViewOcclusion {
-    /// With the culler of a method ([`Occlusion::has_culler`]). For any other method [`ViewOcclusion::cull`] keeps
-    /// everything in view.
+    /// With the culler of a method ([`Occlusion::culler`]). Where that is none, [`ViewOcclusion::cull`] keeps everything in
+    /// view.
     pub fn new(method: Occlusion, config: &OcclusionConfig) -> Self {
         Self::with_culler(method.create(config.select.occluders), config)
     }

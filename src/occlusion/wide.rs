@@ -18,7 +18,7 @@ const DEEPEST: usize = 63;
 
 impl ShadowTree {
     /// Tests at most sixteen boxes, all of which lie in a box for which a test has ended with this cell.
-    pub(super) fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
+    pub fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
         if self.depth() as usize > DEEPEST {
             return one_by_one(boxes, |bounds| self.test_box_in(bounds, from).0);
         }

@@ -1,13 +1,15 @@
 //! The order that a binary space partition gives, against what rays meet.
 
-use std::collections::BTreeMap;
+use std::{any::Any, collections::BTreeMap};
 
 use crate::boxes::{Place, Rng, root, views};
 use glam::Vec3;
 use osp::{
+    frame::{Pipeline, StageClock},
     index::{BruteForce, DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
-    polygon::{ConvexPolygon, PolygonId},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
+    view::{Projection, View},
 };
 use osp_rivals::{Bsp, BspConfig};
 use osp_session::{
@@ -18,7 +20,6 @@ use osp_session::{
 fn built(polygons: &[ConvexPolygon]) -> Bsp {
     let config = IndexConfig { root: root(), capacity: polygons.len() };
     let mut tree = Bsp::new(BspConfig::default(), &config);
-    assert!(tree.wants_shapes());
     for (polygon, id) in polygons.iter().zip((0..).map(PolygonId)) {
         tree.insert(id, &polygon.bounds()).expect("a finite box");
         tree.shape(id, polygon);
@@ -264,4 +265,72 @@ fn hostile_polygons_stay_within_bounds() {
     tree.clear();
     tree.commit();
     assert_eq!(pieces(&tree, Vec3::ONE), []);
+}
+
+/// Polygons that come and move in a pipeline.
+struct Moving(Vec<ConvexPolygon>);
+
+impl Geometry for Moving {
+    fn id_end(&self) -> usize {
+        self.0.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        id.index() < self.0.len()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.0[id.index()].bounds()
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        Some(self.0[id.index()])
+    }
+
+    fn may_occlude(&self, _: PolygonId) -> bool {
+        false
+    }
+}
+
+/// A pipeline announces what comes and what moves, alone and together: the tree in it is that of the polygons themselves.
+#[test]
+fn in_a_pipeline_the_tree_reads_the_polygons() {
+    let mut world = Moving(piercing(60, 0.6, 11));
+    let config = IndexConfig { root: root(), capacity: world.0.len() };
+    let index = Box::new(Bsp::new(BspConfig::default(), &config));
+    let mut pipeline = Pipeline::new(index, world.0.len(), StageClock::default());
+    let ids = || (0..60).map(PolygonId);
+    let frames: [Vec<Change>; 3] = [
+        ids().map(Change::Insert).collect(),
+        // They go to the index together.
+        ids().filter(|id| id.0 % 9 > 2).map(Change::Update).collect(),
+        ids()
+            .flat_map(|id| {
+                if id.0 % 3 == 0 {
+                    [Change::Update(id), Change::Repaint(id)]
+                } else {
+                    [Change::Repaint(id); 2]
+                }
+            })
+            .collect(),
+    ];
+    let mut told = built(&world.0);
+    let view = View::look_at(Vec3::ONE, Vec3::ZERO, Projection::symmetric(60.0, 1.0, 0.1, 100.0));
+    for (number, changes) in frames.iter().enumerate() {
+        if number > 0 {
+            for &change in changes {
+                let Change::Update(id) = change else { continue };
+                world.0[id.index()] = world.0[id.index()].map(|p| p + Vec3::new(0.1, 0.2, 0.3));
+                told.update(id, &world.bounds(id)).expect("it is filed");
+                told.shape(id, &world.0[id.index()]);
+            }
+            told.commit();
+        }
+        pipeline.frame(&world, changes, &view);
+        let index: &dyn Any = pipeline.index();
+        let tree = index.downcast_ref::<Bsp>().expect("the tree");
+        for eye in [Vec3::new(3.0, 4.0, 5.0), Vec3::new(-4.0, 0.5, 0.0)] {
+            assert_eq!(pieces(tree, eye), pieces(&told, eye), "frame {number}");
+        }
+    }
 }

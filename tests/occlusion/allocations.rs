@@ -3,13 +3,14 @@
 use crate::counting::allocations;
 use crate::random::{FAMILIES, Random, Scene, volume};
 use osp::occlusion::{
-    Occlusion, OcclusionCuller,
+    OcclusionCuller,
     msvbsp::{Msvbsp, MsvbspConfig},
 };
+use osp_lab::Method;
 
 #[test]
 fn steady_builds_and_queries_allocate_nothing() {
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(64);
         for warm in [true, false] {
             for family in 0..FAMILIES.len() {

@@ -102,7 +102,7 @@ fn verifying_culls_as_a_frame_does() {
         let index = IndexKind::Osp.create(&IndexConfig::default());
         let index = Counted { index, can_thin, walks: Arc::clone(&walks) };
         let config = VerifyConfig {
-            kinds: vec![Occlusion::Msvbsp],
+            kinds: vec![Occlusion::Msvbsp.into()],
             occluders: vec![64],
             pool: PoolConfig::default(),
             select: SelectConfig::default(),

@@ -16,10 +16,10 @@ const SCENES: u64 = if cfg!(debug_assertions) { 60 } else { 600 };
 
 /// Polygons that all may occlude.
 #[derive(Default)]
-struct Polygons(Vec<Option<ConvexPolygon>>);
+pub(crate) struct Polygons(Vec<Option<ConvexPolygon>>);
 
 impl Polygons {
-    fn new(polygons: &[Polygon]) -> Self {
+    pub(crate) fn new(polygons: &[Polygon]) -> Self {
         Self(polygons.iter().map(|polygon| Some(convex(polygon))).collect())
     }
 
@@ -28,14 +28,14 @@ impl Polygons {
     }
 
     /// The picture of all of them.
-    fn picture(&self, window: &ViewWindow, pixels: [u32; 2]) -> PreviousFrameOccluders {
+    pub(crate) fn picture(&self, window: &ViewWindow, pixels: [u32; 2]) -> PreviousFrameOccluders {
         let mut last = PreviousFrameOccluders::new(pixels, self.0.len());
         last.build(0, self, window, &self.all());
         last
     }
 }
 
-fn convex(polygon: &[Vec3]) -> ConvexPolygon {
+pub(crate) fn convex(polygon: &[Vec3]) -> ConvexPolygon {
     match *polygon {
         [a, b, c] => ConvexPolygon::triangle(a, b, c),
         [a, b, c, d] => ConvexPolygon::quad([a, b, c, d]),
@@ -65,7 +65,7 @@ impl Geometry for Polygons {
     }
 }
 
-fn hides(last: &PreviousFrameOccluders, bounds: &Aabb) -> bool {
+pub(crate) fn hides(last: &PreviousFrameOccluders, bounds: &Aabb) -> bool {
     last.culler().test_box(bounds).verdict == Verdict::Hidden
 }
 

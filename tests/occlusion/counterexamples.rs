@@ -7,10 +7,13 @@ use crate::{
 use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
-    occlusion::{
-        MsvbspPaper, NotAnOccluder, Occlusion, OcclusionCuller, PaperCaps, ShadowVolume, Soundness, Verdict,
-    },
+    occlusion::{NotAnOccluder, Occlusion, OcclusionCuller, ShadowVolume, Soundness, Verdict},
     view::ViewWindow,
+};
+use osp_lab::Method;
+use osp_rivals::{
+    RivalOcclusion,
+    occlusion::{MsvbspPaper, PaperCaps},
 };
 
 /// From the origin along +z; the window reaches from -2 to 2 at distance 1.
@@ -60,12 +63,12 @@ fn wrongly_hidden_per_mille(
 }
 
 fn assert_only_the_paper_is_wrong(window: &ViewWindow, polygons: &[Polygon], paper_at_least_per_mille: u64) {
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, window, polygons, 6.0);
         match culler.soundness() {
             Soundness::Conservative => assert_eq!(wrong, 0, "{}", culler.name()),
-            Soundness::Unsound(_) if *kind != Occlusion::DepthCenters => {
+            Soundness::Unsound(_) if *kind != RivalOcclusion::DepthCenters.into() => {
                 assert!(wrong >= paper_at_least_per_mille, "{}: {wrong}", culler.name());
             }
             Soundness::Unsound(_) => {}
@@ -99,7 +102,7 @@ fn rule_5_uniting_groups_is_no_worse_than_rule_2() {
     let b = square(2.0, [0.0, 1.0], [0.0, 1.0]);
     let c = seen_at(3.0, &[(-1.5, 0.5), (-0.9, -0.9), (1.5, -1.5)]);
     let window = straight();
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         let wrong = wrongly_hidden_per_mille(&mut *culler, &window, &[a.clone(), b.clone(), c.clone()], 6.0);
         if culler.soundness() == Soundness::Conservative {
@@ -119,12 +122,12 @@ fn what_is_before_its_occluder_is_visible() {
     let mut capless = MsvbspPaper::new(PaperCaps::None, 512);
     capless.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
     assert_eq!(capless.test_box(&before).verdict, Verdict::Hidden);
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         culler.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
         let before = culler.test_box(&before).verdict;
         match kind {
-            Occlusion::None => {}
+            &Method::NONE => {}
             _ => {
                 assert_eq!(before, Verdict::Unoccluded, "{}", kind.name());
                 assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
@@ -159,9 +162,9 @@ fn walls_that_meet_hide_together_what_none_hides_alone() {
     let walls = [square(2.0, [-1.0, 0.0], [-1.0, 1.0]), square(2.0, [0.0, 1.0], [-1.0, 1.0])];
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
     for (kind, verdict) in [
-        (Occlusion::Frusta, Verdict::PartlyHidden),
-        (Occlusion::Svbsp, Verdict::Hidden),
-        (Occlusion::Msvbsp, Verdict::Hidden),
+        (RivalOcclusion::Frusta.into(), Verdict::PartlyHidden),
+        (RivalOcclusion::Svbsp.into(), Verdict::Hidden),
+        (Method::Own(Occlusion::Msvbsp), Verdict::Hidden),
     ] {
         let mut culler = kind.create(16);
         culler.build(&window, &shadows(&window, &walls));
@@ -175,7 +178,7 @@ fn a_thin_gap_between_walls_stays_open() {
     let window = straight();
     let walls = [square(2.0, [-1.0, -1.0e-4], [-1.0, 1.0]), square(2.0, [1.0e-4, 1.0], [-1.0, 1.0])];
     let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         if culler.soundness() == Soundness::Conservative {
             culler.build(&window, &shadows(&window, &walls));
@@ -190,7 +193,7 @@ fn boxes_without_an_outline_are_never_hidden() {
     let window = straight();
     let wall = square(5.0, [-2.5, 2.5], [-2.5, 2.5]);
     let nan = f32::NAN;
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         if matches!(culler.soundness(), Soundness::Unsound(_)) {
             continue;
@@ -223,7 +226,7 @@ fn an_occluder_does_not_hide_itself() {
         Vec3::new(-3.0, 3.0, 6.0),
     ];
     let bounds = Aabb::from_points(&tilted);
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(16);
         culler.build(&window, &shadows(&window, std::slice::from_ref(&tilted)));
         assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", kind.name());
@@ -262,7 +265,8 @@ fn what_the_near_plane_cuts_off_hides_nothing() {
     for half in halves {
         assert!(half.corners().iter().all(|v| v.z >= 1.0 - 1.0e-12), "{half:?}");
     }
-    for kind in [Occlusion::Msvbsp, Occlusion::Svbsp, Occlusion::Frusta, Occlusion::Depth] {
+    let own = [Occlusion::Msvbsp, Occlusion::Depth].map(Method::Own);
+    for kind in [RivalOcclusion::Svbsp, RivalOcclusion::Frusta].map(Method::Rival).into_iter().chain(own) {
         let mut culler = kind.create(16);
         // At the window's right edge the wall is nearer than the near plane.
         let wrong = wrongly_hidden_per_mille(&mut *culler, &window, std::slice::from_ref(&wall), 6.0);
@@ -285,7 +289,7 @@ fn an_occluder_beside_the_window_hides_nothing_in_it() {
     ];
     // One that divides the window comes first: cells, too, lie behind a plane of what is beside them.
     let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         for occluder in &occluders {
             for polygons in [vec![occluder.clone()], vec![wall.clone(), occluder.clone()]] {
                 let mut culler = kind.create(16);
@@ -308,7 +312,7 @@ fn an_occluder_over_a_corner_of_the_window_hides_what_is_behind_it() {
     let window = straight();
     let corner = seen_at(2.0, &[(3.5, -0.5), (5.0, 5.0), (-0.5, 3.5)]);
     let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         for polygons in [vec![corner.clone()], vec![wall.clone(), corner.clone()]] {
             let mut culler = kind.create(16);
             culler.build(&window, &shadows(&window, &polygons));

@@ -17,6 +17,7 @@ use osp::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::View,
 };
+use osp_lab::Method;
 use osp_lab::oracle::{Oracle, OracleConfig, Sight, Subject};
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
@@ -98,7 +99,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
             truth.iter().filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id.0).collect();
         for index_kind in IndexKind::ALL {
             let index = filed(*index_kind, &told);
-            for kind in Occlusion::conservative_cullers() {
+            for kind in Method::conservative_cullers() {
                 for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
                     for (polygon_test, least_polygons) in [
                         (PolygonTest::Never, 1),
@@ -107,7 +108,7 @@ fn every_index_and_culler_draws_each_visible_polygon_once() {
                     ] {
                         let cull = CullConfig { node_test, polygon_test, least_polygons };
                         let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
-                        let mut stage = OcclusionStage::new(kind, config);
+                        let mut stage = OcclusionStage::with_culler(kind.create(64), config);
                         stage.follow(&told.scene, &told.changes);
                         let mut in_view = VisibleBlocks::new();
                         index.frustum_cull_blocks(&view.frustum(), &mut in_view);
@@ -177,12 +178,12 @@ fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
 fn steady_frames_allocate_nothing() {
     let told = hall();
     let index = filed(IndexKind::Osp, &told);
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let config = OcclusionConfig {
             select: SelectConfig { occluders: 32, ..SelectConfig::default() },
             ..OcclusionConfig::default()
         };
-        let mut stage = OcclusionStage::new(*kind, config);
+        let mut stage = OcclusionStage::with_culler(kind.create(32), config);
         stage.follow(&told.scene, &told.changes);
         let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::with_capacity(10_000));
         let views = views();

@@ -10,14 +10,15 @@ use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        Coverage, DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool,
-        Occlusion, OcclusionCuller, PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
-        Verdict,
+        DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller,
+        PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
     polygon::{Change, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
+use osp_lab::Method;
+use osp_rivals::RivalOcclusion;
 use osp_session::{
     recording::{Author, Event},
     scene::Scene,
@@ -58,7 +59,7 @@ fn sound_cullers(window: &ViewWindow, polygons: &[Polygon]) -> Vec<Box<dyn Occlu
 
 fn sound_cullers_of(window: &ViewWindow, shadows: &[ShadowVolume]) -> Vec<Box<dyn OcclusionCuller>> {
     let mut cullers: Vec<_> =
-        Occlusion::conservative_cullers().into_iter().map(|kind| kind.create(32)).collect();
+        Method::conservative_cullers().into_iter().map(|kind| kind.create(32)).collect();
     for culler in &mut cullers {
         culler.build(window, shadows);
     }
@@ -365,7 +366,7 @@ fn occluders_are_refused_exactly_below_their_limits() {
 #[test]
 fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
     let window = straight(0.01);
-    let config = DepthConfig { coverage: Coverage::WholePixels, width: 64, height: 64 };
+    let config = DepthConfig { width: 64, height: 64 };
     let mut depth = DepthBuffer::new(config);
     let mut build = |x: [f32; 2], y: [f32; 2], z: f32| {
         let occluder = rectangle(1.0, x, y).map(|p| p * z);
@@ -424,7 +425,7 @@ fn the_buffer_is_strict_about_borders_of_pixels_and_about_depth() {
 #[test]
 fn the_layers_of_the_buffer_hide_only_their_own_pixels() {
     let window = straight(0.01);
-    let config = DepthConfig { coverage: Coverage::WholePixels, width: 64, height: 64 };
+    let config = DepthConfig { width: 64, height: 64 };
     let mut random = Random::new(77);
     let mut hidden = 0;
     for _ in 0..400 {
@@ -487,7 +488,7 @@ fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
         outlines += shadows.len();
         let polygons: Vec<Polygon> =
             told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = Occlusion::Frusta.create(64);
+        let mut culler = RivalOcclusion::Frusta.culler()(64);
         culler.build(&window, &shadows);
         for _ in 0..40 {
             let at = |i: usize| window.corners()[i] / window.corners()[i].dot(window.forward());
@@ -539,7 +540,7 @@ fn a_long_wall_beside_the_eye_hides_only_what_is_behind_it() {
         outlines += shadows.len();
         let polygons: Vec<Polygon> =
             told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = Occlusion::Frusta.create(64);
+        let mut culler = RivalOcclusion::Frusta.culler()(64);
         culler.build(&window, &shadows);
         for _ in 0..60 {
             let side = if random.chance(0.5) { 1.0 } else { -1.0 };

@@ -12,7 +12,9 @@ use osp::{
         Selector, ShadowVolume, Soundness, Verdict,
     },
 };
+use osp_lab::Method;
 use osp_lab::literal::{CornersApart, msvbsp_without_caps};
+use osp_rivals::RivalOcclusion;
 
 /// A rectangle in the plane z = `distance`, from the origin along +z.
 fn rectangle(distance: f32, x: [f32; 2], y: [f32; 2]) -> Polygon {
@@ -35,7 +37,7 @@ fn eight_corners_are_tested_in_one_shadow_or_they_hide_what_is_visible() {
     let walls = [rectangle(2.0, [-3.0, -1.0], [-3.0, 3.0]), rectangle(2.0, [1.0, 3.0], [-3.0, 3.0])];
     let spanning = Aabb::new(Vec3::new(-3.0, -0.2, 4.0), Vec3::new(3.0, 0.2, 4.2));
     let behind_one = Aabb::new(Vec3::new(2.5, -0.2, 4.0), Vec3::new(3.0, 0.2, 4.2));
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         let mut culler = kind.create(4);
         build(&mut *culler, &walls);
         assert_ne!(culler.test_corners(&spanning).verdict, Verdict::Hidden, "{}", kind.name());
@@ -52,14 +54,14 @@ fn eight_corners_are_tested_in_one_shadow_or_they_hide_what_is_visible() {
 fn corners_find_at_most_what_the_box_finds() {
     let walls = [rectangle(2.0, [-3.0, 0.0], [-3.0, 3.0]), rectangle(2.0, [0.0, 3.0], [-3.0, 3.0])];
     let spanning = Aabb::new(Vec3::new(-1.0, -0.2, 4.0), Vec3::new(1.0, 0.2, 4.2));
-    for kind in [Occlusion::Svbsp, Occlusion::Msvbsp] {
+    for kind in [RivalOcclusion::Svbsp.into(), Method::Own(Occlusion::Msvbsp)] {
         let mut culler = kind.create(4);
         build(&mut *culler, &walls);
         assert_eq!(culler.test_box(&spanning).verdict, Verdict::Hidden, "{}", kind.name());
         assert_ne!(culler.test_corners(&spanning).verdict, Verdict::Hidden, "{}", kind.name());
     }
     let mut hidden = [0, 0];
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         let mut culler = kind.create(64);
         for family in 0..FAMILIES.len() {
             for n in 0..20 {
@@ -89,7 +91,7 @@ fn without_caps_what_lies_before_an_occluder_is_hidden() {
     build(&mut *capless, &wall);
     assert_eq!(capless.test_box(&before).verdict, Verdict::Hidden);
     assert!(matches!(capless.soundness(), Soundness::Unsound(_)));
-    let mut capped = Occlusion::MsvbspPaper.create(4);
+    let mut capped = RivalOcclusion::MsvbspPaper.culler()(4);
     build(&mut *capped, &wall);
     assert_eq!(capped.test_box(&before).verdict, Verdict::Unoccluded);
 }
@@ -100,7 +102,7 @@ fn a_group_hides_what_lies_behind_all_its_walls() {
     let edge = [Vec3::new(0.0, -2.0, 3.0), Vec3::new(0.0, 2.0, 3.0)];
     let wall = |x: f32, z: f32| vec![edge[0], Vec3::new(x, -2.0, z), Vec3::new(x, 2.0, z), edge[1]];
     let roof = [wall(-3.0, 5.0), wall(3.0, 5.0)];
-    let mut culler = Occlusion::MsvbspPaper.create(4);
+    let mut culler = RivalOcclusion::MsvbspPaper.culler()(4);
     build(&mut *culler, &roof);
     let cube = |x: f32, z: f32| Aabb::cube(Vec3::new(x, 0.0, z), 0.2);
     // The planes of the walls go on: what lies across one is behind the other.

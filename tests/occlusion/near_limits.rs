@@ -9,12 +9,13 @@ use glam::{DVec3, Vec3};
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        Coverage, DepthBuffer, DepthConfig, NotAnOccluder, Occlusion, OcclusionCuller,
-        PreviousFrameOccluders, ShadowVolume, Verdict,
+        DepthBuffer, DepthConfig, NotAnOccluder, OcclusionCuller, PreviousFrameOccluders, ShadowVolume,
+        Verdict,
     },
     polygon::{PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
+use osp_lab::Method;
 
 fn straight(near_m: f64) -> ViewWindow {
     window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], near_m)
@@ -47,7 +48,7 @@ fn a_bent_quad_cut_exactly_at_two_corners_hides_only_what_is_drawn() {
             ShadowVolume::push_polygon(&quad, &window, &mut shadows);
             let polygons = [quad.to_vec()];
             let (mut open, mut behind) = (0, 0);
-            for kind in Occlusion::conservative_cullers() {
+            for kind in Method::conservative_cullers() {
                 let mut culler = kind.create(4);
                 culler.build(&window, &shadows);
                 for i in 1..20 {
@@ -96,8 +97,7 @@ fn a_triangle_cut_exactly_at_a_corner_hides_what_is_left() {
 #[test]
 fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
     let window = straight(1.0);
-    let mut cullers: Vec<_> =
-        Occlusion::conservative_cullers().into_iter().map(|kind| kind.create(8)).collect();
+    let mut cullers: Vec<_> = Method::conservative_cullers().into_iter().map(|kind| kind.create(8)).collect();
     let (mut hidden, mut cut) = (0, 0);
     for n in 0..3000 {
         let mut random = Random::new(0x4EA2 + n);
@@ -145,7 +145,7 @@ fn random_quads_at_the_near_plane_hide_only_what_is_drawn() {
 #[test]
 fn a_box_that_reaches_the_eyes_plane_is_not_hidden_by_rounding() {
     let window = straight(0.01);
-    let config = DepthConfig { coverage: Coverage::WholePixels, width: 1024, height: 576 };
+    let config = DepthConfig { width: 1024, height: 576 };
     let mut depth = DepthBuffer::new(config);
     let (near_m, far_m) = (1.1f32, 1.0e9f32);
     let mut asked = 0;
@@ -196,7 +196,7 @@ fn what_crosses_the_eyes_plane_is_drawn() {
     let drawn: Vec<PolygonId> = ids.iter().copied().filter(is_drawn).collect();
     assert!(drawn.contains(&ids[1]), "what passes the eye was culled");
     assert!(!drawn.contains(&ids[2]), "and the wall hides");
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         let mut culler = kind.create(4);
         culler.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
         let bounds = Aabb::from_points(&across);
@@ -233,7 +233,7 @@ fn what_is_behind_the_eye_is_in_no_shadow() {
     let window = straight(0.01);
     let wall = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| Vec3::new(x, y, 1.0));
     let shadow = ShadowVolume::of_polygon(&wall, &window).expect("a wall");
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         let mut culler = kind.create(4);
         culler.build(&window, &[shadow]);
         for z in [-0.5, -1.0, -5.0] {
@@ -267,7 +267,7 @@ fn a_ball_whose_box_reaches_behind_the_eye_is_not_hidden_by_its_corners() {
         let wall =
             wall.map(|p| ((p - window.forward()) * 1.01 + window.forward()) * 0.02).map(|p| p.as_vec3());
         let Ok(shadow) = ShadowVolume::of_polygon(&wall, &window) else { continue };
-        let mut depth = DepthBuffer::new(DepthConfig { width: 128, height: 128, ..DepthConfig::default() });
+        let mut depth = DepthBuffer::new(DepthConfig { width: 128, height: 128 });
         depth.build(&window, &[shadow]);
         let radius = random.range(0.5, 2.0);
         let away = radius * random.range(1.02, 2.2) + 0.03;
@@ -293,7 +293,7 @@ fn a_ball_whose_box_reaches_behind_the_eye_is_not_hidden_by_its_corners() {
 fn a_ball_of_negative_radius_is_no_smaller() {
     let window = straight(0.01);
     let wall = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, 1.0));
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         let mut culler = kind.create(4);
         culler.build(&window, &[ShadowVolume::of_polygon(&wall, &window).expect("a wall")]);
         for (radius_m, verdict) in [(-0.1, true), (0.1, true), (-2.0, false), (2.0, false)] {

@@ -7,9 +7,10 @@ use crate::{
 use glam::{DVec3, Vec3};
 use osp::{
     math::Aabb,
-    occlusion::{MAX_SIDES, NotAnOccluder, Occlusion, ShadowVolume, Soundness, Verdict},
+    occlusion::{MAX_SIDES, NotAnOccluder, ShadowVolume, Soundness, Verdict},
     view::ViewWindow,
 };
+use osp_lab::Method;
 
 fn straight() -> ViewWindow {
     window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], 0.1)
@@ -102,11 +103,8 @@ fn nasty_volume(window: &ViewWindow, polygons: &[Polygon], random: &mut Random) 
 #[test]
 fn no_occluder_input_panics_or_hides_what_is_visible() {
     let scenes = if cfg!(debug_assertions) { 300 } else { 6000 };
-    let mut cullers: Vec<_> = Occlusion::CULLERS
-        .iter()
-        .filter(|kind| **kind != Occlusion::None)
-        .map(|kind| kind.create(32))
-        .collect();
+    let mut cullers: Vec<_> =
+        Method::CULLERS.iter().filter(|kind| **kind != Method::NONE).map(|kind| kind.create(32)).collect();
     let (mut taken, mut hidden) = (0, 0);
     for n in 0..scenes {
         let mut random = Random::new(0xFADE + n);

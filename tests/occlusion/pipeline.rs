@@ -9,8 +9,10 @@ use osp::{
     occlusion::{Occlusion, Soundness},
     polygon::{Change, Geometry, PolygonId},
 };
+use osp_lab::Method;
 use osp_lab::{oracle::OracleConfig, scenes::TestScene, verify};
 use osp_rivals::IndexKind;
+use osp_rivals::RivalOcclusion;
 use osp_session::{
     recording::{Author, Event, GroupId, StrokeId, SynthKind, Transform, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
@@ -21,7 +23,7 @@ fn pipeline(pass: Option<PassConfig>) -> Pipeline {
     let index = IndexKind::Osp.create(&IndexConfig::default());
     let pipeline = Pipeline::new(index, 10_000, StageClock::default());
     match pass {
-        Some(config) => pipeline.with_occlusion(config).expect("a method of the CPU"),
+        Some(config) => pipeline.with_occlusion(config),
         None => pipeline,
     }
 }
@@ -106,7 +108,7 @@ fn auto_never_changes_what_can_be_seen() {
 /// Walls go up, strokes come, the eye jumps from room to room: whatever was visible last, nothing visible is left out.
 #[test]
 fn what_was_visible_last_never_hides_what_can_be_seen_now() {
-    let mut pipelines = vec![pipeline(Some(PassConfig::new(Occlusion::DepthLast)))];
+    let mut pipelines = vec![pipeline(Some(PassConfig::new(Occlusion::PreviousFrame)))];
     let mut hidden = 0;
     play(TestScene::Rooms, &mut pipelines, |_, _, pipelines| {
         hidden += pipelines[0].in_view().len() - pipelines[0].draw_list().len();
@@ -130,7 +132,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
     let mut told = Told::default();
     told.tell(&all.map(|p| polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
-    let mut lane = pipeline(Some(PassConfig::new(Occlusion::DepthLast)));
+    let mut lane = pipeline(Some(PassConfig::new(Occlusion::PreviousFrame)));
     let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
     assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "not read yet");
     let record = lane.frame(&told.scene, &[], &view).occlusion;
@@ -234,15 +236,15 @@ fn what_went_while_nobody_asked_hides_nothing() {
 
 #[test]
 fn every_choice_has_a_name_and_the_paper_is_none_by_default() {
-    for name in Occlusion::all().map(Occlusion::name) {
-        assert_eq!(Occlusion::from_name(name).map(Occlusion::name), Some(name));
+    for name in Method::all().map(Method::name) {
+        assert_eq!(Method::from_name(name).map(Method::name), Some(name));
     }
-    assert_eq!(Occlusion::from_name("guess"), None);
-    assert_eq!(Occlusion::Auto.soundness(), Soundness::Conservative);
+    assert_eq!(Method::from_name("guess"), None);
+    assert_eq!(Method::Own(Occlusion::Auto).soundness(), Soundness::Conservative);
     // The paper's own form is there to compare with, labelled, and never chosen by itself.
-    assert!(matches!(Occlusion::MsvbspPaper.soundness(), Soundness::Unsound(_)));
-    assert!(!Occlusion::conservative_cullers().contains(&Occlusion::MsvbspPaper));
-    assert_eq!(Occlusion::from_name("depth"), Some(Occlusion::Depth));
+    assert!(matches!(Method::from(RivalOcclusion::MsvbspPaper).soundness(), Soundness::Unsound(_)));
+    assert!(!Method::conservative_cullers().contains(&RivalOcclusion::MsvbspPaper.into()));
+    assert_eq!(Method::from_name("depth"), Some(Occlusion::Depth.into()));
 }
 
 /// Whoever draws says what a polygon costs; `auto` culls where that pays and stops where it does not.
@@ -319,8 +321,7 @@ fn a_frame_in_which_nothing_can_pay_does_not_read_the_clock() {
         let index = IndexKind::Osp.create(&IndexConfig::default());
         let mut pipeline = Pipeline::new(index, 10_000, StageClock::counting(count_reading));
         if let Some(polygon_ns) = polygon_ns {
-            pipeline =
-                pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work)).expect("a method of the CPU");
+            pipeline = pipeline.with_occlusion(auto(polygon_ns, AutoBasis::Work));
         }
         pipeline.frame(&model, &changes, &view);
         let before = readings();
@@ -365,7 +366,7 @@ fn a_group_that_moves_as_a_whole_is_drawn_with_every_index() {
         let config = PassConfig { polygon_ns: 1000.0, ..PassConfig::new(Occlusion::Msvbsp) };
         let index = kind.create(&IndexConfig::default());
         let lane = Pipeline::new(index, 1000, StageClock::default());
-        let mut lane = lane.with_occlusion(config).expect("a method of the CPU");
+        let mut lane = lane.with_occlusion(config);
         let mut changes = Vec::new();
         scene.apply_all(&events, &mut changes);
         for frame in 0..6 {
@@ -395,12 +396,12 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
     let views = [view(Vec3::ZERO, Vec3::NEG_Z), view(Vec3::new(0.5, 0.3, 0.0), Vec3::new(0.0, 0.0, -5.0))];
     // One that is walked for what is not hidden, and one that is not.
     for kind in [IndexKind::OctreeRebuild, IndexKind::Osp] {
-        for method in Occlusion::conservative_cullers() {
+        for method in Method::conservative_cullers() {
             let name = format!("{}, {}", kind.name(), method.name());
             let mut scene = Scene::keeping_groups_whole();
-            let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::new(method) };
+            let config = PassConfig { polygon_ns: 1.0e6, ..PassConfig::default() };
             let lane = Pipeline::new(kind.create(&IndexConfig::default()), 1000, StageClock::default());
-            let mut lane = lane.with_occlusion(config).expect("a method of the CPU");
+            let mut lane = method.add_to(lane, config);
             let mut changes = Vec::new();
             scene.apply_all(&events, &mut changes);
             let drawn = [(0.0, -3.0), (0.0, -7.0), (1.4, -7.0), (0.0, -7.5), (0.4, -4.0), (3.0, -7.0)].map(
@@ -444,13 +445,13 @@ fn a_group_that_is_dragged_behind_a_wall_is_hidden_and_nothing_else_of_it() {
 }
 
 #[test]
-fn a_method_that_the_cpu_does_not_cull_by_is_refused_by_name() {
-    for method in [Occlusion::Hzb, Occlusion::Queries, Occlusion::Pvs] {
+fn each_culler_but_none_becomes_a_pass_and_a_method_of_the_renderer_does_not() {
+    let drawn = [Method::NONE, Method::Hzb, Method::Queries];
+    for method in Method::CULLERS.iter().chain(&drawn) {
         let pipeline =
             Pipeline::new(IndexKind::Osp.create(&IndexConfig::default()), 10, StageClock::default());
-        let why = pipeline.with_occlusion(PassConfig::new(method)).expect_err("a method of a renderer");
-        assert!(why.to_string().contains(method.name()), "{why}");
-        assert_eq!(method.on_cpu(), Occlusion::None);
+        let pipeline = method.add_to(pipeline, PassConfig::default());
+        assert_eq!(pipeline.occlusion().is_some(), method.is_on_cpu(), "{}", method.name());
+        assert_eq!(method.is_on_cpu(), !drawn.contains(method), "{}", method.name());
     }
-    assert!(Occlusion::CULLERS.iter().all(|method| method.on_cpu() == *method));
 }

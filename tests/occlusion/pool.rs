@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use osp::occlusion::{
     Grouping, OccluderPool, Occlusion, PoolConfig, SelectConfig, Selector, ShadowVolume, Verdict,
 };
+use osp_rivals::RivalOcclusion;
 use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
@@ -210,8 +211,8 @@ fn random_stress_of_patches_exposes_nothing() {
             .iter()
             .map(|s| s.corners().iter().map(|v| (*v + window.eye_in_world()).as_vec3()).collect())
             .collect();
-        for kind in [Occlusion::Frusta, Occlusion::Msvbsp] {
-            let mut culler = kind.create(64);
+        for make in [RivalOcclusion::Frusta.culler(), Occlusion::Msvbsp.culler()] {
+            let mut culler = make(64);
             culler.build(&window, selector.chosen());
             for k in 0..60 {
                 let around = if k % 2 == 0 { &outlines } else { &polygons };

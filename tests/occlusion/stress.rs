@@ -5,10 +5,11 @@ use crate::{
     random::{FAMILIES, Random, Scene, ball, volume},
 };
 use osp::occlusion::{
-    Coverage, CoverageBuffer, DepthBuffer, DepthConfig, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps,
-    ShadowFrusta, Soundness, Verdict,
+    CoverageBuffer, DepthBuffer, DepthConfig, Occlusion, OcclusionCuller, Soundness, Verdict,
     msvbsp::{Msvbsp, MsvbspConfig, Refine},
 };
+use osp_lab::Method;
+use osp_rivals::occlusion::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta};
 
 /// Scenes of each family: all the tests here together ask more than a million questions, in release builds of each culler.
 const SCENES: u64 = if cfg!(debug_assertions) { 64 } else { 280 };
@@ -67,10 +68,10 @@ fn assert_sound(culler: &mut dyn OcclusionCuller, seed: u64) {
 
 #[test]
 fn random_stress_of_every_sound_culler_exposes_nothing() {
-    for (i, kind) in Occlusion::CULLERS.iter().enumerate() {
+    for (i, kind) in Method::CULLERS.iter().enumerate() {
         let mut culler = kind.create(64);
-        if *kind != Occlusion::None
-            && *kind != Occlusion::Depth
+        if *kind != Method::NONE
+            && *kind != Occlusion::Depth.into()
             && culler.soundness() == Soundness::Conservative
         {
             assert_sound(&mut *culler, i as u64);
@@ -100,7 +101,7 @@ fn random_stress_of_msvbsp_with_tiny_budgets_exposes_nothing() {
 fn random_stress_of_the_strict_depth_buffer_exposes_nothing() {
     // Coarse pixels are the harder test, and the faster one.
     for (width, height) in [(64, 36), (256, 144)] {
-        let config = DepthConfig { coverage: Coverage::WholePixels, width, height };
+        let config = DepthConfig { width, height };
         assert_sound(&mut DepthBuffer::new(config), 104);
     }
 }
@@ -114,8 +115,7 @@ fn random_stress_of_outlines_in_a_picture_of_surfaces_exposes_nothing() {
 
 #[test]
 fn the_judge_catches_the_depth_buffer_by_pixel_centers() {
-    let config = DepthConfig { coverage: Coverage::PixelCenters, width: 64, height: 36 };
-    let tally = tally(&mut DepthBuffer::new(config), 104);
+    let tally = tally(&mut DepthCenters::new(DepthConfig { width: 64, height: 36 }), 104);
     assert!(tally.wrong > 0, "the judge sees no half pixels");
 }
 

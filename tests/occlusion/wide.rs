@@ -5,6 +5,7 @@ use osp::{
     math::Aabb,
     occlusion::{Asked, Cell, Occlusion, Verdict},
 };
+use osp_lab::Method;
 
 use crate::random::{FAMILIES, Random, Scene, volume};
 
@@ -22,7 +23,7 @@ fn part(bounds: &Aabb, random: &mut Random) -> Aabb {
 fn sixteen_boxes_at_once_get_the_answers_of_one_at_a_time() {
     let (mut found, mut wanted) = (0, 0);
     let (mut hidden, mut steps, mut planes, mut alone, mut inside) = (0, 0, 0, 0, 0);
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(64);
         for (family, name) in FAMILIES.iter().enumerate() {
             for n in 0..SCENES {
@@ -59,7 +60,7 @@ fn sixteen_boxes_at_once_get_the_answers_of_one_at_a_time() {
                     for (bounds, alone) in boxes.iter().zip(&expected) {
                         assert_eq!(culler.test_box_in(bounds, cell).0.verdict, alone.verdict, "{name} {n}");
                     }
-                    if *kind == Occlusion::Msvbsp {
+                    if *kind == Occlusion::Msvbsp.into() {
                         hidden += mask.count_ones();
                         alone += expected.iter().map(|t| t.steps).sum::<u32>();
                         (steps, planes) = (steps + tested.steps, planes + tested.planes);
@@ -84,7 +85,7 @@ fn boxes_that_are_not_finite_are_not_hidden_in_company_either() {
     let mut random = Random::new(5);
     let scene = Scene::random(1, &mut random);
     let (shadows, _) = scene.occluders();
-    for kind in Occlusion::CULLERS {
+    for kind in Method::CULLERS {
         let mut culler = kind.create(64);
         culler.build(&scene.window, &shadows);
         let far = Vec3::splat(f32::INFINITY);

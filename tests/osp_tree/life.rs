@@ -214,6 +214,13 @@ fn moving_leaves_no_trace() {
             osp.commit();
         }
     }
+    // What was put down last is still kept beside the tree.
+    let mut commits = 0;
+    while osp.moving() > 0 {
+        osp.commit();
+        commits += 1;
+        assert!(commits < 200, "{} are still kept beside the tree", osp.moving());
+    }
     osp.validate().unwrap();
     assert_cost(&osp, &tree_of(&all, root()), &some_views(&root()), 1.3, "moved and moved back");
 }

@@ -56,7 +56,7 @@ impl Thinner for HalfHidden {
 }
 
 /// Every query, against brute force.
-fn assert_all_same(osp: &Osp, reference: &BruteForce, boxes: &[Aabb], seed: u64) {
+pub(crate) fn assert_all_same(osp: &Osp, reference: &BruteForce, boxes: &[Aabb], seed: u64) {
     osp.validate().expect("a sound index");
     let mut frusta = views(&root(), 2, Place::Outside, seed);
     frusta.extend(views(&root(), 3, Place::Inside, seed + 1));

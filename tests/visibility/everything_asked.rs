@@ -11,7 +11,7 @@ use osp::{
     view::{Projection, View},
 };
 use osp_lab::{
-    lost_polygons,
+    Method, lost_polygons,
     oracle::OracleConfig,
     pvs::{BakeConfig, Baker, ViewCells},
     verify::{Verifier, VerifyConfig},
@@ -47,7 +47,7 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
     (scene, changes)
 }
 
-fn verifier(index: Box<dyn SpatialIndex>, kinds: Vec<Occlusion>) -> Verifier {
+fn verifier(index: Box<dyn SpatialIndex>, kinds: Vec<Method>) -> Verifier {
     let config = VerifyConfig {
         kinds,
         occluders: vec![32],
@@ -146,7 +146,7 @@ fn no_sound_method_loses_a_polygon_far_from_the_origin() {
     for place_m in [0.0, 3.0e3, 65536.0] {
         let at = Vec3::new(place_m, -place_m, place_m * 0.5);
         let (scene, changes) = model(at, 128.0);
-        let kinds = vec![Occlusion::Msvbsp, Occlusion::Depth];
+        let kinds = vec![Occlusion::Msvbsp.into(), Occlusion::Depth.into()];
         let mut verifier = verifier(IndexKind::Osp.create(&IndexConfig::default()), kinds);
         verifier.follow(&scene, &changes);
         for _ in 0..if place_m > 1.0e3 { 12 } else { 3 } {

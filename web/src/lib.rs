@@ -17,6 +17,7 @@ use osp_app::{
     page::{self, Typed, USER_FOLDER, Wish},
     run,
 };
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{self, OpenOptions, Pace, RecordingError, open_bytes},
@@ -42,7 +43,7 @@ pub fn start() -> Result<(), JsError> {
     for remark in opened.remarks {
         studio.say(remark);
     }
-    studio.command(Command::Occlusion(Occlusion::Auto));
+    studio.command(Command::Occlusion(Occlusion::Auto.into()));
     let settings = Some(Settings::default_path());
     run(studio, WindowOptions { settings, ..WindowOptions::default() })?;
     Ok(())
@@ -99,7 +100,7 @@ pub fn choose(index: &str, occlusion: &str) -> Result<(), JsError> {
     let unknown =
         || JsError::new(&format!("{index}, {occlusion}: expected the names of an index and of a method"));
     let index = IndexKind::ALL.iter().copied().find(|kind| kind.name() == index).ok_or_else(unknown)?;
-    let occlusion = Occlusion::all().find(|choice| choice.name() == occlusion).ok_or_else(unknown)?;
+    let occlusion = Method::all().find(|choice| choice.name() == occlusion).ok_or_else(unknown)?;
     page::wish(Wish::Do(Command::Index(index)));
     page::wish(Wish::Do(Command::Occlusion(occlusion)));
     Ok(())

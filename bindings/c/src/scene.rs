@@ -43,9 +43,7 @@ impl Scene {
         }
         let capacity = index.capacity;
         let pipeline = Pipeline::new(Box::new(Osp::new(&index)), capacity, StageClock::default());
-        let pipeline = pipeline
-            .with_occlusion(pass)
-            .map_err(|why| Failure::new(OspStatus::InvalidArgument, format!("occlusion: {why}")))?;
+        let pipeline = pipeline.with_occlusion(pass);
         let (things, changes) = (Things::with_capacity(capacity), Vec::with_capacity(capacity));
         Ok(Self { things, pipeline, changes, is_loaded: false, views: 0 })
     }
@@ -152,7 +150,7 @@ fn occlusion_of(occlusion: i32) -> Outcome<Occlusion> {
         (OspOcclusion::None, Occlusion::None),
         (OspOcclusion::Msvbsp, Occlusion::Msvbsp),
         (OspOcclusion::Depth, Occlusion::Depth),
-        (OspOcclusion::DepthLast, Occlusion::DepthLast),
+        (OspOcclusion::DepthLast, Occlusion::PreviousFrame),
         (OspOcclusion::Auto, Occlusion::Auto),
     ];
     let found = all.iter().find(|(number, _)| *number as i32 == occlusion).map(|(_, method)| *method);

@@ -5,11 +5,10 @@ use osp::{
     glam::Vec3,
     index::{IndexConfig, Osp, SpatialIndex},
     math::Aabb,
-    occlusion::{
-        OccluderPool, Occlusion, OcclusionConfig, PoolConfig, SelectConfig, ViewInput, ViewOcclusion,
-    },
+    occlusion::{OccluderPool, OcclusionConfig, PoolConfig, SelectConfig, ViewInput, ViewOcclusion},
     polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
 };
+use osp_lab::Method;
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{arrays, names, view::View};
@@ -168,7 +167,7 @@ impl Mesh {
 
     /// What is in view and, if a method is given, not found to be hidden. Nothing is remembered from view to view, so that the
     /// answer depends on the view alone.
-    fn cull(&self, view: &View, method: Option<Occlusion>, occluders: usize) -> Vec<PolygonId> {
+    fn cull(&self, view: &View, method: Option<Method>, occluders: usize) -> Vec<PolygonId> {
         let mut in_view = VisibleBlocks::new();
         self.index.frustum_cull_blocks(&view.frustum(), &mut in_view);
         let Some(method) = method else { return in_view.to_vec() };
@@ -177,7 +176,7 @@ impl Mesh {
         let (view, geometry) = (&view.view, &self.triangles);
         let input = ViewInput { index: &*self.index, geometry, view, in_view: &in_view, spaces: None };
         let mut drawn = VisibleBlocks::new();
-        ViewOcclusion::new(method, &config).cull(self.pool(), &input, &mut drawn);
+        ViewOcclusion::with_culler(method.create(occluders), &config).cull(self.pool(), &input, &mut drawn);
         drawn.to_vec()
     }
 

@@ -1,6 +1,6 @@
 //! Names of structures, methods and cameras, and the errors for other ones.
 
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::replay::CameraChoice;
 use pyo3::{exceptions::PyValueError, prelude::*};
@@ -12,7 +12,7 @@ pub(crate) fn index_names() -> Vec<&'static str> {
 
 /// The methods of occlusion culling that never hide what can be seen and need no other frame.
 pub(crate) fn conservative_names() -> Vec<&'static str> {
-    Occlusion::conservative_cullers().into_iter().map(Occlusion::name).collect()
+    Method::conservative_cullers().into_iter().map(Method::name).collect()
 }
 
 fn unknown(what: &str, name: &str, known: &[&str]) -> PyErr {
@@ -24,31 +24,29 @@ pub(crate) fn index_kind(name: &str) -> PyResult<IndexKind> {
 }
 
 /// A method that builds a culler from the occluders of one view.
-pub(crate) fn culler(name: &str) -> PyResult<Occlusion> {
-    let is_known = |method: &Occlusion| conservative_names().contains(&method.name());
-    Occlusion::from_name(name)
-        .filter(is_known)
-        .ok_or_else(|| unknown("occlusion", name, &conservative_names()))
+pub(crate) fn culler(name: &str) -> PyResult<Method> {
+    let is_known = |method: &Method| conservative_names().contains(&method.name());
+    Method::from_name(name).filter(is_known).ok_or_else(|| unknown("occlusion", name, &conservative_names()))
 }
 
 /// A method that `verify` judges: also those that are not conservative.
-pub(crate) fn verified(name: &str) -> PyResult<Occlusion> {
-    let methods = Occlusion::CULLERS.iter().copied().filter(|&method| method != Occlusion::None);
-    let known = methods.clone().map(Occlusion::name).collect::<Vec<_>>();
+pub(crate) fn verified(name: &str) -> PyResult<Method> {
+    let methods = Method::CULLERS.iter().copied().filter(|&method| method != Method::NONE);
+    let known = methods.clone().map(Method::name).collect::<Vec<_>>();
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
 /// A method of a replay: one that the processor runs, or none.
-pub(crate) fn replayed(name: &str) -> PyResult<Occlusion> {
-    let methods = Occlusion::all().filter(|method| !method.is_while_drawing());
-    let known = methods.clone().map(Occlusion::name).collect::<Vec<_>>();
+pub(crate) fn replayed(name: &str) -> PyResult<Method> {
+    let methods = Method::all().filter(|method| !method.is_while_drawing());
+    let known = methods.clone().map(Method::name).collect::<Vec<_>>();
     methods.into_iter().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known))
 }
 
 /// A method of a picture: any that needs nothing but the recording.
-pub(crate) fn drawn(name: &str) -> PyResult<Occlusion> {
-    let known = || Occlusion::all().map(Occlusion::name).collect::<Vec<_>>();
-    Occlusion::all().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known()))
+pub(crate) fn drawn(name: &str) -> PyResult<Method> {
+    let known = || Method::all().map(Method::name).collect::<Vec<_>>();
+    Method::all().find(|method| method.name() == name).ok_or_else(|| unknown("occlusion", name, &known()))
 }
 
 /// The camera of a picture that moves as in a replay.

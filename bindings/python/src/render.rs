@@ -6,9 +6,9 @@ use osp::{
     glam::Vec3,
     index::IndexConfig,
     math::{Aabb, rotate, unit},
-    occlusion::Occlusion,
     view::{self, Projection},
 };
+use osp_lab::Method;
 use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig, background_for};
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -47,7 +47,7 @@ struct Settings {
     /// None: the last.
     frame: Option<i64>,
     eye: Eye,
-    occlusion: Occlusion,
+    occlusion: Method,
     pace: Pace,
     time_s: f32,
     options: OpenOptions,
@@ -78,7 +78,7 @@ pub(crate) fn render_frame<'py>(
         size: self::size(&size)?,
         frame,
         eye: eye(view)?,
-        occlusion: occlusion.map_or(Ok(Occlusion::None), names::drawn)?,
+        occlusion: occlusion.map_or(Ok(Method::NONE), names::drawn)?,
         pace: self::pace(pace)?,
         time_s: time_secs as f32,
         options: options(lenient, max_polygons)?,
@@ -125,7 +125,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
     drop(model);
     let mut drawer = Offscreen::on(gpu, size.0, size.1, &config).map_err(undrawn)?;
-    drawer.set_occlusion(*occlusion).map_err(undrawn)?;
+    drawer.set_occlusion(occlusion.while_drawing()).map_err(undrawn)?;
     drawer.set_environment(header.environment.as_deref());
     drawer.set_time(*time_s);
     let camera = settings.camera(&header, &summary.bounds, artist.backwards(), drawer.aspect());
@@ -133,9 +133,9 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(occlusion.on_cpu()) };
-    let mut pipeline = pipeline.with_occlusion(pass).map_err(|why| PyValueError::new_err(why.to_string()))?;
-    let learns = occlusion.has_culler() || *occlusion == Occlusion::DepthLast;
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::default() };
+    let mut pipeline = occlusion.add_to(pipeline, pass);
+    let learns = occlusion.is_on_cpu();
 
     let mut player = Player::new(open(path, options).map_err(failed)?, *pace);
     let mut signals = Signals::new();

@@ -2,11 +2,11 @@ use std::path::PathBuf;
 
 use numpy::IntoPyArray;
 use osp::{
-    frame::{AutoBasis, NotOnCpu, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::Occlusion,
 };
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Header, OpenOptions, Pace, open},
@@ -83,7 +83,7 @@ impl Columns {
 /// A structure, with a method of occlusion culling or without.
 struct Run {
     index: IndexKind,
-    occlusion: Option<Occlusion>,
+    occlusion: Option<Method>,
     bytes: usize,
     fingerprint: SessionFingerprint,
 }
@@ -159,7 +159,7 @@ pub(crate) fn replay_frames<'py>(
     let about = PyDict::new(py);
     let column = |of: &dyn Fn(&Run) -> String| played.runs.iter().map(of).collect::<Vec<_>>();
     about.set_item("index", column(&|run| run.index.name().to_owned()))?;
-    about.set_item("occlusion", column(&|run| run.occlusion.unwrap_or(Occlusion::None).name().to_owned()))?;
+    about.set_item("occlusion", column(&|run| run.occlusion.unwrap_or(Method::NONE).name().to_owned()))?;
     about.set_item("bytes", played.runs.iter().map(|run| run.bytes as u64).collect::<Vec<_>>())?;
     // Only of a run that saw every frame: it is compared with those of other programs and machines.
     let fingerprint = |run: &Run| {
@@ -203,17 +203,13 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         let pipeline = match run.occlusion {
             // What is drawn must not depend on the clock.
             Some(method) => {
-                pipeline.with_occlusion(PassConfig { basis: AutoBasis::Work, ..PassConfig::new(method) })?
+                method.add_to(pipeline, PassConfig { basis: AutoBasis::Work, ..PassConfig::default() })
             }
             None => pipeline,
         };
-        Ok(Lane::new(pipeline, budget))
+        Lane::new(pipeline, budget)
     };
-    let lanes = runs
-        .iter()
-        .map(lane)
-        .collect::<Result<_, NotOnCpu>>()
-        .map_err(|why| PyValueError::new_err(why.to_string()))?;
+    let lanes = runs.iter().map(lane).collect();
     let camera = CameraPath::new(*camera, session.header.camera, &summary.bounds);
     let mut replay = Replay::new(Player::new(session, *pace), camera, lanes);
     let mut columns = Columns::default();

@@ -4,7 +4,7 @@ use super::{
     altering::Altering, culling::Stages, drawing_aids::Aids, groups::Placing, layers::LayerChoice,
     paint_layers::LayerEdit, pen::Snap, question::Answer, session::Opening, tool::ToolChoice,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     brush::Brush,
@@ -76,7 +76,7 @@ pub enum Command {
     /// Insert the model into another index.
     Index(IndexKind),
     /// Choose the method of occlusion culling.
-    Occlusion(Occlusion),
+    Occlusion(Method),
     /// Most occluders of a view; `None` is the method's own number.
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.

@@ -1,6 +1,6 @@
 mod plan;
 
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
 use glam::Vec3;
 
@@ -9,11 +9,11 @@ use osp::{
     frame::{AutoBasis, FrameRecord, OcclusionPass, Pipeline, StageClock},
     index::SpatialIndex,
     math::{Aabb, Ray},
-    occlusion::{NodeTest, Occlusion, Score, ShadowVolume},
+    occlusion::{NodeTest, Score, ShadowVolume},
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
-use osp_lab::pvs::Pvs;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::StrokeId,
@@ -94,7 +94,7 @@ pub struct Culling {
 impl Culling {
     /// Culling with an empty index.
     pub fn new(kind: IndexKind) -> Self {
-        let plan = CullingPlan::new(kind, Occlusion::None);
+        let plan = CullingPlan::new(kind, Method::NONE);
         let (root, pipeline) = plan.index_nothing();
         Self {
             plan,
@@ -117,7 +117,7 @@ impl Culling {
     }
 
     /// The method of occlusion culling.
-    pub fn occlusion(&self) -> Occlusion {
+    pub fn occlusion(&self) -> Method {
         self.plan.occlusion
     }
 
@@ -178,17 +178,6 @@ impl Culling {
         pass.map_or(&[], |pass| pass.shadows())
     }
 
-    /// Takes potentially visible sets, for [`Occlusion::Pvs`]. They cull only while the model is the one that they were
-    /// computed for.
-    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
-        self.plan.pvs = Some(pvs);
-    }
-
-    /// Whether there are such sets.
-    pub fn has_pvs(&self) -> bool {
-        self.plan.pvs.is_some()
-    }
-
     /// Time of the last change of the index.
     pub fn reindexed(&self) -> Option<Reindexed> {
         self.reindexed
@@ -211,7 +200,7 @@ impl Culling {
 
     /// Inserts the whole model into another index, or anew into the same. Changes of the scene that no frame has taken
     /// yet must not be given to the next frame: the model that is inserted here has them.
-    pub fn reindex(&mut self, kind: IndexKind, occlusion: Occlusion, scene: &Scene, bounds: &Aabb) {
+    pub fn reindex(&mut self, kind: IndexKind, occlusion: Method, scene: &Scene, bounds: &Aabb) {
         let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
         self.take(plan.index(scene, bounds), false);
     }

@@ -10,13 +10,11 @@ use super::{
     wall_surface::{WallWindow, begin_black, create_surface, window_surface, within},
     walls::Wall,
 };
-use osp::{
-    frame::{Reading, StageClock},
-    occlusion::Occlusion,
-};
+use osp::frame::{Reading, StageClock};
 use osp_render::{
-    Acquired, Area, Colors, ComingImage, DrawnCounts, Gpu, GpuTimer, Layer, LinePass, PassTimes, PyramidPass,
-    RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot, WindowSurface,
+    Acquired, Area, Colors, ComingImage, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, Layer, LinePass,
+    PassTimes, PyramidPass, RenderError, Renderer, RendererConfig, ShowPass, Shown, Style, Target, ViewSlot,
+    WindowSurface,
 };
 
 /// Style of polygons outside of the view.
@@ -96,7 +94,7 @@ pub(super) struct Painter {
     is_still: bool,
     draw_ns: u64,
     /// A way of culling on the GPU that the adapter refused last, and why.
-    cannot_cull: Option<(Occlusion, String)>,
+    cannot_cull: Option<(GpuOcclusion, String)>,
 }
 
 impl Painter {
@@ -325,9 +323,9 @@ impl Painter {
             pane.target = Target::new(&self.gpu, width, height)?;
             pane.shown = self.show.bind(&self.gpu, &pane.target);
         }
-        let wanted = studio.culling().occlusion().on_gpu();
+        let wanted = studio.culling().occlusion().while_drawing();
         let is_refused = self.cannot_cull.as_ref().is_some_and(|(refused, _)| *refused == wanted);
-        let wanted = if is_refused { Occlusion::None } else { wanted };
+        let wanted = if is_refused { GpuOcclusion::None } else { wanted };
         if pane.slot.occlusion() != wanted
             && let Err(error) = self.renderer.set_occlusion(&mut pane.slot, wanted)
         {

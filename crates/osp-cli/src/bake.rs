@@ -29,7 +29,7 @@ use osp_lab::{
 use osp_rivals::IndexKind;
 use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 
-/// Compute potentially visible sets (PVS) of a finished model, for `osp replay --pvs` and `osp verify --pvs`.
+/// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
 /// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
 /// and half as much around it. From some points of each cell it draws six pictures, which say what polygons can be seen
@@ -39,8 +39,7 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs
   osp bake castle.obj castle.pvs --cells 16 --samples 20
-  osp verify recordings/room.ron --whole --pvs room.pvs
-  osp replay recordings/room.ron --occlusion none --pvs room.pvs --verify-frames 10")]
+  osp verify recordings/room.ron --whole --pvs room.pvs")]
 pub(super) struct BakeArgs {
     /// The session, of any format that replay reads.
     file: PathBuf,

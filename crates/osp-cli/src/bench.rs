@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, ensure};
+use anyhow::ensure;
 use indicatif::ProgressBar;
 
 use super::{
@@ -19,9 +19,12 @@ use osp::{
     math::Aabb,
     occlusion::{CullConfig, Occlusion, OcclusionConfig, SelectConfig},
 };
-use osp_lab::bench::{
-    self, Adapter, BenchReport, Contender, Flight, GrowthConfig, Machine, MovingConfig, MovingResult,
-    PaperInput, PaperResult, RaysConfig, RaysModel, RaysResult, SessionInput, SessionResult,
+use osp_lab::{
+    bench::{
+        self, Adapter, BenchReport, Contender, GrowthConfig, Length, Machine, MovingConfig, PaperInput,
+        RaysConfig, RaysModel, SessionInput,
+    },
+    rows::Rows,
 };
 use osp_session::{
     output_file::OutputKind,
@@ -58,21 +61,20 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     let progress = progress::spinner();
     let adapter = args.paper.adapter();
-    let (mut sessions, mut flights, mut rays, mut paper) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for file in &args.files {
-        let opened = read(args, file, &progress)?;
+    // In the order of the report: sessions, flights, growth, rays, moving things, the paper.
+    let [mut rows, mut rays, mut paper] = [(); 3].map(|()| Rows::default());
+    for (file, name) in args.files.iter().zip(names(&args.files)) {
+        let opened = read(args, file, name, &progress)?;
         if !args.paper.is_alone() {
-            let (session, more) = measure_session(args, rig.clone(), &kinds, &opened, &progress)?;
-            sessions.push(session);
-            flights.extend(more);
+            rows.append(measure_session(args, rig.clone(), &kinds, &opened, &progress)?);
             if !args.no_rays {
-                let model = RaysModel::of_scene(&opened.name(), &opened.scene, opened.root());
-                rays.extend(cast_rays(args, &kinds, &model, &progress));
+                let model = RaysModel::of_scene(&opened.name, &opened.scene, opened.root());
+                rays.append(cast_rays(args, &kinds, &model, &progress));
             }
         }
         if args.paper.is_asked() {
             let events = OpenSession::open(file, &args.reading)?;
-            paper.push(measure_paper(args, &opened, events, adapter.as_ref(), &progress)?);
+            paper.append(measure_paper(args, &opened, events, adapter.as_ref(), &progress)?);
         }
     }
     if args.files.is_empty() && args.paper.is_asked() {
@@ -80,70 +82,72 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Outcome> {
         let (summary, scene, read) = summarize(events(), args.pace);
         read?;
         let (file, header) = (PathBuf::from("synth-room"), Header::new("", ""));
-        let opened = Opened { file: &file, header, summary, scene };
-        paper.push(measure_paper(args, &opened, events(), adapter.as_ref(), &progress)?);
+        let opened = Opened { file: &file, name: "synth-room".to_owned(), header, summary, scene };
+        paper.append(measure_paper(args, &opened, events(), adapter.as_ref(), &progress)?);
     }
-    let (growth, skipped) = match args.no_growth || args.paper.is_alone() {
-        true => (Vec::new(), Vec::new()),
-        false => grow(args, &kinds, &progress)?,
-    };
-    if !args.no_growth && !args.no_rays && !args.paper.is_alone() {
-        for size in args.sizes().into_iter().filter(|&size| size <= MOST_FOR_RAYS) {
-            rays.extend(cast_rays(args, &kinds, &RaysModel::synthetic(size)?, &progress));
+    if !args.no_growth && !args.paper.is_alone() {
+        rows.append(grow(args, &kinds, &progress)?);
+        rows.append(rays);
+        if !args.no_rays {
+            for size in args.sizes().into_iter().filter(|&size| size <= MOST_FOR_RAYS) {
+                rows.append(cast_rays(args, &kinds, &RaysModel::synthetic(size)?, &progress));
+            }
         }
+        if !args.no_moving {
+            rows.append(move_things(args, &kinds, &progress)?);
+        }
+    } else {
+        rows.append(rays);
     }
-    let moving = match args.no_growth || args.no_moving || args.paper.is_alone() {
-        true => Vec::new(),
-        false => move_things(args, &kinds, &progress)?,
-    };
+    rows.append(paper);
     progress.finish_and_clear();
 
     let report = BenchReport {
         machine: Machine::here(super::version::COMMIT),
         command: command(),
         reference: args.reference.name().to_owned(),
-        sessions,
-        growth,
-        skipped,
-        flights,
-        rays,
-        moving,
-        paper,
+        rows,
     };
     if let Some(output) = csv {
-        output.write(report.to_csv().as_bytes())?;
+        output.write(report.rows.to_csv().as_bytes())?;
     }
     if let Some(output) = html {
-        let page = bench::page(&report).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
-        output.write(page.as_bytes())?;
+        output.write(bench::page(&report).as_bytes())?;
     }
-    say(&if args.json { report.to_json() } else { report.to_text() })?;
-    let agree = report.sessions.iter().all(|session| session.indexes_agree)
-        && report.rays.iter().all(|rays| rays.disagree.is_empty())
-        && report.moving.iter().all(|moving| moving.disagree.is_empty());
-    Ok(if agree { Outcome::Done } else { Outcome::CheckFailed })
+    let length = if args.all { Length::All } else { Length::Short };
+    say(&if args.json { report.to_json() } else { report.to_text(length) })?;
+    Ok(if report.rows.faults.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
 
 /// The command line, for the report.
-fn command() -> String {
+pub(super) fn command() -> String {
     // A file's name need not be text.
     let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     words.join(" ")
 }
 
+/// The names of files, each another: rows with one name are of one session.
+fn names(files: &[PathBuf]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for file in files {
+        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let numbered = (2..).map(|number| format!("{name} ({number})"));
+        let free = [name.clone()].into_iter().chain(numbered).find(|name| !names.contains(name));
+        names.push(free.unwrap_or(name));
+    }
+    names
+}
+
 /// A session that was read once.
 struct Opened<'a> {
     file: &'a Path,
+    name: String,
     header: Header,
     summary: Summary,
     scene: Scene,
 }
 
 impl Opened<'_> {
-    fn name(&self) -> String {
-        self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
-    }
-
     fn root(&self) -> Aabb {
         root_cube(&self.header, &self.summary.bounds)
     }
@@ -153,7 +157,12 @@ impl Opened<'_> {
     }
 }
 
-fn read<'a>(args: &BenchArgs, file: &'a Path, progress: &ProgressBar) -> anyhow::Result<Opened<'a>> {
+fn read<'a>(
+    args: &BenchArgs,
+    file: &'a Path,
+    name: String,
+    progress: &ProgressBar,
+) -> anyhow::Result<Opened<'a>> {
     progress.set_message(format!("{}: reading", one_line(&file.to_string_lossy())));
     let mut session = OpenSession::open(file, &args.reading)?;
     let (summary, scene, read) = summarize(&mut session, args.pace);
@@ -162,7 +171,7 @@ fn read<'a>(args: &BenchArgs, file: &'a Path, progress: &ProgressBar) -> anyhow:
     for warning in &session.notes().warnings {
         complain(&format!("warning: {warning}"));
     }
-    Ok(Opened { file, header: session.header.clone(), summary, scene })
+    Ok(Opened { file, name, header: session.header.clone(), summary, scene })
 }
 
 fn measure_paper(
@@ -171,8 +180,8 @@ fn measure_paper(
     events: impl Iterator<Item = Result<Event, RecordingError>>,
     adapter: Option<&Adapter>,
     progress: &ProgressBar,
-) -> anyhow::Result<PaperResult> {
-    let recording = opened.name();
+) -> anyhow::Result<Rows> {
+    let recording = opened.name.clone();
     let input = PaperInput {
         recording: &recording,
         summary: &opened.summary,
@@ -191,8 +200,8 @@ fn measure_session(
     kinds: &[Contender],
     opened: &Opened<'_>,
     progress: &ProgressBar,
-) -> anyhow::Result<(SessionResult, Vec<Flight>)> {
-    let recording = opened.name();
+) -> anyhow::Result<Rows> {
+    let recording = opened.name.clone();
     let shown = one_line(&recording);
     let (root, scene) = (opened.root(), &opened.scene);
     let session = OpenSession::open(opened.file, &args.reading)?;
@@ -210,7 +219,7 @@ fn measure_session(
     let config = IndexConfig { root, capacity: scene.polygon_count() };
     let cameras = [opened.path(CameraChoice::Inside), opened.path(CameraChoice::Orbit)];
     let mut frame = 0;
-    let result = bench::run_session(&input, session, || {
+    let mut rows = bench::run_session(&input, session, || {
         frame += 1;
         progress.set_message(format!("{shown}: frame {frame} of {}", input.summary.frames));
     })?;
@@ -221,17 +230,14 @@ fn measure_session(
         cull: CullConfig { node_test, ..CullConfig::default() },
         ..OcclusionConfig::default()
     };
-    let fly =
-        |camera| bench::fly(&recording, scene, config, camera, (Occlusion::Msvbsp, occlusion), FLIGHT_FRAMES);
-    Ok((result, cameras.map(fly).to_vec()))
+    let choice = (Occlusion::Msvbsp, occlusion);
+    for camera in cameras {
+        rows.append(bench::fly(&recording, scene, config, camera, choice, FLIGHT_FRAMES));
+    }
+    Ok(rows)
 }
 
-fn cast_rays(
-    args: &BenchArgs,
-    kinds: &[Contender],
-    model: &RaysModel,
-    progress: &ProgressBar,
-) -> Option<RaysResult> {
+fn cast_rays(args: &BenchArgs, kinds: &[Contender], model: &RaysModel, progress: &ProgressBar) -> Rows {
     let config = RaysConfig {
         kinds: kinds.to_vec(),
         reference: args.reference,
@@ -242,11 +248,7 @@ fn cast_rays(
     bench::cast_rays(&config, model, |what| progress.set_message(format!("{shown}: rays, {what}")))
 }
 
-fn move_things(
-    args: &BenchArgs,
-    kinds: &[Contender],
-    progress: &ProgressBar,
-) -> anyhow::Result<Vec<MovingResult>> {
+fn move_things(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Rows> {
     let config = MovingConfig {
         sizes: args.sizes().into_iter().filter(|&size| size <= MOST_MOVING).collect(),
         kinds: kinds.to_vec(),
@@ -256,9 +258,7 @@ fn move_things(
     Ok(bench::move_things(&config, |what| progress.set_message(what.to_owned()))?)
 }
 
-type Growth = (Vec<bench::GrowthRow>, Vec<bench::Skipped>);
-
-fn grow(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Growth> {
+fn grow(args: &BenchArgs, kinds: &[Contender], progress: &ProgressBar) -> anyhow::Result<Rows> {
     let config = GrowthConfig {
         sizes: args.sizes(),
         kinds: kinds.to_vec(),

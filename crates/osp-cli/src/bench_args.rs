@@ -44,21 +44,23 @@ Parts of the report:
             nearest hit, any hit, what is in a box, nearest polygons of a point; in order and
             best first; while polygons arrive; refit against rebuild as polygons move
   moving    the synthetic session at each of the sizes up to a million: 1, 10 and 100 % of the
-            polygons move in every frame, in pieces, as a group that is placed as a whole, and as
-            instances of one mesh; each structure files their boxes again, `group-index` has an
+            polygons move in every frame, in pieces, as a group that is placed as a whole, as
+            instances of one mesh, and scattered with shuffled numbers; each structure files their boxes again, `group-index` has an
             entry a group. Entries and boxes changed are counted. The command fails if a
             structure does not see what it has to
   paper     with --paper: the paper's experiments as it is printed. Its tree and its octree while
             the model grows (figures 19, 21 to 23): the planes that filing asks are counted, and
             all polygons of cut nodes are drawn. A flight with every culler (figure 20), also the
-            paper's own that cull visible polygons: the column `conservative` says NO. How deep
+            paper's own that cull visible polygons (`not conservative`). How deep
             and how large its tree is best made. --node-test and --score are those of the
             conservative cullers
 The page (--html) is one file that works offline: the verdict first, then links to all parts. A
 click on a head sorts its table (best first at the start). Charts show the values under the
-pointer; a click on a name shows or hides its line, and every structure has one. Beside each
-chart stands what the paper found and what was measured. Dark where the system is; on paper, and
-without scripts, the charts are pictures.
+pointer; a click on a name shows or hides its line, and every structure has one. Dark where the
+system is. Without scripts there are tables alone.
+Every figure is a row: part, recording, index, figure, unit, value, and the ends of the interval of a
+median. --csv writes these rows, --json prints them; the tables, the verdict and the page are made
+of them.
 `osp replay --help` describes the indexes.")]
 pub(super) struct BenchArgs {
     /// The sessions, of any format that replay reads.
@@ -72,7 +74,7 @@ pub(super) struct BenchArgs {
     /// The index that the others are compared with.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     pub(super) reference: IndexKind,
-    /// Sizes of the growing model, polygons [default: 1000,10000,100000,1000000; with --quick up to 100000].
+    /// Sizes of the growing model, polygons [default: 1000,10000,100000,1000000; with --quick up to 10000].
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
     pub(super) sizes: Vec<u32>,
     /// Leave out the growing model.
@@ -94,6 +96,9 @@ pub(super) struct BenchArgs {
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
+    /// Print every table; else the verdict and a table a part.
+    #[arg(long, conflicts_with = "json")]
+    pub(super) all: bool,
     /// Print one JSON object instead of the tables.
     #[arg(long)]
     pub(super) json: bool,
@@ -114,13 +119,13 @@ pub(super) struct BenchArgs {
 impl BenchArgs {
     /// Seconds for each index on a session.
     pub(super) fn session_secs(&self) -> f64 {
-        if self.quick { 0.15 } else { 5.0 }
+        if self.quick { 0.1 } else { 5.0 }
     }
 
     /// Numbers of polygons of the growing model.
     pub(super) fn sizes(&self) -> Vec<u32> {
         match (&self.sizes[..], self.quick) {
-            ([], true) => vec![1000, 10_000, 100_000],
+            ([], true) => vec![1000, 10_000],
             ([], false) => vec![1000, 10_000, 100_000, 1_000_000],
             (sizes, _) => sizes.to_vec(),
         }
@@ -132,7 +137,7 @@ impl BenchArgs {
     }
 }
 
-fn contender_parser() -> impl TypedValueParser<Value = Contender> {
+pub(super) fn contender_parser() -> impl TypedValueParser<Value = Contender> {
     let own = IndexKind::ALL.iter().map(|kind| kind.name());
     PossibleValuesParser::new(own.chain(Contender::PEERS)).try_map(|name| {
         let lacking = || Lacking(&[Feature::Peers]).to_string();

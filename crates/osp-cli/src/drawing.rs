@@ -3,9 +3,12 @@
 use std::sync::Arc;
 
 use super::{output::complain, parsers::Size};
-use osp::{occlusion::Occlusion, view::View};
-use osp_lab::report::{DrawnWhileCulling, RunReport};
-use osp_render::{DrawTimes, Gpu, Layer, Offscreen, RendererConfig};
+use osp::view::View;
+use osp_lab::{
+    Method,
+    report::{DrawnWhileCulling, RunReport},
+};
+use osp_render::{DrawTimes, Gpu, GpuOcclusion, Layer, Offscreen, RendererConfig};
 use osp_session::{
     recording::{Event, RecordingError},
     replay::{LaneFrame, Replay, RigPath},
@@ -16,7 +19,7 @@ use osp_session::{
 pub(super) struct Drawing {
     /// One drawer for each method of culling while drawing, and the number of each lane's drawer: a drawer keeps the state
     /// of one method.
-    drawers: Vec<(Occlusion, Offscreen)>,
+    drawers: Vec<(GpuOcclusion, Offscreen)>,
     of_lane: Vec<usize>,
     frame: usize,
 }
@@ -25,7 +28,7 @@ impl Drawing {
     /// A drawing for lanes with these choices.
     pub(super) fn new(
         Size { width, height }: Size,
-        choices: impl IntoIterator<Item = Option<Occlusion>>,
+        choices: impl IntoIterator<Item = Option<Method>>,
         rig: Option<&RigPath>,
     ) -> anyhow::Result<Self> {
         let gpu = Arc::new(Gpu::headless()?);
@@ -39,7 +42,7 @@ impl Drawing {
         complain(&format!("drawn by {}, {} pixels", gpu.name(), named.join(" and ")));
         let mut drawing = Self { drawers: Vec::new(), of_lane: Vec::new(), frame: 0 };
         for choice in choices {
-            let occlusion = choice.map_or(Occlusion::None, Occlusion::on_gpu);
+            let occlusion = choice.map_or(GpuOcclusion::None, Method::while_drawing);
             let found = drawing.drawers.iter().position(|(other, _)| *other == occlusion);
             if found.is_none() {
                 let Size { width, height } = sizes[0];

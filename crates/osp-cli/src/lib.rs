@@ -61,6 +61,12 @@ mod join_recording;
 #[cfg(feature = "live")]
 mod join_report;
 mod man;
+#[cfg(feature = "bench")]
+mod race;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod race_args;
+#[cfg(feature = "bench")]
+mod race_view;
 #[cfg(feature = "render")]
 mod render;
 #[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -110,7 +116,6 @@ mod verify;
 mod verify_all;
 #[cfg_attr(not(feature = "render"), path = "verify_not_drawn.rs")]
 mod verify_drawn;
-mod verify_json;
 mod verify_method;
 #[cfg(feature = "live")]
 mod wall;
@@ -154,6 +159,7 @@ const EXAMPLES: &str = "Examples:
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
   osp bench recordings/*.ron --quick --html bench.html
+  osp race recordings/portrait.ron
   osp study sketches --out results.ndjson
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
@@ -178,6 +184,7 @@ enum Command {
     Export(export::ExportArgs),
     Bench(bench_args::BenchArgs),
     DrawIndex(draw_index_args::DrawIndexArgs),
+    Race(race_args::RaceArgs),
     Pack(pack_args::PackArgs),
     Pick(pick::PickArgs),
     Query(query::QueryArgs),
@@ -219,6 +226,7 @@ impl Command {
             Self::Export(args) => export::run(args),
             Self::Bench(args) => of_feature!("bench", bench::run, args),
             Self::DrawIndex(args) => of_feature!("bench", draw_index::run, args),
+            Self::Race(args) => of_feature!("bench", race::run, args),
             Self::Pack(args) => of_feature!("worlds", pack::run, args),
             Self::Pick(args) => pick::run(args),
             Self::Query(args) => query::run(args),

@@ -3,13 +3,13 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::numbers;
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::replay::CameraChoice;
 
-pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Occlusion> {
-    PossibleValuesParser::new(Occlusion::all().map(Occlusion::name))
-        .try_map(|name| Occlusion::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
+pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::all().map(Method::name))
+        .try_map(|name| Method::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
 }
 
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {

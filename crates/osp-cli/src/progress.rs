@@ -38,6 +38,13 @@ pub(super) fn spinner() -> ProgressBar {
     spinner
 }
 
+/// Lines that are drawn whenever they change, for a view that no thread may redraw.
+#[cfg(feature = "bench")]
+pub(super) fn pane() -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    BARS.add(ProgressBar::new(1).with_style(style).with_finish(ProgressFinish::AndClear))
+}
+
 /// Counts the events of a session that is read or written. No source knows beforehand how many it has.
 pub(super) fn events(name: &str) -> ProgressBar {
     let spinner = spinner();

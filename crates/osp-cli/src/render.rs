@@ -24,7 +24,6 @@ use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::{rotate, unit},
-    occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::View,
 };
@@ -35,7 +34,8 @@ use osp_render::{
 use osp_session::{
     output_file::OutputKind,
     replay::{
-        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, root_cube, summarize, whole_view,
+        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, summarize,
+        whole_view,
     },
     scene::Scene,
 };
@@ -80,9 +80,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     read?;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    let bounds = main_bounds(&model, &summary.bounds);
     drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
-    drawer.set_occlusion(args.occlusion)?;
+    drawer.set_occlusion(args.occlusion.while_drawing())?;
     drawer.set_environment(environment.as_deref());
     drawer.set_time(args.time);
     drawer.set_colors(args.colors());
@@ -128,17 +129,19 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
     let session = OpenSession::open(&args.file, &args.reading)?;
+    let own = session.header.camera.filter(|_| args.camera == RenderCamera::Own);
+    let fixed = args.view.or(own);
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
-        _ if args.view.is_some() => {
-            let path = CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds);
+        _ if fixed.is_some() => {
+            let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);
             // Without a head: nothing comes before the fixed camera.
             let view = path.view(&Moment::default()).with_aspect(drawer.aspect());
             Box::new(move |_| view)
         }
-        RenderCamera::Whole => {
+        RenderCamera::Own | RenderCamera::Whole => {
             let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
             let backwards = of_camera.or_else(|| artist.backwards());
-            let view = whole_view(&summary.bounds, backwards, drawer.aspect());
+            let view = whole_view(&bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }
         RenderCamera::Path(choice) => {
@@ -150,10 +153,10 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
-    let has_occlusion = args.occlusion.has_culler() || args.occlusion == Occlusion::DepthLast;
+    let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::new(args.occlusion.on_cpu()) };
-    let mut pipeline = pipeline.with_occlusion(pass)?;
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::default() };
+    let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);
     let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());

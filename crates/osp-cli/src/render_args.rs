@@ -14,7 +14,7 @@ use super::{
     reading::ReadArgs,
     rig_args::RigPathArgs,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Camera, Pace},
@@ -77,7 +77,7 @@ pub(super) struct RenderArgs {
     pub(super) index: IndexKind,
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     /// Draw every polygon of the model, without culling.
     #[arg(long, conflicts_with = "check")]
     pub(super) no_cull: bool,
@@ -106,10 +106,11 @@ pub(super) struct RenderArgs {
     /// the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
-    /// Where the eye is: `whole` shows the whole model, from the side of the session's own camera, or from which the
-    /// artist began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit`
-    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
-    #[arg(long, default_value = "whole", value_parser = camera_parser())]
+    /// Where the eye is: `own` is the session's own camera (that of a sketch's thumbnail), else `whole`; `whole` shows the
+    /// model, but not what lies far from all else, from the side of the session's own camera, or from which the artist
+    /// began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around
+    /// the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
     /// Where the eye is, in place of --camera, as the header of a recording says it: `(p: (x, y, z), q: (x, y, z, w),
     /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
@@ -119,7 +120,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     pub(super) color_by: String,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
-    #[arg(long, default_value_t = 10.0, value_parser = numbers::moment_s)]
+    #[arg(long, default_value_t = 5.6, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
@@ -133,6 +134,8 @@ pub(super) struct RenderArgs {
 /// The position of a picture's eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RenderCamera {
+    /// That of the session, or as `Whole`.
+    Own,
     /// So that it sees the whole model.
     Whole,
     /// As in a replay.
@@ -141,9 +144,10 @@ pub(super) enum RenderCamera {
 
 fn camera_parser() -> impl TypedValueParser<Value = RenderCamera> {
     // `auto`, as in a replay, is accepted for `recorded`.
-    let names = ["whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
+    let names = ["own", "whole", "recorded", "orbit", "follow", "inside"].map(PossibleValue::new);
     let names = names.into_iter().chain([PossibleValue::new("auto").hide(true)]);
     PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        "own" => Ok(RenderCamera::Own),
         "whole" => Ok(RenderCamera::Whole),
         "recorded" => Ok(RenderCamera::Path(CameraChoice::Auto)),
         name => {

@@ -1,8 +1,6 @@
 //! `osp replay`: sessions through several indexes, from the files to the tables and checks.
 
 use std::path::Path;
-#[cfg(feature = "window")]
-use std::sync::Arc;
 
 use anyhow::Context;
 #[cfg(feature = "window")]
@@ -16,10 +14,13 @@ use super::{
     replay_session::replay_file,
     replay_text::text,
 };
-use osp::occlusion::{Occlusion, Soundness};
 #[cfg(feature = "window")]
-use osp_lab::pvs::Pvs;
-use osp_lab::report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name};
+use osp::occlusion::Occlusion;
+use osp::occlusion::Soundness;
+use osp_lab::{
+    Method,
+    report::{CsvWriter, OcclusionColumns, Pin, Pins, RigReport, pinned_name},
+};
 #[cfg(feature = "window")]
 use osp_rivals::IndexKind;
 #[cfg(feature = "window")]
@@ -72,7 +73,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Outcome> {
         }
         for run in &report.runs {
             let Some(occlusion) = &run.occlusion else { continue };
-            let is_sound = Occlusion::from_name(occlusion.method)
+            let is_sound = Method::from_name(occlusion.method)
                 .is_some_and(|choice| choice.soundness() == Soundness::Conservative);
             let false_culls = occlusion.false_culls.unwrap_or(0);
             if is_sound && false_culls > 0 {
@@ -136,9 +137,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
     let reading = Reading::to_play(file, args.play.pace, args.play.camera, options, !args.paused)
         .map_err(anyhow::Error::msg)?;
     let autosaves = Autosaves::new(None);
-    // Potentially visible sets are compared with the finished model before there is a window.
-    let at_most = args.pvs.is_none().then_some(BEFORE_THE_WINDOW);
-    let (session, reading) = match reading.wait(at_most) {
+    let (session, reading) = match reading.wait(Some(BEFORE_THE_WINDOW)) {
         Waited::Read(read) => {
             let (session, opened) = read.map_err(|error| match error {
                 OpenError::Recording(error) => error.into(),
@@ -150,19 +149,12 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         Waited::GoesOn(reading) => (Session::new(&autosaves), Some(reading)),
     };
     let index = args.play.index.first().copied().unwrap_or(IndexKind::Osp);
-    let pvs = match (&args.pvs, session.replay()) {
-        (Some(path), Some(replay)) => Some(Pvs::read(path, &replay.finished_model())?),
-        _ => None,
-    };
     let mut studio = Studio::new(session, autosaves, index);
     studio.set_room(room);
     studio.set_limits(options.limits);
-    if let Some(pvs) = pvs {
-        studio.set_pvs(Arc::new(pvs));
-    }
     studio.set_tests(args.play.tests.node_test(), args.play.tests.score());
-    let occlusion = args.pvs.as_ref().map_or(Occlusion::Auto, |_| Occlusion::Pvs);
-    studio.command(Command::Occlusion(args.play.occlusion.first().copied().unwrap_or(occlusion)));
+    let occlusion = args.play.occlusion.first().copied();
+    studio.command(Command::Occlusion(occlusion.unwrap_or(Occlusion::Auto.into())));
     let trace = outputs.trace.as_ref().map(|output| output.path().to_owned());
     if let Some(reading) = reading {
         studio.take_over(reading);

@@ -14,7 +14,7 @@ use super::{
     rig_args::RigPathArgs,
     world_args::WorldArgs,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Limits, Pace},
@@ -43,8 +43,9 @@ The table has a line for each index (times of this machine, one thread):
   visible  polygons in the frustum, mean over the frames
   culled   the other polygons, mean over the frames
   frames measured   a slow index is measured on evenly spaced stretches of the session (--budget)
-On a terminal of fewer than 100 columns (or with COLUMNS below 100) it leaves out p95, visible, culled,
-memory and frames measured. The last lines say which index took the least time.
+  ratio    time of a frame against the fastest index, over the frames that both were measured in
+Columns that do not fit the terminal (or COLUMNS) are left out, from the right. The line below the
+table says which index is the fastest.
 With --occlusion it has a line for each index and method, and more columns:
   occluded   polygons in the frustum that the method culled because others hide them, mean
   occlusion  time to choose occluders, build the culler and test: median of the frames that used it
@@ -56,7 +57,7 @@ recorded head, where the session has one) is the tracked head; its room goes alo
 for each screen and eye the polygons in view and drawn (means of the frames with this view), and:
   all views     time of a frame with all its views, mean without the slowest hundredth
   views x one   time of a frame with one of its views, each in turn, times their number, likewise
-  ratio         the first divided by the second
+  all against one   the first divided by the second
 With --draw:
   draw     time from submission to completion on the graphics adapter: median and 99th percentile
 With --draw and --occlusion hzb: the groups of polygons tested, the polygons drawn in the depth pass
@@ -113,10 +114,6 @@ pub(super) struct ReplayArgs {
     /// Write the fingerprints of this run to a file for --check.
     #[arg(long, value_name = "FILE")]
     pub(super) pin: Option<PathBuf>,
-    /// Walk through the finished model and add a run, `pvs`, that culls by the sets that `osp bake` has written for it. The
-    /// sets are sampled, not exact. A window uses them from the end of the replay on.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "pin"])]
-    pub(super) pvs: Option<PathBuf>,
     /// Compare in this many frames what occlusion culling leaves out with what really cannot be seen.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "occlusion", value_parser = clap::value_parser!(u64).range(0..=1_000_000))]
     pub(super) verify_frames: u64,
@@ -162,7 +159,7 @@ pub(super) struct PlayArgs {
     /// is then `osp`. `auto` chooses by measured times; in a study, and with --check or --pin, it chooses by counts of work,
     /// which are the same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
-    pub(super) occlusion: Vec<Occlusion>,
+    pub(super) occlusion: Vec<Method>,
     /// Largest number of occluders in a frame [default: 64; 16 for `auto`].
     #[arg(long, value_name = "N", value_parser = numbers::occluders)]
     pub(super) occluders: Option<usize>,
@@ -191,26 +188,23 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// The indexes, each with its method of occlusion culling where any is asked for; with `sets` also by baked sets of what
-    /// can be seen.
-    pub(super) fn runs(&self, sets: Option<Occlusion>) -> Vec<(IndexKind, Option<Occlusion>)> {
-        let has_methods = !self.occlusion.is_empty() || sets.is_some();
-        let indexes = match (self.index.as_slice(), has_methods) {
-            ([], false) => IndexKind::DEFAULT,
+    /// The indexes, each with its method of occlusion culling where any is asked for.
+    pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
+        let indexes = match (self.index.as_slice(), self.occlusion.is_empty()) {
+            ([], true) => IndexKind::DEFAULT,
             ([], _) => &[IndexKind::Osp],
             (indexes, _) => indexes,
         };
-        let mut methods: Vec<_> = match self.occlusion.as_slice() {
+        let methods: Vec<_> = match self.occlusion.as_slice() {
             [] => vec![None],
             methods => methods.iter().copied().map(Some).collect(),
         };
-        methods.extend(sets.map(Some));
         indexes.iter().flat_map(|index| methods.iter().map(|method| (*index, *method))).collect()
     }
 
     /// All options, with those that were not given, in one line: the same line, the same work.
     pub(super) fn in_one_line(&self) -> String {
-        let runs = self.runs(None);
+        let runs = self.runs();
         let join = |names: Vec<&str>| names.join(",");
         let mut indexes: Vec<&str> = runs.iter().map(|(index, _)| index.name()).collect();
         indexes.dedup();
@@ -269,7 +263,6 @@ impl ReplayArgs {
             json: false,
             check: None,
             pin: None,
-            pvs: None,
             verify_frames: 0,
             force: false,
             rig: RigPathArgs::none(),

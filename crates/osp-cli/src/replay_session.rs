@@ -1,6 +1,6 @@
 //! One session of `osp replay`, through all indexes.
 
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 use anyhow::Context;
 use indicatif::ProgressBar;
@@ -13,14 +13,12 @@ use super::{
     session::{OpenSession, Reader},
 };
 use osp::{
-    frame::{AutoBasis, NotOnCpu, PassConfig, Pipeline, StageClock},
+    frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
-    occlusion::Occlusion,
 };
 use osp_lab::{
-    lost_polygons,
+    Method, lost_polygons,
     oracle::OracleConfig,
-    pvs::{Pvs, PvsPass},
     report::{CsvWriter, OcclusionReport, ReplayReport, RigReport, RunReport, ViewsReport},
     verify,
 };
@@ -29,7 +27,6 @@ use osp_session::{
     atomic_file::AtomicFile,
     recording::{Event, Header, Pace, RecordingError},
     replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
-    scene::Scene,
 };
 
 /// What is around a replay: who reads the session, who hears of it, and by what `auto` chooses.
@@ -97,18 +94,16 @@ pub(super) fn replay(
         ));
     }
 
-    let kinds = args.play.runs(args.pvs.as_ref().map(|_| Occlusion::Pvs));
+    let kinds = args.play.runs();
     let session = OpenSession::read_by(around.reader, file, &args.play.reading)?;
     let format = session.format;
     let camera = CameraPath::new(args.play.camera, session.header.camera, &summary.bounds);
-    let finished = args.pvs.as_ref().map(|path| finished_model(args, file, path)).transpose()?;
-    let pvs = finished.as_ref().map(|(_, pvs)| pvs);
     let mut rig_report = rig.as_ref().map(RigReport::new);
-    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs)?;
+    let mut lanes = lanes(&args.play, around.basis, &kinds, &session.header, &summary);
     if rig.is_some() {
         // What several views cost is compared with one. Occlusion culling learns from frame to frame what hides in a view.
         let turn = if kinds.iter().any(|(_, method)| method.is_some()) { 16 } else { 1 };
-        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary, pvs)?;
+        let more = self::lanes(&args.play, around.basis, &kinds, &session.header, &summary);
         lanes.extend(more.into_iter().map(|lane| lane.of_one_view(turn)));
     }
     let mut runs: Vec<RunReport> = Vec::new();
@@ -133,13 +128,10 @@ pub(super) fn replay(
     let csv_name = || args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string();
     let mut verified = 0;
     let progress = (around.progress)(summary.frames, &name);
-    let player = match finished {
-        Some((scene, _)) => Player::walk(session, args.play.pace, scene),
-        None if args.play.groups == GroupFiling::Whole => {
-            Player::new(session, args.play.pace).keeping_groups_whole()
-        }
-        None => Player::new(session, args.play.pace),
-    };
+    let mut player = Player::new(session, args.play.pace);
+    if args.play.groups == GroupFiling::Whole {
+        player = player.keeping_groups_whole();
+    }
     let mut replay = Replay::new(player, camera, lanes);
     if let Some(rig) = rig {
         replay = replay.on_rig(rig);
@@ -197,18 +189,6 @@ pub(super) fn replay(
     Ok(Replayed { report, format, skipped })
 }
 
-/// A session's model at its end, and the sets that have been made of it.
-fn finished_model(args: &ReplayArgs, file: &Path, sets: &Path) -> anyhow::Result<(Scene, Arc<Pvs>)> {
-    let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in OpenSession::open(file, &args.play.reading)? {
-        scene.apply(&event?, &mut changes);
-        changes.clear();
-        scene.let_go();
-    }
-    let pvs = Pvs::read(sets, &scene)?;
-    Ok((scene, Arc::new(pvs)))
-}
-
 /// Counts the visible polygons that the lanes of this frame have culled.
 fn verify_frame<I>(replay: &Replay<I>, looked: &[bool], runs: &mut [RunReport])
 where
@@ -243,32 +223,27 @@ where
 fn lanes(
     play: &PlayArgs,
     basis: AutoBasis,
-    kinds: &[(IndexKind, Option<Occlusion>)],
+    kinds: &[(IndexKind, Option<Method>)],
     header: &Header,
     summary: &Summary,
-    pvs: Option<&Arc<Pvs>>,
-) -> Result<Vec<Lane>, NotOnCpu> {
+) -> Vec<Lane> {
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let config = IndexConfig { root: root_cube(header, &summary.bounds), capacity };
     let budget = Budget { ns: (play.budget * 1.0e9) as u64, frames: summary.frames };
     let clock = StageClock::counting(allocations::count);
-    let lane = |&(index, method): &(IndexKind, Option<Occlusion>)| {
+    let lane = |&(index, method): &(IndexKind, Option<Method>)| {
         let pipeline = Pipeline::new(index.create(&config), capacity, clock);
         let pipeline = match method {
-            Some(Occlusion::Pvs) => match pvs {
-                Some(pvs) => pipeline.with_pass(PvsPass::new(Arc::clone(pvs))),
-                None => pipeline,
-            },
-            Some(choice) => {
+            Some(method) => {
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
                 let (node_test, score) = (play.tests.node_test(), play.tests.score());
-                let choice = choice.on_cpu();
-                let pass = PassConfig { choice, occluders, polygon_ns, basis, node_test, score };
-                pipeline.with_occlusion(pass)?
+                let pass =
+                    PassConfig { occluders, polygon_ns, basis, node_test, score, ..PassConfig::default() };
+                method.add_to(pipeline, pass)
             }
             None => pipeline,
         };
-        Ok(Lane::new(pipeline, budget))
+        Lane::new(pipeline, budget)
     };
     kinds.iter().map(lane).collect()
 }

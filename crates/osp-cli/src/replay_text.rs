@@ -4,7 +4,7 @@ use super::{
     output::{columns, one_line},
     replay_args::ReplayArgs,
 };
-use osp_lab::report::{ReplayReport, RunReport, replay_table, thousands, verdict};
+use osp_lab::report::{ReplayReport, RunReport, thousands};
 
 /// The table of a session, and what is to be known of it.
 pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
@@ -22,9 +22,9 @@ pub(super) fn text(args: &ReplayArgs, report: &ReplayReport) -> String {
         lines.push("Nothing was drawn in this session: there is nothing to measure.".to_owned());
         return lines.join("\n");
     }
-    let columns = columns();
-    lines.push(replay_table(report, columns));
-    lines.extend(verdict(report));
+    let rows = report.rows();
+    lines.push(rows.bare_tables(columns()));
+    lines.extend(report.fastest().into_iter().flat_map(|fastest| rows.verdict(&fastest.name())));
     lines.extend(report.rig.iter().flat_map(|rig| rig.blind(report.frames)));
     if args.play.tests.given().is_some() {
         lines.push(format!(

@@ -13,7 +13,7 @@ use super::{
     shared_args::{self, ServerArgs},
     tracker_args::TrackerArgs,
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
@@ -103,7 +103,7 @@ pub(super) struct WindowArgs {
     pub(super) index: IndexKind,
     /// The method of occlusion culling (`osp replay --help` describes them); the window can change it.
     #[arg(long, default_value = "auto", value_parser = occlusion_parser())]
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     #[command(flatten)]
     pub(super) tests: TestArgs,
     #[command(flatten)]

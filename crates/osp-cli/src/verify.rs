@@ -7,36 +7,35 @@ use std::{
 
 use anyhow::ensure;
 use clap::Args;
-use comfy_table::{CellAlignment, Table, presets};
+use serde::Serialize;
 
 use super::{
     allocations, numbers,
     occlusion_test_args::score_parser,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{complain, say},
     parsers::{Size, camera_parser, index_parser},
     progress,
     reading::ReadArgs,
     session::OpenSession,
     verify_all::{Overview, Part, name_in, sessions},
     verify_drawn::DrawnTrials,
-    verify_json,
-    verify_method::{Method, method_parser},
+    verify_method::{NamedMethod, method_parser},
 };
 use osp::{
     frame::StageClock,
     index::IndexConfig,
     occlusion::{
         CullConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig, PreviousFrameOccluders, Score,
-        SelectConfig, Soundness,
+        SelectConfig,
     },
     view::View,
 };
 use osp_lab::{
-    literal,
+    Method, literal,
     oracle::OracleConfig,
     pvs::Pvs,
-    report::thousands,
+    rows::Rows,
     scenes::TestScene,
     verify::{AtRest, Verifier, VerifyConfig},
 };
@@ -65,11 +64,13 @@ use osp_session::{
 The table has a line for each method and number of occluders (times of this machine, one thread):
   used     occluders used in a view
   wrong    visible polygons that were culled, sum over all frames
+  misreported   polygons that were left twice, or that are not in the view
   hidden   share of the really hidden polygons that were culled
-  tests    boxes tested in a view
+  nodes tested, polygons tested   boxes tested in a view
   planes   splitting planes of the tree, or tiles of the depth buffer that are covered
   select, build, query   time to choose the occluders, to build the culler, and to take
            what is hidden out of what the frustum may see, as a frame does: microseconds a view
+--json prints the same as rows: part, recording, index (the method), figure, unit, value.
 
 The figures of all methods are of the same frames. At each view the camera rests for --settle
 frames, which do not count, and then for --frames frames, which do; the table gives means over
@@ -91,7 +92,7 @@ triangles. hzb is short for hzb-1-fine. Columns:
   hidden               share of the really hidden polygons that were not drawn
   below a sample       visible polygons that were not drawn because no sample of a pixel shows them
   depth pass, colour pass   polygons drawn
-  draw, GPU            milliseconds a frame, medians; mean: the mean of draw
+  draw, gpu            milliseconds a frame, medians; draw mean: the mean of draw
 
 Instead of a file, `scene:NAME` names a built-in scene: rooms, panels, ribbons-narrow, ribbons-wide.
 `osp replay --help` describes the indexes and the methods of occlusion culling.")]
@@ -112,7 +113,7 @@ pub(super) struct VerifyArgs {
     views: u64,
     /// The methods, separated by commas [default: those that are conservative and run on the processor].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
-    occlusion: Vec<Method>,
+    occlusion: Vec<NamedMethod>,
     /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
     #[arg(long, default_value = "1920x1080")]
     size: Size,
@@ -202,8 +203,8 @@ impl FromStr for Pixels {
 }
 
 impl VerifyArgs {
-    fn methods(&self) -> Vec<Method> {
-        if self.occlusion.is_empty() { Method::conservative() } else { self.occlusion.clone() }
+    fn methods(&self) -> Vec<NamedMethod> {
+        if self.occlusion.is_empty() { NamedMethod::conservative() } else { self.occlusion.clone() }
     }
 
     fn tests_corners_apart(&self) -> bool {
@@ -219,7 +220,7 @@ impl VerifyArgs {
     fn add_literal(&self, verifier: &mut Verifier) {
         let apart = self.tests_corners_apart();
         for method in self.methods().into_iter().filter(|method| method.capless || apart) {
-            if !Occlusion::CULLERS.contains(&method.occlusion) {
+            if !Method::CULLERS.contains(&method.occlusion) {
                 continue;
             }
             for &occluders in &self.occluders {
@@ -279,7 +280,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         true => sessions(&args.files, args.part.unwrap_or(Part::WHOLE))?,
         false => args.files.clone(),
     };
-    let mut overview = args.all.then(Overview::new);
+    let mut overview = args.all.then(Overview::default);
     for file in &files {
         let (verifier, drawn, polygons) = match (verify(args, file), &mut overview) {
             (Ok(verified), _) => verified,
@@ -292,40 +293,22 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             }
         };
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let mut rows = Rows::default();
+        verifier.add_to(&mut rows, &name, polygons);
+        if let Some(drawn) = &drawn {
+            drawn.add_to(&mut rows, &name);
+        }
         say(&match args.json {
-            true => verify_json::line(
-                &name,
-                polygons,
-                [&args.node_test, args.score.name()],
-                &verifier,
-                drawn.as_ref(),
-            )?,
-            false => text(&name, polygons, &verifier, drawn.as_ref()),
+            true => serde_json::to_string(&Verified {
+                recording: &name,
+                node_test: &args.node_test,
+                score: args.score.name(),
+                rows: &rows,
+            })?,
+            false => rows.all_tables(|_| true).trim_start().to_owned(),
         })?;
-        if let Some((view, id)) = verifier.views().first_lost {
-            complain(&format!(
-                "{name}: frustum culling left out {} polygons that reach into the view; the first is polygon {} in view {view}",
-                verifier.views().lost,
-                id.0,
-            ));
-            outcome = Outcome::CheckFailed;
-        }
-        for trial in verifier.trials().iter().filter(|trial| trial.failed()) {
-            let totals = trial.totals();
-            let first = totals.first_false.map_or(String::new(), |(view, id)| {
-                format!("; the first is polygon {} in view {view}", id.0)
-            });
-            complain(&format!(
-                "{name}: {} with {} occluders culled {} visible polygons and misreported {}{first}",
-                trial.name(),
-                trial.occluders(),
-                totals.false_culls,
-                totals.misreported,
-            ));
-            outcome = Outcome::CheckFailed;
-        }
-        for (method, pixels) in drawn.iter().flat_map(DrawnTrials::failed) {
-            complain(&format!("{name}: {method} changed {pixels} pixels"));
+        for fault in &rows.faults {
+            complain(fault);
             outcome = Outcome::CheckFailed;
         }
         if let Some(overview) = &mut overview {
@@ -338,13 +321,23 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// A session of `--json`.
+#[derive(Serialize)]
+struct Verified<'a> {
+    recording: &'a str,
+    node_test: &'a str,
+    score: &'a str,
+    #[serde(flatten)]
+    rows: &'a Rows,
+}
+
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
     // What is not a method of its own is added later.
     let methods = methods.iter().filter(|method| !method.capless && !args.tests_corners_apart());
     let methods = methods.map(|method| method.occlusion);
-    let kinds = methods.filter(|occlusion| Occlusion::CULLERS.contains(occlusion));
+    let kinds = methods.filter(|occlusion| Method::CULLERS.contains(occlusion));
     VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
@@ -407,7 +400,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     if args.no_truth {
         verifier = verifier.without_truth();
     }
-    if args.methods().iter().any(|method| method.occlusion == Occlusion::DepthLast) {
+    if args.methods().iter().any(|method| method.occlusion == Occlusion::PreviousFrame.into()) {
         verifier.add_last(PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, capacity));
     }
 
@@ -453,84 +446,4 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     }
     progress.finish_and_clear();
     Ok((verifier, drawn, summary.counts.polygons))
-}
-
-fn text(name: &str, polygons: u64, verifier: &Verifier, drawn: Option<&DrawnTrials>) -> String {
-    let views = verifier.views();
-    let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
-    let truth = match verifier.has_truth() {
-        true => format!("visible {}, hidden {}", mean(views.visible), mean(views.hidden)),
-        false => "visible polygons not determined".to_owned(),
-    };
-    let mut lines = vec![format!(
-        "{}: {} polygons, {} views; in view {} ({truth}), frustum {} µs",
-        one_line(name),
-        thousands(polygons),
-        views.views,
-        mean(views.in_view),
-        mean(views.frustum_ns / 1000),
-    )];
-    let mut table = Table::new();
-    table.load_preset(presets::ASCII_MARKDOWN);
-    table.set_header([
-        "method",
-        "occluders",
-        "used",
-        "wrong",
-        "hidden %",
-        "tests",
-        "planes",
-        "select µs",
-        "build µs",
-        "query µs",
-    ]);
-    for trial in verifier.trials() {
-        let totals = trial.totals();
-        let micros = |ns: u64| format!("{:.1}", totals.mean(ns) / 1000.0);
-        table.add_row([
-            match trial.soundness() {
-                Soundness::Conservative => trial.name().to_owned(),
-                Soundness::Unsound(_) => format!("{} (not conservative)", trial.name()),
-            },
-            trial.occluders().to_string(),
-            format!("{:.0}", totals.mean(u64::from(totals.select.chosen))),
-            thousands(totals.false_culls),
-            format!("{:.1}", totals.hidden_culled_percent()),
-            format!("{:.0}", totals.mean(totals.cull.node_tests + totals.cull.polygon_tests)),
-            format!("{:.0}", totals.mean(u64::from(totals.build.nodes))),
-            micros(totals.select_ns),
-            micros(totals.build_ns),
-            micros(totals.query_ns),
-        ]);
-    }
-    if let Some((pvs, totals)) = verifier.pvs() {
-        let none = String::new;
-        table.add_row([
-            "pvs (sampled)".to_owned(),
-            none(),
-            none(),
-            thousands(totals.false_culls),
-            format!("{:.1}", totals.hidden_culled_percent()),
-            none(),
-            none(),
-            none(),
-            none(),
-            format!("{:.1}", totals.mean(totals.query_ns) / 1000.0),
-        ]);
-        lines.push(format!(
-            "pvs: {} cells of {:.2} m, {} samples each, {} bytes",
-            thousands(pvs.cells().len() as u64),
-            pvs.cells().side_m,
-            pvs.samples(),
-            thousands(pvs.bytes() as u64),
-        ));
-    }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    if !verifier.trials().is_empty() {
-        lines.push(table.to_string());
-    }
-    lines.extend(drawn.map(DrawnTrials::text));
-    lines.join("\n")
 }

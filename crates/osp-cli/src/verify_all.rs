@@ -7,13 +7,12 @@ use std::{
 };
 
 use anyhow::Context;
-use comfy_table::{CellAlignment, Table, presets};
 use walkdir::WalkDir;
 
-use super::output::one_line;
 use osp::occlusion::Soundness;
 use osp_lab::{
     report::thousands,
+    rows::Rows,
     verify::{Trial, Verifier},
 };
 use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
@@ -108,9 +107,13 @@ fn begins_like_session(path: &Path) -> bool {
     read.is_err() || (looks_like_session(path, &start) && !start.starts_with(STUDY_START))
 }
 
+const PART: &str = "verify-all";
+const ALL: &str = "all sessions";
+
 /// The results of all sessions, a line each.
+#[derive(Default)]
 pub(super) struct Overview {
-    table: Table,
+    rows: Rows,
     sessions: usize,
     views: u64,
     wrong: u64,
@@ -118,51 +121,25 @@ pub(super) struct Overview {
 }
 
 impl Overview {
-    pub(super) fn new() -> Self {
-        let mut table = Table::new();
-        table.load_preset(presets::ASCII_MARKDOWN);
-        table.set_header([
-            "session",
-            "polygons",
-            "views",
-            "in view",
-            "visible",
-            "hidden",
-            "most hidden %",
-            "by",
-            "wrong",
-        ]);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-        Self { table, sessions: 0, views: 0, wrong: 0, unread: 0 }
-    }
-
     /// Takes the results of a session.
     pub(super) fn add(&mut self, name: &str, polygons: u64, verifier: &Verifier) {
         let views = verifier.views();
-        let mean = |sum: u64| thousands((sum as f64 / views.views.max(1) as f64).round() as u64);
+        let mean = |sum: u64| sum as f64 / views.views.max(1) as f64;
         let is_conservative = |trial: &&Trial| trial.soundness() == Soundness::Conservative;
         let conservative = || verifier.trials().iter().filter(is_conservative);
-        let share = |trial: &Trial| trial.totals().hidden_culled_percent();
-        let best = conservative().max_by(|a, b| share(a).total_cmp(&share(b)));
+        let most_hidden =
+            conservative().map(|trial| trial.totals().hidden_culled_percent()).max_by(f64::total_cmp);
         let wrong = views.lost + conservative().map(|trial| trial.totals().false_culls).sum::<u64>();
-        let (percent, by) = match best.filter(|_| views.hidden > 0) {
-            Some(trial) if share(trial) > 0.0 => (format!("{:.1}", share(trial)), trial.name()),
-            Some(_) => ("0.0".to_owned(), ""),
-            None => (String::new(), ""),
-        };
-        self.table.add_row([
-            one_line(name).into_owned(),
-            thousands(polygons),
-            thousands(views.views),
-            mean(views.in_view),
-            mean(views.visible),
-            mean(views.hidden),
-            percent,
-            by.to_owned(),
-            thousands(wrong),
-        ]);
+        self.rows.part(PART, "All sessions");
+        self.rows
+            .of(PART, ALL, name)
+            .value("polygons", "polygons", polygons as f64)
+            .value("views", "views", views.views as f64)
+            .value("in_view", "polygons", mean(views.in_view))
+            .value("visible", "polygons", mean(views.visible))
+            .value("hidden", "polygons", mean(views.hidden))
+            .maybe("most_hidden", "%", most_hidden.filter(|_| views.hidden > 0))
+            .value("wrong", "polygons", wrong as f64);
         self.sessions += 1;
         self.views += views.views;
         self.wrong += wrong;
@@ -174,13 +151,12 @@ impl Overview {
     }
 
     pub(super) fn text(&self) -> String {
-        let Self { sessions, views, wrong, unread, .. } = self;
+        let Self { rows, sessions, views, wrong, unread } = self;
         let unread = if *unread > 0 { format!("; {unread} could not be read") } else { String::new() };
-        let views = thousands(*views);
+        let [views, wrong] = [views, wrong].map(|count| thousands(*count));
         format!(
-            "{}\n{sessions} sessions, {views} views: conservative methods culled {} visible polygons{unread}",
-            self.table,
-            thousands(*wrong)
+            "{}\n{sessions} sessions, {views} views: conservative methods culled {wrong} visible polygons{unread}",
+            rows.all_tables(|_| true)
         )
     }
 }

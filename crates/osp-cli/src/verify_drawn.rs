@@ -2,22 +2,21 @@
 
 use std::{collections::HashSet, sync::Arc};
 
-use comfy_table::{CellAlignment, Table, presets};
-use serde::Serialize;
-
-use super::{parsers::Size, verify_method::Method};
+use super::{parsers::Size, verify_method::NamedMethod};
 use osp::{
     index::DrawList,
-    occlusion::Occlusion,
     polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_lab::{
-    report::thousands,
+    Method,
+    rows::Rows,
     verify::{AtRest, Totals, Verifier},
 };
 use osp_render::{DrawTimes, DrawnCounts, Gpu, Layer, Offscreen, PassTimes, RendererConfig};
 use osp_session::scene::Scene;
+
+const PART: &str = "verify-drawn";
 
 /// One method over all views so far.
 struct Trial {
@@ -92,19 +91,19 @@ pub(super) struct DrawnTrials {
 
 impl DrawnTrials {
     /// A trial for each method that culls while drawing; `None` if there is no such method.
-    pub(super) fn new(methods: &[Method], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
-        let drawn: Vec<_> = methods.iter().copied().filter(Method::is_drawn).collect();
+    pub(super) fn new(methods: &[NamedMethod], size: Size, at_rest: AtRest) -> anyhow::Result<Option<Self>> {
+        let drawn: Vec<_> = methods.iter().copied().filter(NamedMethod::is_drawn).collect();
         if drawn.is_empty() {
             return Ok(None);
         }
         let gpu = Arc::new(Gpu::headless()?);
         let mut trials = Vec::new();
         // The picture without culling comes first: all others are compared with it.
-        for method in std::iter::once(Method::new(Occlusion::None)).chain(drawn) {
-            let Method { name, occlusion, .. } = method;
+        for method in std::iter::once(NamedMethod::new(Method::NONE)).chain(drawn) {
+            let NamedMethod { name, occlusion, .. } = method;
             let mut drawer =
                 Offscreen::on(Arc::clone(&gpu), size.width, size.height, &RendererConfig::default())?;
-            drawer.set_occlusion_with(occlusion, method.hzb())?;
+            drawer.set_occlusion_with(occlusion.while_drawing(), method.hzb())?;
             trials.push(Trial {
                 name,
                 drawer,
@@ -151,93 +150,34 @@ impl DrawnTrials {
         Ok(())
     }
 
-    /// The methods whose picture differs from the one without culling, with the number of pixels that differ.
-    pub(super) fn failed(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        let failed = self.trials.iter().filter(|trial| trial.differing_pixels > 0);
-        failed.map(|trial| (trial.name, trial.differing_pixels))
-    }
-
-    /// The table.
-    pub(super) fn text(&self) -> String {
-        let mut table = Table::new();
-        table.load_preset(presets::ASCII_MARKDOWN);
-        table.set_header([
-            "method (GPU)",
-            "pixels that differ",
-            "hidden %",
-            "below a sample",
-            "groups tested",
-            "depth pass",
-            "colour pass",
-            "draw ms",
-            "mean",
-            "GPU ms: depth",
-            "test",
-            "colours",
-        ]);
-        for run in self.runs() {
-            let count = |n: f64| thousands(n.round() as u64);
-            let [depth, test, colors] = run.gpu_ms;
-            table.add_row([
-                run.occlusion.to_owned(),
-                thousands(run.differing_pixels),
-                format!("{:.1}", run.hidden_culled_percent),
-                count(run.below_a_sample),
-                count(run.groups_tested),
-                count(run.first_pass),
-                count(run.second_pass),
-                format!("{:.2}", run.draw_ms),
-                format!("{:.2}", run.draw_mean_ms),
-                format!("{depth:.2}"),
-                format!("{test:.2}"),
-                format!("{colors:.2}"),
-            ]);
-        }
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+    /// Adds the figures, as means over the measured frames. Pixels that differ from the picture without culling are faults.
+    pub(super) fn add_to(&self, rows: &mut Rows, recording: &str) {
         let Size { width, height } = self.size;
-        format!("drawn by {}, {width} x {height} pixels\n{table}", self.adapter)
-    }
-
-    /// The same for programs.
-    pub(super) fn runs(&self) -> Vec<DrawnRun> {
-        self.trials.iter().map(DrawnRun::new).collect()
-    }
-}
-
-/// The results of a method, as means over the measured frames.
-#[derive(Serialize)]
-pub(super) struct DrawnRun {
-    occlusion: &'static str,
-    differing_pixels: u64,
-    hidden_culled_percent: f64,
-    /// Polygons that were not drawn because they cover no sample of a pixel, though a ray of the oracle reaches them.
-    below_a_sample: f64,
-    groups_tested: f64,
-    first_pass: f64,
-    second_pass: f64,
-    draw_ms: f64,
-    draw_mean_ms: f64,
-    gpu_ms: [f64; 3],
-}
-
-impl DrawnRun {
-    fn new(trial: &Trial) -> Self {
-        let totals = &trial.totals;
-        // There is one time for each view.
-        let ms = |ns: u64| ns as f64 / totals.views.max(1) as f64 * 1.0e-6;
-        Self {
-            occlusion: trial.name,
-            differing_pixels: trial.differing_pixels,
-            hidden_culled_percent: totals.hidden_culled_percent(),
-            below_a_sample: totals.mean(totals.false_culls),
-            groups_tested: totals.mean(trial.counts.groups_tested),
-            first_pass: totals.mean(trial.counts.first_pass),
-            second_pass: totals.mean(trial.counts.second_pass),
-            draw_ms: ms(trial.draw_ns),
-            draw_mean_ms: ms(trial.draw_mean_ns),
-            gpu_ms: [trial.passes.depth_ns, trial.passes.test_ns, trial.passes.color_ns].map(ms),
+        rows.part(PART, "Occlusion culling while drawing");
+        rows.note(PART, format!("Drawn by {}, {width} x {height} pixels.", self.adapter));
+        rows.note(
+            PART,
+            "below a sample: visible polygons that were not drawn because they cover no sample of a pixel, though a ray reaches them.",
+        );
+        for trial in &self.trials {
+            let Trial { name, totals, counts, passes, differing_pixels, .. } = trial;
+            // There is one time for each view.
+            let ms = |ns: u64| ns as f64 / totals.views.max(1) as f64 * 1.0e-6;
+            if *differing_pixels > 0 {
+                rows.faults.push(format!("{recording}: {name} changed {differing_pixels} pixels"));
+            }
+            rows.of(PART, recording, *name)
+                .value("pixels_that_differ", "", *differing_pixels as f64)
+                .value("hidden", "%", totals.hidden_culled_percent())
+                .value("below_a_sample", "polygons", totals.mean(totals.false_culls))
+                .value("groups_tested", "", totals.mean(counts.groups_tested))
+                .value("depth_pass", "polygons", totals.mean(counts.first_pass))
+                .value("colour_pass", "polygons", totals.mean(counts.second_pass))
+                .value("draw", "ms", ms(trial.draw_ns))
+                .value("draw_mean", "ms", ms(trial.draw_mean_ns))
+                .value("gpu_depth", "ms", ms(passes.depth_ns))
+                .value("gpu_test", "ms", ms(passes.test_ns))
+                .value("gpu_colours", "ms", ms(passes.color_ns));
         }
     }
 }

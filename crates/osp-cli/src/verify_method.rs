@@ -3,8 +3,10 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use osp::occlusion::Occlusion;
+use osp_lab::Method;
 #[cfg(feature = "render")]
 use osp_render::{HzbBound, HzbConfig, HzbFine, HzbGroup};
+use osp_rivals::RivalOcclusion;
 
 /// The paper's tree as it is printed.
 const CAPLESS: &str = "msvbsp-paper-capless";
@@ -15,35 +17,35 @@ const PYRAMIDS: [&str; 9] =
 
 /// A method of occlusion culling, under the name that tables show.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Method {
+pub(super) struct NamedMethod {
     pub(super) name: &'static str,
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     /// Whether it is the paper's tree without caps, which is no method of its own.
     pub(super) capless: bool,
 }
 
-impl Method {
-    pub(super) fn new(occlusion: Occlusion) -> Self {
+impl NamedMethod {
+    pub(super) fn new(occlusion: Method) -> Self {
         Self { name: occlusion.name(), occlusion, capless: false }
     }
 
     /// The conservative methods of the CPU.
     pub(super) fn conservative() -> Vec<Self> {
-        let methods = Occlusion::conservative_cullers().into_iter().chain([Occlusion::DepthLast]);
+        let methods = Method::conservative_cullers().into_iter().chain([Occlusion::PreviousFrame.into()]);
         methods.map(Self::new).collect()
     }
 
     /// Whether it culls while drawing.
     pub(super) fn is_drawn(&self) -> bool {
-        self.occlusion.on_gpu() != Occlusion::None
+        self.occlusion.is_while_drawing() || self.occlusion == Occlusion::Auto.into()
     }
 
     /// All methods that can be compared.
     fn all() -> impl Iterator<Item = Self> {
-        let methods = Occlusion::CULLERS.iter().copied().chain([Occlusion::DepthLast]).map(Self::new);
-        let capless = Self { name: CAPLESS, capless: true, ..Self::new(Occlusion::MsvbspPaper) };
-        let pyramids = PYRAMIDS.map(|name| Self { name, ..Self::new(Occlusion::Hzb) });
-        let drawn = pyramids.into_iter().chain([Occlusion::Queries, Occlusion::Auto].map(Self::new));
+        let methods = Method::CULLERS.iter().copied().chain([Occlusion::PreviousFrame.into()]).map(Self::new);
+        let capless = Self { name: CAPLESS, capless: true, ..Self::new(RivalOcclusion::MsvbspPaper.into()) };
+        let pyramids = PYRAMIDS.map(|name| Self { name, ..Self::new(Method::Hzb) });
+        let drawn = pyramids.into_iter().chain([Method::Queries, Occlusion::Auto.into()].map(Self::new));
         methods.chain([capless]).chain(drawn)
     }
 
@@ -65,9 +67,9 @@ impl Method {
     }
 }
 
-pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
-    PossibleValuesParser::new(Method::all().map(|method| method.name)).try_map(|name| {
-        let found = Method::all().find(|method| method.name == name);
+pub(super) fn method_parser() -> impl TypedValueParser<Value = NamedMethod> {
+    PossibleValuesParser::new(NamedMethod::all().map(|method| method.name)).try_map(|name| {
+        let found = NamedMethod::all().find(|method| method.name == name);
         found.ok_or_else(|| format!("no method is called {name}"))
     })
 }

@@ -1,25 +1,22 @@
 //! Stands for `verify_drawn` in a build that cannot draw: it refuses the methods that cull while drawing.
 
-use serde::Serialize;
-
 use super::{
     built::{self, Feature},
     parsers::Size,
-    verify_method::Method,
+    verify_method::NamedMethod,
 };
 use osp::{polygon::Change, view::View};
-use osp_lab::verify::{AtRest, Verifier};
+use osp_lab::{
+    rows::Rows,
+    verify::{AtRest, Verifier},
+};
 use osp_session::scene::Scene;
 
 /// No trial can be made.
 pub(super) enum DrawnTrials {}
 
-/// No figures come from drawing.
-#[derive(Serialize)]
-pub(super) enum DrawnRun {}
-
 impl DrawnTrials {
-    pub(super) fn new(methods: &[Method], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
+    pub(super) fn new(methods: &[NamedMethod], _: Size, _: AtRest) -> anyhow::Result<Option<Self>> {
         match methods.iter().find(|method| method.is_drawn()) {
             Some(method) => built::refuse(format!("--occlusion {}", method.name), &[Feature::Render]),
             None => Ok(None),
@@ -34,15 +31,7 @@ impl DrawnTrials {
         match *self {}
     }
 
-    pub(super) fn failed(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        std::iter::empty()
-    }
-
-    pub(super) fn text(&self) -> String {
-        match *self {}
-    }
-
-    pub(super) fn runs(&self) -> Vec<DrawnRun> {
+    pub(super) fn add_to(&self, _: &mut Rows, _: &str) {
         match *self {}
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::numbers;
 
 /// The other options of a replay are about sessions that are played, not about finished ones.
-const NOT_OF_WORLDS: [&str; 16] = [
+const NOT_OF_WORLDS: [&str; 15] = [
     "index",
     "budget",
     "occlusion",
@@ -19,7 +19,6 @@ const NOT_OF_WORLDS: [&str; 16] = [
     "chart",
     "check",
     "pin",
-    "pvs",
     "rig",
     "stereo",
     "draw",

@@ -1,4 +1,4 @@
-//! `osp bench`: the report as text, JSON, CSV and page.
+//! `osp bench`: its rows as text, JSON, CSV and page.
 
 #[path = "bench/moving.rs"]
 mod moving;
@@ -6,6 +6,8 @@ mod moving;
 mod page;
 #[path = "bench/paper.rs"]
 mod paper;
+#[path = "bench/race.rs"]
+mod race;
 #[path = "bench/rays.rs"]
 mod rays;
 
@@ -29,120 +31,156 @@ fn session(folder: &Path) -> String {
     path
 }
 
+/// A report of `osp bench --json`.
+struct Report(Value);
+
+impl Report {
+    fn of(output: &Output) -> Self {
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        Self(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+    }
+
+    fn rows(&self) -> &[Value] {
+        self.0["rows"].as_array().expect("rows")
+    }
+
+    /// A figure, if it was measured.
+    fn maybe(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
+        let is_it = |row: &&Value| {
+            row["part"] == part
+                && row["recording"] == recording
+                && row["index"] == index
+                && row["figure"] == figure
+        };
+        self.rows().iter().find(is_it)?["value"].as_f64()
+    }
+
+    fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> f64 {
+        let value = self.maybe(part, recording, index, figure);
+        value.unwrap_or_else(|| panic!("{figure} of {index}, {part}, {recording}"))
+    }
+
+    /// What a column of the rows of a part holds, each once.
+    fn names(&self, part: &str, column: &str) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for row in self.rows().iter().filter(|row| row["part"] == part) {
+            let name = row[column].as_str().expect("text");
+            if !name.is_empty() && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// The lines of a CSV as cells.
+fn cells(csv: &str) -> Vec<Vec<String>> {
+    let mut lines = vec![vec![String::new()]];
+    let (mut is_quoted, mut letters) = (false, csv.chars().peekable());
+    while let Some(letter) = letters.next() {
+        let line = lines.last_mut().expect("a line");
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => {
+                line.last_mut().expect("a cell").push('"')
+            }
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => line.push(String::new()),
+            '\n' if !is_quoted => lines.push(vec![String::new()]),
+            letter => line.last_mut().expect("a cell").push(letter),
+        }
+    }
+    lines.retain(|line| line.len() > 1);
+    lines
+}
+
+const NAME: &str = "a <b> & \"c\".ron";
+
 fn all_kinds() -> Vec<&'static str> {
     osp_lab::Contender::all().into_iter().map(|contender| contender.name()).collect()
 }
 
 #[test]
-fn every_index_is_measured_on_sessions_and_growth_and_the_page_holds_all_of_it() {
+fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let session = session(folder.path());
-    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
-    let (html, csv) = (path("bench.html"), path("bench.csv"));
-    let output = osp(&[
-        "bench",
-        &session,
-        "--quick",
-        "--sizes",
-        "200,600",
-        "--pace",
-        "samples:8",
-        "--json",
-        "--html",
-        &html,
-        "--csv",
-        &csv,
-    ]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    let rows = report["sessions"][0]["rows"].as_array().expect("rows");
-    let names: Vec<&str> = rows.iter().filter_map(|row| row["index"].as_str()).collect();
-    assert_eq!(names, all_kinds());
-    assert_eq!(report["sessions"][0]["indexes_agree"], true);
+    let csv = folder.path().join("bench.csv").to_str().expect("utf-8").to_owned();
+    let args =
+        ["bench", &session, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json", "--csv", &csv];
+    let report = Report::of(&osp(&args));
+    assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0));
     // `osp --version` prints it in brackets.
     let version = text(&osp(&["--version"]).stdout);
     let commit = version.split_once('(').and_then(|(_, rest)| rest.split_once(')')).map(|(commit, _)| commit);
-    assert_eq!(report["machine"]["commit"], commit.unwrap_or("unknown"));
-    for row in rows {
-        let frame = &row["frame_us"];
-        let [low, median, high] = ["low", "median", "high"].map(|key| frame[key].as_f64().expect("a number"));
-        assert!(0.0 < low && low <= median && median <= high, "{row}");
-        assert!(row["frames_measured"].as_u64().is_some_and(|n| n >= 40), "{row}");
-        let reference = row["index"] == "osp";
-        assert!(!reference || row["ratio"]["median"] == 1.0, "{row}");
+    assert_eq!(report.0["machine"]["commit"], commit.unwrap_or("unknown"));
+    assert_eq!(report.names("session", "recording"), [NAME]);
+    for (part, recordings) in [("session", &[NAME][..]), ("growth/still", &["scribble-200", "scribble-600"])]
+    {
+        assert_eq!(report.names(part, "index"), all_kinds(), "{part}");
+        for (recording, kind) in
+            recordings.iter().flat_map(|name| all_kinds().into_iter().map(move |kind| (name, kind)))
+        {
+            let of = |figure| report.value(part, recording, kind, figure);
+            assert!(0.0 < of("time") && of("time") <= of("p99") && of("p99") <= of("max"), "{part} {kind}");
+            assert!(of("values") >= 3.0 && of("reference") > 0.0, "{part} {kind}");
+            assert!(kind != "osp" || part != "session" || of("ratio") == 1.0, "{part}");
+        }
     }
-    let growth = report["growth"].as_array().expect("rows");
-    assert_eq!(growth.len(), 2 * names.len());
-    for row in growth {
-        assert!([200, 600].contains(&row["polygons"].as_u64().expect("a number")), "{row}");
-        assert!(row["ratio"]["values"].as_u64().is_some_and(|n| n >= 3), "{row}");
+    for row in report.rows() {
+        let [low, value, high] = ["low", "value", "high"].map(|key| row[key].as_f64());
+        assert!(low.is_none() == high.is_none() && low <= value.or(low) && value <= high.or(value), "{row}");
     }
     // In a room something is hidden.
-    let flight = &report["flights"][1];
-    assert!(flight["drawn"].as_f64() < flight["in_view"].as_f64(), "{flight}");
+    let flight = format!("{NAME} orbit");
+    let [osp, both] = ["osp", "osp + msvbsp"].map(|index| report.value("flight", &flight, index, "drawn"));
+    assert!(both < osp, "{both} {osp}");
 
-    let page = fs::read_to_string(&html).expect("the page");
-    assert!(
-        page.contains("a &lt;b&gt; &amp; &quot;c&quot;.ron") && !page.contains("a <b>"),
-        "the name is text"
-    );
-    assert!(page.matches("<svg").count() > 12, "{} charts", page.matches("<svg").count());
-    assert_eq!(page.matches("The paper (figure").count(), 2 + 1 + 2, "whole, two sizes; two flights");
-    let table = fs::read_to_string(&csv).expect("the figures");
-    let mut lines = table.lines();
-    assert_eq!(lines.next(), Some("part,recording,index,polygons,frames,figure,unit,value,low,high"));
-    for line in lines {
-        // Quotes in the name are doubled; the name has no comma.
-        assert_eq!(line.matches(',').count(), 9, "{line}");
+    let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
+    let columns = ["part", "recording", "index", "figure", "unit", "value", "low", "high"];
+    assert_eq!(lines[0], columns);
+    assert_eq!(lines.len() - 1, report.rows().len());
+    for (line, row) in lines[1..].iter().zip(report.rows()) {
+        let same = columns[..5].iter().zip(line).all(|(column, cell)| row[*column] == cell.as_str());
+        assert!(same, "{line:?} {row}");
+        let [written, value]: [f64; 2] =
+            [line[5].parse().expect("a number"), row["value"].as_f64().expect("a number")];
+        assert!((written - value).abs() <= 1.0e-12 * value.abs(), "{written} {row}");
     }
-    assert!(table.contains("session,\"a <b> & \"\"c\"\".ron\",lbvh,"), "{table}");
 }
 
 #[test]
-fn the_tables_name_the_machine_and_what_was_compared() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = osp(&[
-        "bench",
-        &session(folder.path()),
-        "--quick",
-        "--no-growth",
-        "--index",
-        "lbvh",
-        "--pace",
-        "samples:32",
-    ]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let report = text(&output.stdout);
-    for words in ["threads", "commit", " osp ", " lbvh ", "ratio", "break-even"] {
-        assert!(report.contains(words), "{words}: {report}");
-    }
-    assert!(!report.contains("Growth") && !report.contains("kd-tree"), "{report}");
-    assert!(!report.contains("All sessions"), "one session needs no table of all: {report}");
-    assert_eq!(text(&output.stderr), "");
-}
-
-#[test]
-fn several_sessions_are_listed_with_the_fastest_other_index() {
+fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
-    let args =
-        ["--quick", "--no-growth", "--no-rays", "--index", "osp,brute-simd,bsp", "--pace", "samples:32"];
-    let output = osp(&[&["bench", &file, &file][..], &args].concat());
+    let args = ["bench", &file, &file, "--quick", "--sizes", "200,600", "--pace", "samples:32"];
+    let output = osp(&args);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let report = text(&output.stdout);
-    let (each, all) = report.split_once("All sessions: osp against").expect("a table of all sessions");
-    // Of the tables of single sessions: the median of the ratios, frame by frame.
-    let each = each.lines().filter(|line| line.contains("brute-simd") && line.contains(".."));
-    let ratio = |line: &str| line.split(" (").next()?.split_whitespace().last()?.parse::<f64>().ok();
-    let ratios: Vec<f64> = each.filter_map(ratio).collect();
-    assert_eq!(ratios.len(), 2, "{ratios:?}");
-    let rows: Vec<&str> = all.lines().filter(|line| line.contains("brute-simd")).collect();
-    assert_eq!(rows.len(), 2, "bsp is rebuilt in every frame, so it is never the fastest: {all}");
-    for (row, ratio) in rows.into_iter().zip(ratios) {
-        let figures: Vec<f64> = row.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-        let [own, other, against] = figures[figures.len() - 3..] else { panic!("three figures: {row}") };
-        assert!(own > 0.0 && other > 0.0 && (against * ratio - 1.0).abs() < 0.02, "{ratio}: {row}");
+    let short = text(&output.stdout);
+    assert!(short.lines().count() <= 60, "{} lines: {short}", short.lines().count());
+    for words in [
+        "threads",
+        "commit",
+        "Over 2 recordings ",
+        "times as long",
+        "Sessions: ",
+        "Growth: ",
+        "Moving things: ",
+        "ratio",
+    ] {
+        assert!(short.contains(words), "{words}: {short}");
     }
+    let all = osp(&[&args[..], &["--all", "--no-rays", "--index", "lbvh"]].concat());
+    let all = text(&all.stdout);
+    for words in [
+        "growth/still, scribble-600: 600 polygons",
+        "break even",
+        "entries filed",
+        "moving/100 instances",
+        " lbvh ",
+    ] {
+        assert!(all.contains(words), "{words}: {all}");
+    }
+    assert!(!all.contains("Rays, ") && !all.contains("kd-tree"), "{all}");
+    assert_eq!(text(&output.stderr), "");
 }
 
 #[test]

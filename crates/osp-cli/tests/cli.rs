@@ -346,7 +346,7 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "pick", "query"] {
+    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "race", "pick", "query"] {
         let output = osp(&[command, "--help"]);
         assert!(output.status.success());
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
@@ -521,6 +521,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
         (&["bench", session], "osp bench", "bench", bench),
         (&["draw-index", session, "x.svg"], "osp draw-index", "bench", bench),
+        (&["race", session], "osp race", "bench", bench),
         (&["replay", session, "--chart", "x.svg"], "osp replay --chart", "bench", bench),
         (&["rig", "monitors"], "osp rig monitors", "window", window),
         (&["sketch", "a.ron"], "osp sketch", "window", window),

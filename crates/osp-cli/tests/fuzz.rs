@@ -79,14 +79,15 @@ fn frame_occlusion() {
 #[test]
 fn frame_occlusion_catches_unsound_methods() {
     use osp::occlusion::Occlusion;
+    use osp_rivals::RivalOcclusion;
     let cases = |count| (0..count).map(|case| Generator::new(case).case(&[]));
     let of = |kind| vec![kind];
     let hidden: usize =
-        cases(300).map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp))).sum();
+        cases(300).map(|data| fuzzing::frame_occlusion::judge(&data, of(Occlusion::Msvbsp.into()))).sum();
     let mut caught = Vec::new();
-    for kind in [Occlusion::MsvbspPaper, Occlusion::DepthCenters] {
+    for kind in [RivalOcclusion::MsvbspPaper, RivalOcclusion::DepthCenters] {
         let times = cases(1500)
-            .filter(|data| catch_unwind(|| fuzzing::frame_occlusion::judge(data, of(kind))).is_err())
+            .filter(|data| catch_unwind(|| fuzzing::frame_occlusion::judge(data, of(kind.into()))).is_err())
             .count();
         caught.push((kind, times));
     }

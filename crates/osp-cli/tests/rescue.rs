@@ -29,6 +29,7 @@ fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
         &["pick", "--at", "1,1"],
         &["query", "--nearest", "0,0,0", "1"],
         &["draw-index"],
+        &["race"],
         &["verify"],
     ]
     .into_iter()

@@ -14,15 +14,21 @@ mod contender;
 pub mod literal;
 #[cfg(feature = "report")]
 mod machine;
+mod method;
 pub mod oracle;
 pub mod pvs;
 mod reach;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
+pub mod rows;
 pub mod scenes;
 pub mod verify;
+#[cfg(feature = "report")]
+mod verify_rows;
 
 pub use contender::Contender;
 #[cfg(feature = "report")]
 pub use machine::Machine;
+pub use method::Method;
 pub use reach::{Reach, lost_polygons};

@@ -4,15 +4,15 @@
 use osp::{
     math::{Aabb, Sphere},
     occlusion::{
-        BuildCounts, MsvbspPaper, Occlusion, OcclusionCuller, PaperCaps, ShadowVolume, Soundness, Tested,
-        Verdict,
+        BuildCounts, OcclusionCuller, ShadowVolume, Soundness, Tested, Verdict, kernels::node_budget,
     },
     view::ViewWindow,
 };
+use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 
 /// The paper's tree without caps: what lies between the eye and an occluder counts as hidden, too.
 pub fn msvbsp_without_caps(occluders: usize) -> Box<dyn OcclusionCuller> {
-    Box::new(MsvbspPaper::new(PaperCaps::None, Occlusion::node_budget(occluders)))
+    Box::new(MsvbspPaper::new(PaperCaps::None, node_budget(occluders)))
 }
 
 /// A method of occlusion culling that tests a box by its eight corners one by one (Fig. 14, on the left): hidden if each of

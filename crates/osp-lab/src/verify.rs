@@ -2,7 +2,7 @@
 //! and what that costs.
 
 use crate::{
-    lost_polygons,
+    Method, lost_polygons,
     oracle::{Oracle, OracleConfig, Sight, Subject},
     pvs::Pvs,
 };
@@ -22,7 +22,7 @@ use osp_session::scene::Scene;
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyConfig {
     /// The methods.
-    pub kinds: Vec<Occlusion>,
+    pub kinds: Vec<Method>,
     /// Numbers of occluders, each with every method.
     pub occluders: Vec<usize>,
     /// Which polygons become candidates for occluders.
@@ -128,7 +128,7 @@ impl Trial {
     pub fn name(&self) -> &'static str {
         match &self.means {
             Means::Chosen(occlusion) => occlusion.culler().name(),
-            Means::Last(_) => Occlusion::DepthLast.name(),
+            Means::Last(_) => Occlusion::PreviousFrame.name(),
         }
     }
 
@@ -136,7 +136,7 @@ impl Trial {
     pub fn soundness(&self) -> Soundness {
         match &self.means {
             Means::Chosen(occlusion) => occlusion.culler().soundness(),
-            Means::Last(last) => last.soundness(),
+            Means::Last(_) => Soundness::Conservative,
         }
     }
 

@@ -15,8 +15,8 @@
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!
-//! Knows [`scene`](osp_session::scene), [`view`](osp::view), [`frame`](osp::frame) and the names of the methods of
-//! [`occlusion`](osp::occlusion), for the painter the tree of [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
+//! Knows [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter the tree of
+//! [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
 
 mod backdrop;
 mod draw_switch;
@@ -24,6 +24,7 @@ mod error;
 mod finish;
 mod formats;
 mod gpu;
+mod gpu_occlusion;
 mod gpu_scene;
 mod hzb;
 mod image;
@@ -55,6 +56,7 @@ pub use backdrop::background_for;
 pub use error::RenderError;
 pub use formats::SAMPLES;
 pub use gpu::Gpu;
+pub use gpu_occlusion::GpuOcclusion;
 pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel, PyramidPass};
 pub use image::Image;
 pub use lines::{Depth, LineBatch, LineColor, LinePass};

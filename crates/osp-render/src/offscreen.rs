@@ -1,12 +1,11 @@
 use std::{ops::AddAssign, sync::Arc};
 
 use super::{
-    Colors, DrawnCounts, Gpu, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts, Overdraw,
-    PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
+    Colors, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts,
+    Overdraw, PaintList, PassTimes, PyramidLevel, RenderError, Renderer, RendererConfig, Target, ViewSlot,
 };
 use osp::{
     frame::{Stage, StageClock},
-    occlusion::Occlusion,
     polygon::{Change, PolygonId},
     view::View,
 };
@@ -116,15 +115,19 @@ impl Offscreen {
     ///
     /// # Errors
     /// The adapter lacks what that needs.
-    pub fn set_occlusion(&mut self, occlusion: Occlusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
     }
 
-    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    /// The same, with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
     /// The adapter lacks what that needs.
-    pub fn set_occlusion_with(&mut self, occlusion: Occlusion, config: HzbConfig) -> Result<(), RenderError> {
+    pub fn set_occlusion_with(
+        &mut self,
+        occlusion: GpuOcclusion,
+        config: HzbConfig,
+    ) -> Result<(), RenderError> {
         self.sights
             .iter_mut()
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
@@ -137,7 +140,7 @@ impl Offscreen {
     ///
     /// # Panics
     /// There is no view of this number.
-    pub fn set_occlusion_of(&mut self, number: usize, occlusion: Occlusion) -> Result<(), RenderError> {
+    pub fn set_occlusion_of(&mut self, number: usize, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 

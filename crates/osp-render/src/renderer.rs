@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use super::{
-    Blend, Classes, Colors, Gpu, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList, PyramidLevel,
-    RenderError, Style, Target, ViewSlot,
+    Blend, Classes, Colors, Gpu, GpuOcclusion, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList,
+    PyramidLevel, RenderError, Style, Target, ViewSlot,
     backdrop::srgb_from_linear,
     draw_switch::DrawSwitch,
     finish::Finish,
@@ -20,7 +20,6 @@ use super::{
     timer::Ends,
 };
 use osp::{
-    occlusion::Occlusion,
     polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
     view::View,
 };
@@ -210,32 +209,30 @@ impl Renderer {
         bytes
     }
 
-    /// Chooses how a view culls hidden polygons on the GPU; a method that culls on the CPU is none here. It does so in
-    /// frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
+    /// Chooses how a view culls hidden polygons on the GPU. It does so in frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
-    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: Occlusion) -> Result<(), RenderError> {
+    pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.set_occlusion_with(slot, occlusion, HzbConfig::default())
     }
 
-    /// The same, with settings for [`Occlusion::Hzb`] and [`Occlusion::Auto`].
+    /// The same, with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
     /// The adapter lacks what that needs; the view is drawn as before.
     pub fn set_occlusion_with(
         &mut self,
         slot: &mut ViewSlot,
-        occlusion: Occlusion,
+        occlusion: GpuOcclusion,
         config: HzbConfig,
     ) -> Result<(), RenderError> {
-        let occlusion = occlusion.on_gpu();
         slot.switch = None;
-        if occlusion == Occlusion::None {
+        if occlusion == GpuOcclusion::None {
             slot.hzb = None;
             return Ok(());
         }
-        if occlusion == Occlusion::Queries && self.gpu.is_in_browser() {
+        if occlusion == GpuOcclusion::Queries && self.gpu.is_in_browser() {
             // The crate wgpu, version 30, does not hand the set of queries on to the browser.
             let lacks = "occlusion queries, which no browser gives it";
             return Err(RenderError::NoOcclusion { adapter: self.gpu.name(), lacks });
@@ -243,7 +240,7 @@ impl Renderer {
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
                 // Then drawing all is the fastest way that there is.
-                Err(_) if occlusion == Occlusion::Auto => {
+                Err(_) if occlusion == GpuOcclusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
                     return Ok(());
@@ -253,10 +250,10 @@ impl Renderer {
             hzb.follow(&self.gpu, &self.scene);
             self.hzb = Some(hzb);
         }
-        slot.switch = (occlusion == Occlusion::Auto).then(DrawSwitch::default);
+        slot.switch = (occlusion == GpuOcclusion::Auto).then(DrawSwitch::default);
         let view = slot.hzb.get_or_insert_with(|| Box::new(HzbView::new(&self.gpu)));
         match occlusion {
-            Occlusion::Queries => view.use_queries(&self.gpu),
+            GpuOcclusion::Queries => view.use_queries(&self.gpu),
             _ => view.use_pyramid(config),
         }
         Ok(())

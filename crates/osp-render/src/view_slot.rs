@@ -2,10 +2,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    DrawOrder, DrawnCounts, Gpu, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
+    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
     style::MAX_STYLES,
 };
-use osp::{math::rotate, occlusion::Occlusion, view::View};
+use osp::{math::rotate, view::View};
 
 /// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
 #[derive(Debug)]
@@ -20,7 +20,7 @@ pub struct ViewSlot {
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
     pub(super) hzb: Option<Box<HzbView>>,
-    /// For [`Occlusion::Auto`]: whether the next frame is culled.
+    /// For [`GpuOcclusion::Auto`]: whether the next frame is culled.
     pub(super) switch: Option<DrawSwitch>,
 }
 
@@ -101,16 +101,16 @@ impl ViewSlot {
     }
 
     /// The method by which this view is culled on the GPU.
-    pub fn occlusion(&self) -> Occlusion {
+    pub fn occlusion(&self) -> GpuOcclusion {
         match (&self.switch, &self.hzb) {
-            (Some(_), _) => Occlusion::Auto,
+            (Some(_), _) => GpuOcclusion::Auto,
             (None, Some(view)) => view.occlusion(),
-            (None, None) => Occlusion::None,
+            (None, None) => GpuOcclusion::None,
         }
     }
 
     /// Takes the time of a frame of this view, now or some frames later, and whether that frame was culled on the GPU.
-    /// [`Occlusion::Auto`] decides by these times.
+    /// [`GpuOcclusion::Auto`] decides by these times.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);

@@ -31,7 +31,7 @@ const NONE: u32 = u32::MAX;
 const ROOT: u32 = 0;
 
 /// A way to partition space.
-pub(super) trait Partition: Send + Sync + std::fmt::Debug {
+pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 

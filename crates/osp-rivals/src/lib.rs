@@ -1,8 +1,8 @@
-//! Every other spatial index, to measure [`Osp`](osp::index::Osp) against: in its best form, with the same kernels.
+//! Every other spatial index, to measure [`Osp`](osp::index::Osp) against: in its best form, with the same kernels. And every
+//! other method of [`occlusion`] culling.
 //!
-//! Each answers exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] names
-//! them all, ours included. [`groups`] is a scene graph over indexes, for models whose groups move. Knows
-//! [`polygon`](osp::polygon) and [`index`](osp::index).
+//! Each index answers exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] names
+//! them all, ours included. [`groups`] is a scene graph over indexes, for models whose groups move.
 
 mod as_printed;
 mod brute_simd;
@@ -20,6 +20,7 @@ mod kd_tree;
 mod kind;
 mod lanes;
 mod loose_octree;
+pub mod occlusion;
 mod octree_paper;
 mod octree_rebuild;
 mod osp_paper;
@@ -42,6 +43,7 @@ pub use dynamic_bvh::DynamicBvh;
 pub use kd_tree::{KdTreeConfig, kd_tree};
 pub use kind::IndexKind;
 pub use loose_octree::{LooseOctree, LooseOctreeConfig};
+pub use occlusion::RivalOcclusion;
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
 pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};

@@ -19,7 +19,7 @@ use osp::{
 const REFIT_LIMIT: f64 = 1.5;
 
 /// Something that orders polygons into a [`FlatTree`].
-pub(super) trait TreeBuilder: Send + Sync + std::fmt::Debug {
+pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 

@@ -9,7 +9,7 @@ use super::{
     tuning::RUN_STRETCH,
 };
 use crate::{
-    index::{IndexError, simd::Wide},
+    index::{IndexError, SpatialIndex, simd::Wide},
     math::Aabb,
     polygon::PolygonId,
 };
@@ -32,17 +32,42 @@ impl Moved {
 }
 
 impl Osp {
-    /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all) in the tree.
-    pub(super) fn update_blocks(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        let blocks = || updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16);
-        // The memory of many blocks is asked for at once, ahead of its use.
-        let mut firsts = blocks().filter_map(|updates| updates.first()).map(|(id, _)| id.0);
-        let is_worth_it = updates.len() >= LEAST;
-        for (at, updates) in blocks().enumerate() {
-            if is_worth_it && at.is_multiple_of(TOGETHER) {
-                self.ask_for_blocks(firsts.by_ref().take(TOGETHER));
+    /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all), block by block.
+    pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        let is_worth_it = updates.len() >= LEAST && !self.is_linear;
+        // Blocks for which memory was asked.
+        let mut ahead = 0;
+        loop {
+            let moved = self.movers.update_first(updates);
+            self.upkeep.adjusted += moved as u64;
+            updates = &updates[moved..];
+            let Some(&(PolygonId(first), _)) = updates.first() else { return };
+            if is_worth_it && ahead == 0 {
+                // The memory of many blocks is asked for at once, ahead of its use.
+                let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16);
+                let firsts = blocks.filter_map(|updates| updates.first()).map(|(id, _)| id.0);
+                let firsts = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
+                self.ask_for_blocks(firsts.take(TOGETHER));
+                ahead = TOGETHER;
             }
-            self.update_block(updates, refused);
+            let end = updates.iter().position(|(id, _)| id.0 / 16 != first / 16).unwrap_or(updates.len());
+            let (of_block, rest) = updates.split_at(end);
+            if self.is_linear {
+                self.update_listed(of_block, refused);
+            } else {
+                self.update_block(of_block, refused);
+            }
+            (updates, ahead) = (rest, ahead.saturating_sub(1));
+        }
+    }
+
+    /// Gives polygons of one block new boxes in the plain list.
+    fn update_listed(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
+        let block = updates.first().map_or(0, |(id, _)| id.0 / 16);
+        if self.linear.update_block(block, updates) {
+            self.upkeep.adjusted += updates.len() as u64;
+        } else {
+            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
         }
     }
 
@@ -54,7 +79,14 @@ impl Osp {
         let mut moved = Moved::NONE;
         for &(id, ref bounds) in updates {
             let (lane, wide) = (id.index() % 16, Wide::from_box(bounds));
-            if (filed | open) >> lane & 1 == 0 {
+            if let Some(slot) = self.movers.slot(id) {
+                if wide.is_valid() {
+                    self.movers.set(slot, bounds);
+                    self.upkeep.adjusted += 1;
+                } else {
+                    refused.push(IndexError::InvalidBounds(id));
+                }
+            } else if (filed | open) >> lane & 1 == 0 {
                 refused.push(IndexError::Unknown(id));
             } else if !wide.is_valid() {
                 refused.push(IndexError::InvalidBounds(id));
@@ -83,6 +115,10 @@ impl Osp {
 
     /// Gives polygons that are in runs new boxes, run by run.
     fn move_block(&mut self, block: u32, moved: &Moved) {
+        if moved.lanes != 0 && self.ids.is_hot(block, self.clock as u8) {
+            self.take_in(block, moved.lanes, &moved.boxes);
+            return;
+        }
         let mut left = moved.lanes;
         while left != 0 {
             let first = block * 16 + left.trailing_zeros();
@@ -118,7 +154,7 @@ impl Osp {
             return true;
         }
         self.upkeep.filed += u64::from(count);
-        (self.is_quiet, self.changes) = (false, self.changes + 1);
+        self.changes += 1;
         let is_loose = self.pages[place / 16].loose >> (place % 16) & 1 == 1;
         self.take_run_out(place, run, head);
         self.file(run, bounds, way, is_loose);

@@ -17,7 +17,9 @@ impl Osp {
     /// Asks for what these changes will touch, if they lie far apart: those of a stroke that is drawn are few lines that
     /// are at hand.
     pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
-        if changes.len() < LEAST || self.is_linear {
+        // Updates that come together ask by themselves.
+        let are_together = || changes.iter().all(|change| matches!(change, Change::Update(_)));
+        if changes.len() < LEAST || self.is_linear || are_together() {
             return;
         }
         for changes in changes.chunks(TOGETHER) {

@@ -55,6 +55,9 @@ pub(super) trait Answer {
 pub(super) trait Filling: Answer {
     /// All polygons that are in the index.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
+
+    /// Some of sixteen polygons from anywhere.
+    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32);
 }
 
 /// The answer as ids.
@@ -97,6 +100,13 @@ impl Filling for Ids<'_> {
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap) {
         for (first, masks) in ids.shelves() {
             self.blocks(kernel, first, masks);
+        }
+    }
+
+    #[inline(always)]
+    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32) {
+        if lanes != 0 {
+            self.0.push_packed(kernel, ids, lanes);
         }
     }
 }
@@ -156,6 +166,15 @@ impl Filling for Blocks<'_> {
             }
             let polygons = filed.iter().map(|mask| mask.count_ones() as usize).sum();
             self.0.note(block..block + filed.len(), polygons);
+        }
+    }
+
+    #[inline(always)]
+    fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32) {
+        let mut left = lanes;
+        while left != 0 {
+            self.run(kernel, ids[left.trailing_zeros() as usize % BLOCK], 1);
+            left &= left - 1;
         }
     }
 }

@@ -27,6 +27,7 @@ impl Osp {
     /// Inserts runs by their boxes. Where many come at once, they go to many places: what they will touch is asked for
     /// from memory first.
     pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
+        self.came += runs.len() as u32;
         let shape = self.shape;
         let mut ways = [Way::default(); 16];
         for (way, (_, bounds)) in ways.iter_mut().zip(runs) {
@@ -77,12 +78,15 @@ impl Osp {
         if wider {
             self.widen_above(head, &bounds.to_box());
         }
-        if self.buckets[head].runs > self.buckets[head].split_at {
+        let leaf = &self.buckets[head];
+        if leaf.runs > leaf.split_at {
             if self.is_flat {
                 self.build_tree();
             } else {
                 self.try_split(head);
             }
+        } else if leaf.runs >= leaf.pack_at {
+            self.let_wait_for_packing(head);
         }
     }
 
@@ -395,7 +399,7 @@ impl Osp {
                 }
                 self.release_page(number);
             }
-            self.buckets.give(at);
+            self.give_bucket(at);
             at = next;
         }
     }

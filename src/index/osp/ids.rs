@@ -1,6 +1,7 @@
 #![expect(unsafe_code, reason = "exact boxes are looked up without a check; it pays in queries")]
 
 use super::{
+    heat::Heat,
     open::OpenBlock,
     pool::{NONE, Pool, Pooled},
 };
@@ -48,6 +49,8 @@ struct Shelf {
     place: [u32; BLOCKS],
     /// Per block the number of its exact boxes, or [`NONE`].
     store: [u32; BLOCKS],
+    /// Per block how often its polygons have moved lately.
+    heat: [Heat; BLOCKS],
     /// Blocks with a polygon; next free shelf.
     live: u32,
     /// No block from here on has ever had a polygon.
@@ -55,8 +58,14 @@ struct Shelf {
 }
 
 impl Pooled for Shelf {
-    const BLANK: Self =
-        Self { filed: [0; BLOCKS], place: [NONE; BLOCKS], store: [NONE; BLOCKS], live: 0, end: 0 };
+    const BLANK: Self = Self {
+        filed: [0; BLOCKS],
+        place: [NONE; BLOCKS],
+        store: [NONE; BLOCKS],
+        heat: [Heat::NONE; BLOCKS],
+        live: 0,
+        end: 0,
+    };
 
     fn next_free(&self) -> u32 {
         self.live
@@ -146,6 +155,12 @@ impl IdMap {
     #[inline]
     pub(super) fn filed(&self, block: u32) -> u16 {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
+    }
+
+    /// Notes that polygons of a block have moved; whether they do so in frame after frame.
+    #[inline]
+    pub(super) fn is_hot(&mut self, block: u32, clock: u8) -> bool {
+        self.shelf_mut(block).is_some_and(|(shelf, at)| shelf.heat[at].note(clock))
     }
 
     /// Notes that some ids of a block are not in use any more; `filed` are left.

@@ -1,3 +1,5 @@
+use std::collections::VecDeque;
+
 use glam::Vec3;
 
 use super::{
@@ -5,6 +7,7 @@ use super::{
     ids::IdMap,
     layout::{Bucket, Node, OWN, TakenRun},
     linear::{Inserted, Linear},
+    movers::Movers,
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
@@ -53,10 +56,15 @@ pub struct Osp {
     pub(super) taken: Vec<TakenRun>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
-    /// Preallocated cells that were not looked at for leaves to pack since something came or went.
-    pub(super) unpacked_cells: usize,
-    /// Whether nothing has come or gone since the last commit.
-    pub(super) is_quiet: bool,
+    /// Leaves that wait to be packed.
+    pub(super) to_pack: VecDeque<u32>,
+    /// Runs inserted since the last commit.
+    pub(super) came: u32,
+    /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
+    pub(super) movers: Movers,
+    /// Commits so far, and when a round through the movers began.
+    pub(super) clock: u32,
+    pub(super) round: u32,
     /// Blocks closed, and runs moved, since the room was looked at.
     pub(super) changes: u32,
     /// Polygons taken out or moved since the last commit.
@@ -99,8 +107,11 @@ impl Osp {
             gathered: Some(Box::default()),
             taken: Vec::with_capacity(MOST_TAKEN),
             queue: NONE,
-            unpacked_cells: 0,
-            is_quiet: true,
+            to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
+            came: 0,
+            movers: Movers::new(),
+            clock: 0,
+            round: 0,
             changes: CHANGES_BETWEEN,
             removals: 0,
             len: 0,
@@ -138,8 +149,17 @@ impl Osp {
         self.set_top(top);
     }
 
+    /// Polygons that are kept in flat rows beside the tree, because they move in frame after frame. The answers do not depend
+    /// on it.
+    pub fn moving(&self) -> usize {
+        self.movers.len()
+    }
+
     /// The box of a polygon in the index.
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        if let Some(bounds) = self.movers.bounds(id) {
+            return Some(bounds);
+        }
         if self.is_linear {
             return self.linear.bounds(id.0);
         }
@@ -198,7 +218,7 @@ impl Osp {
             self.open_block(block);
         }
         self.open.add(lane, bounds);
-        (self.len, self.is_quiet) = (self.len + 1, false);
+        self.len += 1;
     }
 
     /// Takes a polygon out that is known to be in the tree.
@@ -206,7 +226,6 @@ impl Osp {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
         self.removals += 1;
-        self.is_quiet = false;
         if self.open.is(block) {
             if self.open.lanes() >> lane & 1 == 1 {
                 self.open.remove(lane);
@@ -224,10 +243,10 @@ impl SpatialIndex for Osp {
     }
 
     fn len(&self) -> usize {
-        self.len
+        self.len + self.movers.len()
     }
 
-    fn announce(&self, geometry: &dyn Geometry, changes: &[Change]) {
+    fn announce(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.ask_for(geometry, changes);
     }
 
@@ -236,6 +255,9 @@ impl SpatialIndex for Osp {
         let bounds = Wide::from_box(bounds);
         if !bounds.is_valid() {
             return Err(IndexError::InvalidBounds(id));
+        }
+        if self.movers.slot(id).is_some() {
+            return Err(IndexError::Duplicate(id));
         }
         if self.is_linear {
             match self.linear.insert(id.0, bounds, self.linear_blocks) {
@@ -258,11 +280,14 @@ impl SpatialIndex for Osp {
             return Err(IndexError::Duplicate(id));
         }
         self.open.add(lane, bounds);
-        (self.len, self.is_quiet) = (self.len + 1, false);
+        self.len += 1;
         Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+        if self.movers.remove(id).is_some() {
+            return Ok(());
+        }
         if self.is_linear {
             if !self.linear.remove(id.0) {
                 return Err(IndexError::Unknown(id));
@@ -278,6 +303,14 @@ impl SpatialIndex for Osp {
     }
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+        if let Some(slot) = self.movers.slot(id) {
+            if !Wide::from_box(bounds).is_valid() {
+                return Err(IndexError::InvalidBounds(id));
+            }
+            self.movers.set(slot, bounds);
+            self.upkeep.adjusted += 1;
+            return Ok(());
+        }
         let is_known = if self.is_linear { self.linear.holds(id.0) } else { self.holds(id) };
         if !is_known {
             return Err(IndexError::Unknown(id));
@@ -302,14 +335,11 @@ impl SpatialIndex for Osp {
 
     /// O(polygons) for the boxes, O(1) for each run that they are in, and O(depth) for a run that leaves its leaf.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
-        if self.is_linear {
-            refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
-        } else {
-            self.update_blocks(updates, refused);
-        }
+        self.update_blocks(updates, refused);
     }
 
     fn commit(&mut self) {
+        self.settle();
         if self.is_linear {
             self.linear.commit();
             return;
@@ -317,11 +347,7 @@ impl SpatialIndex for Osp {
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
         }
-        if !self.is_quiet {
-            (self.is_quiet, self.unpacked_cells) = (true, self.flat.len());
-        } else if self.unpacked_cells > 0 && self.queue == NONE && self.removals == 0 {
-            self.pack_some();
-        }
+        self.pack_some();
         self.removals = 0;
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
@@ -333,15 +359,23 @@ impl SpatialIndex for Osp {
     }
 
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
-        self.cull(frustum, draw_list)
+        let mut work = self.cull(frustum, draw_list);
+        work += self.cull_movers(frustum, draw_list);
+        work
     }
 
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        self.cull_blocks(frustum, visible)
+        let mut work = self.cull_blocks(frustum, visible);
+        work += self.cull_mover_blocks(frustum, visible);
+        work
     }
 
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
-        self.cull_views(frusta, visible)
+        let mut work = self.cull_views(frusta, visible);
+        for (frustum, visible) in frusta.iter().zip(visible) {
+            work += self.cull_mover_blocks(frustum, visible);
+        }
+        work
     }
 
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
@@ -390,12 +424,15 @@ impl SpatialIndex for Osp {
             + self.pages.bytes()
             + self.ids.bytes()
             + self.linear.bytes()
+            + self.movers.bytes()
+            + self.to_pack.capacity() * size_of::<u32>()
     }
 
     fn clear(&mut self) {
         self.flat.fill(0);
         self.clear_tree();
         self.linear.clear();
+        self.movers.clear();
         self.is_linear = self.linear_blocks > 0;
         self.len = 0;
     }
@@ -428,7 +465,8 @@ impl Osp {
         self.pages.clear();
         self.ids.clear();
         self.open.close();
-        (self.queue, self.removals, self.unpacked_cells) = (NONE, 0, 0);
+        self.to_pack.clear();
+        (self.queue, self.removals, self.came) = (NONE, 0, 0);
         self.shape += 1;
         self.init_root();
     }

@@ -125,8 +125,10 @@ pub(super) struct Bucket {
     pub(super) counts: [u8; 16],
     /// The pages whose runs are all of one polygon.
     pub(super) single: u16,
-    /// First of the chain only: runs when they were last put in the order of space.
-    pub(super) packed: u16,
+    /// First of the chain only: whether it waits to be packed.
+    pub(super) waits: bool,
+    /// First of the chain only: runs at which it is packed next.
+    pub(super) pack_at: u32,
     pub(super) pages: [u32; 16],
     pub(super) boxes: Halves,
 }
@@ -151,7 +153,8 @@ impl Pooled for Bucket {
         movable: 0,
         counts: [0; 16],
         single: 0,
-        packed: 0,
+        waits: false,
+        pack_at: super::tuning::PACKED_FIRST,
         pages: [NONE; 16],
         boxes: Halves::EMPTY,
     };
@@ -169,6 +172,11 @@ impl Bucket {
     #[inline]
     pub(super) fn used(&self) -> u32 {
         (1 << self.page_count) - 1
+    }
+
+    /// Whether it is a leaf most of whose polygons have a run of their own: strokes are in order as they come.
+    pub(super) fn is_scattered(&self) -> bool {
+        self.slot != OWN && self.polygons < self.runs * 2 && self.runs as usize <= super::tuning::MOST_TAKEN
     }
 
     /// Notes how many runs a page of the bucket has, and whether all are of one polygon.

@@ -9,7 +9,7 @@ use crate::{
         simd::{Boxes, Kernel, PlaneSet, Wide, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::BLOCK,
+    polygon::{BLOCK, PolygonId},
 };
 
 /// Blocks of sixteen numbers with the boxes of their polygons, in any order; none is empty.
@@ -181,6 +181,30 @@ impl Linear {
             self.widen(at, bounds);
             self.mark_loose(at);
         }
+    }
+
+    /// Gives polygons of one block other boxes, in their order. False if one of them is not there or not valid: then nothing
+    /// is changed, or some of those before it have theirs.
+    #[inline]
+    pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
+        let Some(at) = self.find(number) else { return false };
+        let (there, boxes) = (self.lanes[at], &mut self.boxes[at]);
+        let mut around = Wide::EMPTY;
+        let mut is_right = true;
+        for (id, bounds) in updates {
+            let (lane, wide) = (id.index() % BLOCK, Wide::from_box(bounds));
+            is_right = there >> lane & 1 == 1 && wide.is_valid();
+            if !is_right {
+                break;
+            }
+            boxes.set(lane, bounds);
+            around = around.union(wide);
+        }
+        if around != Wide::EMPTY {
+            self.widen(at, around);
+            self.mark_loose(at);
+        }
+        is_right
     }
 
     /// Takes a polygon out; false if it is not there.

@@ -20,9 +20,11 @@
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
 //! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
 //! * If most is, the walk looks for what is hidden and takes it out of all ids: of what is seen, nothing is read (`plan.rs`).
-//! * Leaves of polygons that arrive in no order are packed in the order of space, two in a frame without changes (`order.rs`).
+//! * Leaves of polygons that arrive in no order are packed in the order of space, few in a frame (`order.rs`).
 //! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
 //!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
+//! * What moves in frame after frame is kept in flat rows beside the tree (`movers.rs`), and goes back when it has rested
+//!   (`settle.rs`).
 //! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
 //!   in the commits that follow, as much as was erased.
 //!
@@ -42,11 +44,14 @@ mod answer;
 mod file;
 mod form;
 mod grid;
+mod heat;
 mod ids;
 mod index;
 mod layout;
 mod linear;
 mod many_views;
+mod movers;
+mod movers_query;
 mod open;
 mod order;
 mod pages;
@@ -56,6 +61,7 @@ mod pool;
 mod query;
 mod ray;
 mod remove;
+mod settle;
 mod thin;
 mod tuning;
 mod validate;

@@ -1,11 +1,11 @@
-//! The order of space for polygons that arrive in no order, as the faces of many imported models do. Their leaves' pages are
-//! filled in the order of arrival, so each of them is as wide as its leaf, and a plane that cuts the leaf cuts all. In
-//! frames in which nothing comes or goes, a few leaves each are packed again: runs that lie side by side share a page.
+//! The order of space for polygons that arrive in no order, as the faces of many imported models do. A leaf's pages are filled
+//! in the order of arrival, so each of them is as wide as the leaf, and a plane that cuts the leaf cuts all. A leaf that has
+//! grown by a half waits to be packed: runs that lie side by side then share a page. A commit packs few of those that wait.
 
 use super::{
     grid::{self, Key},
     index::Osp,
-    layout::{Bucket, Link, TakenRun, Target},
+    layout::{Bucket, TakenRun},
     pool::Pooled,
     tuning::MOST_TAKEN,
 };
@@ -26,39 +26,40 @@ fn cell_of(key: &Key, shift: u32) -> usize {
     })
 }
 
-/// Leaves that a commit packs at most.
-const LEAVES_A_COMMIT: usize = 2;
-
-/// Preallocated cells that a commit looks at to find them.
-const CELLS_A_COMMIT: usize = 4096;
-
-/// Fewer runs are in too few pages for any order to matter; and so many may come or go before a leaf is packed again.
-const FEW_RUNS: u32 = 32;
+/// Leaves that a commit packs at most: so many, and one more for each so many runs that came since the last commit.
+const LEAVES_A_COMMIT: u32 = 1;
+const RUNS_A_LEAF: u32 = 64;
 
 impl Osp {
-    /// Packs a few leaves, if nothing has come or gone since the last time. Those below the preallocated levels are left.
+    /// Lets a leaf wait that has grown since it was packed, if what it holds comes from everywhere.
+    pub(super) fn let_wait_for_packing(&mut self, head: u32) {
+        let leaf = &mut self.buckets[head];
+        leaf.pack_at = leaf.runs + leaf.runs / 2;
+        if leaf.is_scattered() && !leaf.waits {
+            leaf.waits = true;
+            self.to_pack.push_back(head);
+        }
+    }
+
+    /// Packs a few of the leaves that wait.
     pub(super) fn pack_some(&mut self) {
-        let mut packed = 0;
-        for _ in 0..CELLS_A_COMMIT.min(self.unpacked_cells) {
-            self.unpacked_cells -= 1;
-            let link = Link::from_bits(self.flat[self.unpacked_cells]);
-            if let Target::Leaf(head) = link.target()
-                && self.needs_packing(head)
-            {
-                self.pack(head);
-                packed += 1;
-                if packed == LEAVES_A_COMMIT {
-                    return;
+        let came = std::mem::take(&mut self.came);
+        for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
+            let Some(head) = self.to_pack.pop_front() else { return };
+            // It may be gone, be another bucket now, or hold other runs.
+            if self.buckets[head].waits {
+                self.buckets[head].waits = false;
+                if self.buckets[head].is_scattered() {
+                    self.pack(head);
                 }
             }
         }
     }
 
-    fn needs_packing(&self, head: u32) -> bool {
-        let Bucket { runs, polygons, packed, .. } = self.buckets[head];
-        // Strokes are in order as they come.
-        let is_scattered = polygons < runs * 2 && runs as usize <= MOST_TAKEN;
-        is_scattered && runs > FEW_RUNS && runs.abs_diff(u32::from(packed)) >= FEW_RUNS
+    /// Gives a bucket back.
+    pub(super) fn give_bucket(&mut self, number: u32) {
+        self.buckets[number].waits = false;
+        self.buckets.give(number);
     }
 
     /// Puts the runs of a leaf into pages in the order of space.
@@ -66,8 +67,8 @@ impl Osp {
         let old = self.buckets.take();
         self.buckets[old] = self.buckets[head];
         let first = &mut self.buckets[head];
-        let Bucket { parent, slot, shift, split_at, runs, .. } = *first;
-        *first = Bucket { parent, slot, shift, split_at, packed: runs as u16, ..Bucket::BLANK };
+        let Bucket { parent, slot, shift, split_at, pack_at, .. } = *first;
+        *first = Bucket { parent, slot, shift, split_at, pack_at, ..Bucket::BLANK };
         let mut taken = std::mem::take(&mut self.taken);
         taken.clear();
         self.take_apart(old, |_, run| taken.push(run));
@@ -115,86 +116,137 @@ mod tests {
 
     use super::*;
     use crate::{
-        index::{IndexConfig, SpatialIndex},
+        index::{
+            IndexConfig, SpatialIndex,
+            osp::{layout::Target, pool::NONE},
+        },
         math::Aabb,
         polygon::PolygonId,
     };
 
     const POLYGONS: u32 = 20_000;
 
-    /// A tree of small boxes from everywhere.
-    fn scattered() -> Osp {
-        let config = IndexConfig { root: Aabb::cube(Vec3::ZERO, 4.0), capacity: POLYGONS as usize };
-        let mut osp = Osp::new(&config);
+    /// Small boxes from everywhere in a cube of 3.8 metres, or along a line.
+    fn boxes(is_scattered: bool) -> impl Iterator<Item = (PolygonId, Aabb)> {
         let mut state = 7u32;
-        let mut unit = || {
+        let mut unit = move || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 24) as f32
         };
-        for id in 0..POLYGONS {
-            let center = Vec3::new(unit(), unit(), unit()) * 3.8 - 1.9;
-            osp.insert(PolygonId(id), &Aabb::cube(center, 0.01)).expect("finite boxes, each id once");
-            if id % 16 == 15 {
+        (0..POLYGONS).map(move |id| {
+            let along = id as f32 / POLYGONS as f32;
+            let at = if is_scattered { Vec3::new(unit(), unit(), unit()) } else { Vec3::splat(along) };
+            (PolygonId(id), Aabb::cube(at * 3.8 - 1.9, 0.01))
+        })
+    }
+
+    fn empty(root_m: f32) -> Osp {
+        Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, root_m), capacity: POLYGONS as usize })
+    }
+
+    /// Grows by so many polygons a commit.
+    fn grown(mut osp: Osp, a_commit: u32, mut each: impl FnMut(&Osp)) -> Osp {
+        for (id, bounds) in boxes(true) {
+            osp.insert(id, &bounds).expect("a finite box, each id once");
+            if id.0 % a_commit == a_commit - 1 {
                 osp.commit();
+                each(&osp);
             }
         }
         osp
     }
 
-    fn leaves(osp: &Osp) -> Vec<u32> {
-        let targets = osp.flat.iter().map(|&bits| Link::from_bits(bits).target());
-        targets.filter_map(|t| if let Target::Leaf(head) = t { Some(head) } else { None }).collect()
-    }
-
     /// Sum of the surfaces of the pages' boxes, square metres: how often a plane cuts one.
-    fn surface_m2(osp: &Osp) -> f32 {
-        let heads = leaves(osp);
-        let pages = heads.iter().flat_map(|&head| {
-            let bucket = &osp.buckets[head];
-            (0..bucket.page_count as usize).map(|at| bucket.boxes.get(at).extent())
-        });
-        pages.map(|e| 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)).sum()
-    }
-
-    #[test]
-    fn quiet_frames_pack_two_leaves_each_until_all_are_packed() {
-        let mut osp = scattered();
-        let before = surface_m2(&osp);
-        let to_pack = |osp: &Osp| leaves(osp).into_iter().filter(|&head| osp.needs_packing(head)).count();
-        let mut left = to_pack(&osp);
-        assert!(left > 20, "{left} leaves to pack");
-        // The frame after the last change does not.
-        osp.commit();
-        for frame in 0.. {
-            let now = to_pack(&osp);
-            assert!(now + LEAVES_A_COMMIT >= left, "{} leaves in a frame", left - now);
-            left = now;
-            if osp.unpacked_cells == 0 {
-                break;
+    fn surface_m2(osp: &Osp, node: u32) -> f32 {
+        let children = osp.nodes[node].children.iter();
+        let of_child = children.map(|link| match link.target() {
+            Target::Nothing => 0.0,
+            Target::Node(below) => surface_m2(osp, below),
+            Target::Leaf(head) => {
+                let next = |&at: &u32| Some(osp.buckets[at].next).filter(|&next| next != NONE);
+                let buckets = std::iter::successors(Some(head), next);
+                let of_bucket = |at: u32| {
+                    let bucket = &osp.buckets[at];
+                    let extents = (0..bucket.page_count as usize).map(|at| bucket.boxes.get(at).extent());
+                    extents.map(|e| 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)).sum::<f32>()
+                };
+                buckets.map(of_bucket).sum()
             }
-            assert!(frame < 1_000, "it has an end");
-            osp.commit();
-            osp.validate().expect("valid");
+        });
+        of_child.sum()
+    }
+
+    /// The same tree without packing: no leaf waits long enough.
+    fn not_packed(root_m: f32) -> Osp {
+        let mut osp = empty(root_m);
+        for (id, bounds) in boxes(true) {
+            osp.insert(id, &bounds).expect("a finite box, each id once");
+            osp.to_pack.clear();
         }
-        assert_eq!(left, 0);
-        let after = surface_m2(&osp);
-        assert!(after * 1.4 < before, "{before} and {after} square metres");
+        osp
     }
 
     #[test]
-    fn frames_with_changes_pack_nothing() {
-        let mut osp = scattered();
-        let packed = |osp: &Osp| leaves(osp).iter().any(|&head| osp.buckets[head].packed != 0);
-        for id in 0..500 {
+    fn a_growing_tree_is_packed_wherever_it_grows() {
+        // In the second, most cells lie outside of the preallocated levels.
+        for root_m in [4.0, 0.25] {
+            let packed = grown(empty(root_m), 16, |_| ());
+            packed.validate().expect("a sound tree");
+            let before = not_packed(root_m);
+            let (is, was) = (surface_m2(&packed, packed.top), surface_m2(&before, before.top));
+            assert!(is * 1.1 < was, "{was} and {is} square metres");
+        }
+    }
+
+    #[test]
+    fn a_commit_packs_a_share_of_what_came() {
+        let mut before = 0;
+        let osp = grown(empty(4.0), 500, |osp| {
+            let most = before + 500 / FEWEST_APART;
+            assert!(osp.to_pack.len() <= most, "{} leaves wait", osp.to_pack.len());
+            before = osp.to_pack.len();
+        });
+        let mut osp = osp;
+        let mut waiting = osp.to_pack.len();
+        while waiting > 0 {
+            osp.commit();
+            let left = osp.to_pack.len();
+            assert_eq!(waiting - left, 1, "one leaf in a frame without changes");
+            osp.validate().expect("a sound tree");
+            waiting = left;
+        }
+    }
+
+    /// Runs that a leaf takes at least before it waits again.
+    const FEWEST_APART: usize = 32;
+
+    #[test]
+    fn what_is_drawn_along_a_line_never_waits() {
+        let mut osp = empty(4.0);
+        for (id, bounds) in boxes(false) {
+            osp.insert(id, &bounds).expect("a finite box, each id once");
+            assert!(osp.to_pack.is_empty());
+        }
+    }
+
+    #[test]
+    fn leaves_that_go_while_they_wait_are_left_alone() {
+        let mut osp = empty(4.0);
+        for (id, bounds) in boxes(true) {
+            osp.insert(id, &bounds).expect("a finite box, each id once");
+        }
+        assert!(osp.to_pack.len() > 10);
+        for id in 0..POLYGONS - 100 {
             osp.remove(PolygonId(id)).expect("it is there");
+            if id % 256 == 0 {
+                osp.commit();
+                osp.validate().expect("a sound tree");
+            }
+        }
+        for _ in 0..2_000 {
             osp.commit();
         }
-        assert!(!packed(&osp));
-        // Most of these commits begin no new block of sixteen numbers.
-        for id in POLYGONS..POLYGONS + 100 {
-            osp.insert(PolygonId(id), &Aabb::cube(Vec3::ZERO, 0.01)).expect("a finite box, a new id");
-            osp.commit();
-        }
-        assert!(!packed(&osp));
+        osp.validate().expect("a sound tree");
+        assert!(osp.to_pack.is_empty());
     }
 }

@@ -5,7 +5,12 @@ use std::cell::Cell;
 
 use glam::Vec3;
 
-use super::{index::Osp, layout::Target, pool::NONE};
+use super::{
+    index::Osp,
+    layout::Target,
+    movers::{Group, GroupIds},
+    pool::NONE,
+};
 use crate::{
     index::{
         WorkCounts,
@@ -129,13 +134,16 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     #[inline(always)]
     fn run(&mut self) {
         let osp = self.osp;
+        for Group { boxes, lanes, ids } in osp.movers.groups() {
+            self.ask_lanes(ids, u32::from(lanes), boxes);
+        }
         if osp.is_linear {
             self.blocks();
         }
         let lanes = u32::from(osp.open.lanes());
         // With nothing open there is no block either.
         if lanes != 0 {
-            self.ask_lanes(osp.open.block() * 16, lanes, osp.open.rows());
+            self.ask_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
         }
         if !osp.is_linear && osp.len > 0 {
             // The box of the top is looked at with those of its children.
@@ -176,7 +184,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             Place::Page(number) => self.ask_page(number),
             Place::Block(at) => {
                 let (number, lanes, boxes) = self.osp.linear.block(at as usize);
-                self.ask_lanes(number * 16, u32::from(lanes), boxes);
+                self.ask_lanes(GroupIds::Block(number), u32::from(lanes), boxes);
             }
         }
     }
@@ -239,7 +247,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             let (run, _) = osp.pages.run(number, lane);
             let (first, lanes) = (run.first & !15, u32::from(run.lanes()));
             if !run.is_exact() {
-                self.ask_lanes(first, lanes, osp.ids.boxes(run.store));
+                self.ask_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
             } else if lanes != 0 {
                 // Its box is the run's.
                 self.search.ask(PolygonId(first + lanes.trailing_zeros()));
@@ -248,10 +256,10 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     }
 
     #[inline(always)]
-    fn ask_lanes(&mut self, first: u32, lanes: u32, boxes: &Boxes<16>) {
+    fn ask_lanes(&mut self, ids: GroupIds<'_>, lanes: u32, boxes: &Boxes<16>) {
         for (lane, t) in self.reach(boxes, lanes).lanes() {
             if self.search.wants(t) {
-                self.search.ask(PolygonId(first + lane as u32));
+                self.search.ask(ids.id(lane));
             }
         }
     }

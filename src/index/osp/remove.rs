@@ -216,7 +216,7 @@ impl Osp {
                 let cell = self.cell_of_slot(parent, slot);
                 self.set_child(parent, slot, Link::NONE, &cell);
             }
-            self.buckets.give(head);
+            self.give_bucket(head);
         }
         self.tighten_above(parent, slot);
         self.collapse_above(parent);
@@ -253,7 +253,7 @@ impl Osp {
         if source.next != NONE {
             self.buckets[source.next].prev = into;
         }
-        self.buckets.give(from);
+        self.give_bucket(from);
     }
 
     /// Makes the boxes from a node upwards fit.

@@ -10,7 +10,7 @@ use crate::{
         simd::{Boxes, Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
 /// Polygons of a run at most.
@@ -38,6 +38,12 @@ impl WithKernel for Thin<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
+        for (block, lanes, boxes) in osp.movers.own_groups() {
+            self.block(block, lanes, || boxes.around(u32::from(lanes)), boxes);
+        }
+        for (ids, lanes, boxes) in osp.movers.shared_groups() {
+            self.shared(ids, lanes, boxes);
+        }
         if osp.is_linear {
             self.linear(&osp.linear);
             return;
@@ -108,6 +114,26 @@ impl Thin<'_> {
         if seen != 0 {
             let answer = self.ask(&around(), lanes.count_ones() as usize);
             self.answered(number, lanes, answer, |lane| boxes.get(lane));
+        }
+    }
+
+    /// Polygons from anywhere.
+    fn shared(&mut self, ids: &[u32; BLOCK], lanes: u16, boxes: &Boxes<BLOCK>) {
+        let is_seen = |lane: &usize| lanes >> lane & 1 == 1 && self.visible.contains(PolygonId(ids[*lane]));
+        let (mut seen, mut of, mut own, mut around) = (0, [0; RUN], [Aabb::EMPTY; RUN], Aabb::EMPTY);
+        for lane in (0..BLOCK).filter(is_seen) {
+            (of[seen], own[seen]) = (ids[lane], boxes.get(lane));
+            around = around.union(&own[seen]);
+            seen += 1;
+        }
+        let hidden = match self.ask(&around, seen) {
+            Visit::Take => 0,
+            Visit::Skip => u16::MAX,
+            Visit::Descend if !self.thinner.asks_polygons() => 0,
+            Visit::Descend => self.thinner.hidden_of(&own[..seen]),
+        };
+        for (_, id) in of[..seen].iter().enumerate().filter(|(at, _)| hidden >> at & 1 == 1) {
+            self.visible.remove_block(*id as usize / BLOCK, 1 << (id % BLOCK as u32));
         }
     }
 

@@ -25,6 +25,15 @@ macro_rules! ensure {
 
 impl Osp {
     pub(super) fn check(&self) -> Result<(), String> {
+        self.movers.check()?;
+        for group in self.movers.groups() {
+            for id in (0..16).filter(|lane| group.lanes >> lane & 1 == 1).map(|lane| group.ids.id(lane)) {
+                let block = id.0 / 16;
+                let in_tree = self.ids.filed(block) | self.open_lanes(block);
+                let is_twice = in_tree >> (id.0 % 16) & 1 == 1 || self.is_linear && self.linear.holds(id.0);
+                ensure!(!is_twice, "polygon {} moves and is in the tree", id.0);
+            }
+        }
         let mut pages = 0;
         let mut buckets = 0;
         let mut nodes = 0;

@@ -1,6 +1,11 @@
 //! The walk for visitors: nodes, leaves, pages and runs, one by one.
 
-use super::{index::Osp, layout::Target, pool::NONE};
+use super::{
+    index::Osp,
+    layout::Target,
+    movers::{Group, GroupIds},
+    pool::NONE,
+};
 use crate::{
     index::{Node, Visit, Visitor, WorkCounts, simd::Boxes},
     math::{Aabb, Containment, Frustum, PlaneMask},
@@ -28,16 +33,19 @@ struct Place {
 impl Osp {
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut walk = Walk { osp: self, frustum, visitor, work: WorkCounts::default() };
+        for Group { boxes, lanes, ids } in self.movers.groups() {
+            walk.block(ids, lanes, boxes.around(u32::from(lanes)), boxes);
+        }
         if self.is_linear {
             for (at, (number, lanes, boxes)) in self.linear.blocks().enumerate() {
-                walk.block(number, lanes, self.linear.around(at), boxes);
+                walk.block(GroupIds::Block(number), lanes, self.linear.around(at), boxes);
             }
             return walk.work;
         }
         let lanes = self.open.lanes();
         if lanes != 0 {
             let bounds = self.open.rows().around(u32::from(lanes));
-            walk.block(self.open.block(), lanes, bounds, self.open.rows());
+            walk.block(GroupIds::Block(self.open.block()), lanes, bounds, self.open.rows());
         }
         let bounds = self.node_box(self.top);
         let polygons = self.len - self.open.lanes().count_ones() as usize;
@@ -72,12 +80,12 @@ impl Walk<'_> {
         }
     }
 
-    /// A block of which these polygons lie at the top.
-    fn block(&mut self, number: u32, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
+    /// Polygons that lie at the top.
+    fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
         if let Some((mask, answer)) = self.ask(&place, PlaneMask::ALL, Visit::Descend) {
-            self.polygons(number * 16, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
+            self.polygons(ids, u32::from(lanes), mask, answer, |lane| boxes.get(lane));
         }
     }
 
@@ -135,10 +143,10 @@ impl Walk<'_> {
             let place = Place { bounds, depth: place.depth + 1, polygons, is_leaf: true };
             let Some((mask, answer)) = self.ask(&place, mask, answer) else { continue };
             if run.is_exact() {
-                self.polygons(first, lanes, PlaneMask::NONE, answer, |_| bounds);
+                self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, answer, |_| bounds);
             } else {
                 let boxes = self.osp.ids.boxes(run.store);
-                self.polygons(first, lanes, mask, answer, |lane| boxes.get(lane));
+                self.polygons(GroupIds::Block(first / 16), lanes, mask, answer, |lane| boxes.get(lane));
             }
         }
     }
@@ -175,10 +183,12 @@ impl Walk<'_> {
                 let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
                 if run.is_exact() {
                     // Each polygon has the box that was asked about.
-                    self.polygons(first, lanes, PlaneMask::NONE, Visit::Take, |_| bounds);
+                    self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, Visit::Take, |_| {
+                        bounds
+                    });
                 } else {
                     let boxes = osp.ids.boxes(run.store);
-                    self.polygons(first, lanes, mask, answer, |lane| boxes.get(lane));
+                    self.polygons(GroupIds::Block(first / 16), lanes, mask, answer, |lane| boxes.get(lane));
                 }
             }
         }
@@ -187,7 +197,7 @@ impl Walk<'_> {
     /// Hands out those polygons of a run that pass the planes left.
     fn polygons(
         &mut self,
-        first: u32,
+        of: GroupIds<'_>,
         lanes: u32,
         mask: PlaneMask,
         asked: Visit,
@@ -206,7 +216,7 @@ impl Walk<'_> {
                 containment != Containment::Outside
             };
             if seen {
-                ids[count] = PolygonId(first + lane);
+                ids[count] = of.id(lane as usize);
                 count += 1;
             }
         }

@@ -3,10 +3,13 @@
 use glam::DVec3;
 
 use super::{
-    facets::{Facet, Facets, Picture},
+    facet::Facet,
+    facets::Facets,
     fill::{Fill, Strips},
+    picture::Picture,
     slope::SIDE,
     surfaces::Surfaces,
+    table::NONE,
     tiles::Tiles,
 };
 use crate::{
@@ -65,7 +68,7 @@ impl CoverageBuffer {
     /// Makes room for surfaces of so many polygons, of which so many are filled in a frame.
     pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
         self.facets.reserve(polygons, filled);
-        self.tiles.reserve(filled);
+        self.tiles.reserve(2 * filled);
     }
 
     fn begin(&mut self, window: &ViewWindow) -> Raster {
@@ -97,8 +100,11 @@ impl CoverageBuffer {
 
     /// The polygons of the last build that had a part in the picture, each with whether it hides anything.
     pub(in crate::occlusion) fn filled(&self) -> impl Iterator<Item = (PolygonId, bool)> + '_ {
-        let facets = self.facets.all().iter().enumerate();
-        facets.map(|(i, facet)| (PolygonId(facet.polygon), self.tiles.is_useful(i)))
+        self.facets.taken().iter().enumerate().map(|(i, facet)| {
+            let half = facet.half as usize;
+            let is_useful = self.tiles.is_useful(i) || (facet.half != NONE && self.tiles.is_useful(half));
+            (PolygonId(facet.polygon), is_useful)
+        })
     }
 
     /// Tests volumes that lie between two corners each, and are of this size, seen from the eye.

@@ -1,7 +1,8 @@
 //! Filling facets into tiles: which pixels' samples they cover, and through which pixels their edges pass.
 
 use super::{
-    facets::{FACET_SIDES, Facet, MARGIN, STEPS},
+    facet::{FACET_SIDES, Facet},
+    picture::{MARGIN, STEPS},
     slope::SIDE,
     table::NONE,
     tiles::{Entry, Tiles},

@@ -6,7 +6,7 @@
 //!
 //! # How
 //! * [`surfaces`] knows which polygons share corners and edges, bit for bit, from change to change.
-//! * [`facets`] projects each corner once, rounds it to 1/64 pixel, cuts at the near plane, and turns every outline counterclockwise.
+//! * [`facets`] projects each corner once, rounds it to 1/64 pixel, and cuts at the near plane; [`facet`] turns every outline counterclockwise.
 //!   Two facets of one edge are neighbours if they pass it in opposite ways: then they lie on both sides of it. An edge without
 //!   a neighbour is open: a border, a silhouette, or the near plane.
 //! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
@@ -31,7 +31,9 @@
 //!    cancel passes it. So it stays what it was, and is the same all over `p`.
 //! 4. At `s` it is 1 or more: a sample counts only strictly inside a facet, by `INSIDE`, and no winding number is negative. So
 //!    at the end, each point of `p` lies in the picture of at least one real polygon of `S`, beyond the near plane. For a bent
-//!    polygon it does not matter which diagonal it is drawn by: both have the same outline, so the same degree.
+//!    polygon it does not matter which diagonal it is drawn by: both have the same outline, so the same degree. But where a bent
+//!    polygon ends at the near plane depends on the diagonal: so a quad that is cut there is filled as the two triangles that
+//!    [`ConvexPolygon`](crate::polygon::ConvexPolygon) has, which are neighbours along the diagonal.
 //! 5. *Depth.* That polygon has a facet in `S`, and the bound of its depth in the tile holds for all of it there: its plane,
 //!    pushed back to its farthest corner, or that corner. The surface takes the farthest bound of all its facets.
 //!
@@ -40,8 +42,10 @@
 //! the farthest of their bounds on.
 
 mod buffer;
+mod facet;
 mod facets;
 mod fill;
+mod picture;
 mod slope;
 mod surfaces;
 mod table;

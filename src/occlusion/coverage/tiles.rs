@@ -1,7 +1,7 @@
 //! The picture as tiles of 8 x 8 pixels, each with a depth that hides all of it, and two nearer layers that hide some pixels.
 
 use super::{
-    facets::Facet,
+    facet::Facet,
     slope::{SIDE, Slope},
     table::NONE,
 };

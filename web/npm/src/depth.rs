@@ -5,7 +5,7 @@ use osp::{
     index::{DrawList, Osp, SpatialIndex},
     math::{Aabb, Frustum},
     occlusion::{
-        Coverage, CullConfig, DepthBuffer, DepthConfig, MAX_SIDES, OcclusionCuller, ShadowVolume, Verdict,
+        CullConfig, DepthBuffer, DepthConfig, MAX_SIDES, OcclusionCuller, ShadowVolume, Verdict,
         remove_hidden,
     },
     polygon::{ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
@@ -61,7 +61,7 @@ impl Depth {
             return refused("there is no memory left for the depth buffer");
         }
         let (width, height) = (width as u32, height as u32);
-        let buffer = DepthBuffer::new(DepthConfig { coverage: Coverage::WholePixels, width, height });
+        let buffer = DepthBuffer::new(DepthConfig { width, height });
         Ok(Self {
             buffer,
             scratch: Scratch::default(),

@@ -7,7 +7,7 @@ use crate::{
     studio::Studio,
     tool::{Span, ToolChoice},
 };
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Author, Event, Tool},
@@ -201,7 +201,7 @@ impl Studio {
         self.apply_events();
     }
 
-    fn switch_index(&mut self, kind: IndexKind, occlusion: Occlusion) {
+    fn switch_index(&mut self, kind: IndexKind, occlusion: Method) {
         // The whole scene is inserted below; it includes the changes that were waiting for the old index.
         self.session.take_changes(&mut self.pending.changes);
         let bounds = self.session.bounds();

@@ -1,12 +1,12 @@
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
 use osp::{
     frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::{NodeTest, Occlusion, Score},
+    occlusion::{NodeTest, Score},
 };
-use osp_lab::pvs::{Pvs, PvsPass};
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
@@ -14,11 +14,10 @@ use osp_session::scene::Scene;
 #[derive(Clone, Debug)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
-    pub(super) occlusion: Occlusion,
+    pub(super) occlusion: Method,
     pub(super) occluders: Option<usize>,
     pub(super) node_test: NodeTest,
     pub(super) score: Score,
-    pub(super) pvs: Option<Arc<Pvs>>,
     pub(super) auto_basis: AutoBasis,
 }
 
@@ -33,14 +32,13 @@ pub struct Indexed {
 
 impl CullingPlan {
     /// With this index and this method of occlusion culling.
-    pub fn new(kind: IndexKind, occlusion: Occlusion) -> Self {
+    pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,
             occlusion,
             occluders: None,
             node_test: NodeTest::Box,
             score: Score::default(),
-            pvs: None,
             auto_basis: AutoBasis::default(),
         }
     }
@@ -56,8 +54,7 @@ impl CullingPlan {
         let of = |plan: &Self| {
             (plan.kind, plan.occlusion, plan.occluders, plan.node_test, plan.score, plan.auto_basis)
         };
-        let of_pvs = |plan: &Self| plan.pvs.as_ref().map(Arc::as_ptr);
-        of(self) == of(other) && of_pvs(self) == of_pvs(other)
+        of(self) == of(other)
     }
 
     /// An index of no model.
@@ -93,13 +90,10 @@ impl CullingPlan {
             node_test: self.node_test,
             score: self.score,
             basis: self.auto_basis,
-            ..PassConfig::new(self.occlusion.on_cpu())
+            ..PassConfig::default()
         };
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
-        if let Some(pvs) = self.pvs.as_ref().filter(|_| self.occlusion == Occlusion::Pvs) {
-            pipeline = pipeline.with_pass(PvsPass::new(Arc::clone(pvs)));
-        }
+        let mut pipeline = self.occlusion.add_to(pipeline, pass);
         pipeline.set_occluders(self.occluders);
         pipeline
     }

@@ -165,18 +165,6 @@ impl Replay {
         move |goes_on| recorded.polygon_times(end, goes_on)
     }
 
-    /// The model as it is after the last frame.
-    pub fn finished_model(&self) -> Scene {
-        let mut state =
-            self.snapshots.last().map_or_else(SessionState::keeping_groups_whole, |last| last.state.clone());
-        let mut changes = Vec::new();
-        while state.moment.frame < self.frame_count() {
-            changes.clear();
-            state.play(self.recorded.of(state.moment.frame), &mut changes);
-        }
-        state.scene
-    }
-
     /// Jumps to the model after `frames` frames.
     pub(super) fn seek(&mut self, model: &mut Model, frames: u64) -> Jump {
         let frames = frames.min(self.frame_count());

@@ -1,5 +1,3 @@
-use std::sync::Arc;
-
 use super::{Studio, parts::FrameReport};
 #[cfg(feature = "live")]
 use crate::session::{Live, Overlay};
@@ -19,7 +17,6 @@ use osp::{
     occlusion::{NodeTest, Score},
     polygon::VisibleBlocks,
 };
-use osp_lab::pvs::Pvs;
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
@@ -41,11 +38,6 @@ impl Studio {
     #[cfg(feature = "live")]
     pub(crate) fn overlay_mut(&mut self) -> Option<&mut Overlay> {
         self.session.live_mut().map(Live::overlay_mut)
-    }
-
-    /// Takes potentially visible sets of the finished model.
-    pub fn set_pvs(&mut self, pvs: Arc<Pvs>) {
-        self.culling.set_pvs(pvs);
     }
 
     /// Says how occlusion culling tests nodes and scores occluders, before it is chosen.

@@ -10,6 +10,7 @@ use crate::{
     studio::Studio,
 };
 use osp::occlusion::{Occlusion, Soundness};
+use osp_lab::Method;
 use osp_render::{DrawnCounts, PassTimes};
 use osp_rivals::IndexKind;
 
@@ -161,7 +162,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
             ("index memory", format!("{:.1} MB", studio.culling().pipeline().bytes() as f64 / 1.0e6)),
         ],
     );
-    let is_auto = studio.culling().occlusion() == Occlusion::Auto;
+    let is_auto = studio.culling().occlusion() == Occlusion::Auto.into();
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
     let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
@@ -193,8 +194,7 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
     ui.label(RichText::new(line).weak().small());
     let now = culling.occlusion();
     ComboBox::from_label("occlusion (O)").selected_text(now.name()).show_ui(ui, |ui| {
-        let sets = culling.has_pvs().then_some(Occlusion::Pvs);
-        for choice in sound_occlusion().into_iter().chain(sets) {
+        for choice in sound_occlusion() {
             if ui.selectable_label(now == choice, choice.name()).clicked() {
                 wishes.commands.push(Command::Occlusion(choice));
             }
@@ -220,8 +220,8 @@ fn switches(ui: &mut Ui, studio: &Studio, clock_step_ns: u64, wishes: &mut Wishe
 }
 
 /// The conservative methods of occlusion culling; the others can be chosen in `osp replay` and `osp verify` only.
-pub(super) fn sound_occlusion() -> Vec<Occlusion> {
-    Occlusion::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
+pub(super) fn sound_occlusion() -> Vec<Method> {
+    Method::all().filter(|choice| choice.soundness() == Soundness::Conservative).collect()
 }
 
 fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
@@ -241,7 +241,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     ui.checkbox(&mut layers.pyramid, "depth pyramid (F3)");
     if layers.pyramid {
         ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
-        if studio.culling().occlusion() != Occlusion::Hzb {
+        if studio.culling().occlusion() != Method::Hzb {
             ui.weak("there is one with hzb alone: choose it under occlusion");
         }
     }

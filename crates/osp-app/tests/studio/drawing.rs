@@ -6,6 +6,7 @@ use osp::{
     occlusion::Occlusion,
 };
 use osp_app::{Autosaves, Button, Command, Held, Input, Session, Snap, Stages, Studio, ToolChoice};
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{self, Event, OpenOptions, Pace, StrokeId, Tool},
@@ -396,7 +397,7 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
     let whole = studio.frame(SIZE_PX, 0.016);
     assert_eq!(whole.drawn, whole.record.visible);
     let mut most = 0;
-    for kind in Occlusion::conservative_cullers() {
+    for kind in Method::conservative_cullers() {
         studio.command(Command::Occlusion(kind));
         let report = studio.frame(SIZE_PX, 0.016);
         assert_eq!(report.record.visible, whole.record.visible, "{}", kind.name());
@@ -416,7 +417,7 @@ fn what_others_hide_is_left_out_and_shown_when_the_camera_is_frozen() {
 #[test]
 fn occluders_are_found_soon_after_a_jump() {
     let (_folder, mut studio) = rooms();
-    studio.command(Command::Occlusion(Occlusion::Msvbsp));
+    studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
     studio.command(Command::Seek(301));
     let found = (0..40).position(|_| studio.frame(SIZE_PX, 0.016).record.occlusion.occluded > 0);
     assert!(found.is_some(), "nothing found in 40 frames");
@@ -425,8 +426,8 @@ fn occluders_are_found_soon_after_a_jump() {
 #[test]
 fn a_replay_is_entered_anywhere_with_every_way_to_find_what_is_hidden() {
     let (_folder, mut studio) = rooms();
-    let methods = Occlusion::conservative_cullers().into_iter();
-    for choice in methods.chain([Occlusion::Auto, Occlusion::DepthLast]) {
+    let methods = Method::conservative_cullers().into_iter();
+    for choice in methods.chain([Occlusion::Auto, Occlusion::PreviousFrame].map(Method::Own)) {
         studio.command(Command::Occlusion(choice));
         for seek in [300, 301, 20, 21, 400, 120, 5, 6, 0, 350, 349, 40] {
             studio.command(Command::Seek(seek));
@@ -444,7 +445,7 @@ fn what_drawing_costs_is_learnt_from_the_frames() {
         let (_folder, mut studio) = rooms();
         // How long culling takes depends on what else the machine does.
         studio.set_auto_basis(AutoBasis::Work);
-        studio.command(Command::Occlusion(Occlusion::Auto));
+        studio.command(Command::Occlusion(Occlusion::Auto.into()));
         for seek in 200..400 {
             studio.command(Command::Seek(seek));
             let report = studio.frame(SIZE_PX, 0.016);

@@ -30,7 +30,7 @@ fn a_replay_in_a_window_plays_what_comes_before_the_limit() {
     let options = OpenOptions { limits: FEW, ..OpenOptions::default() };
     let player =
         Session::to_play_with(&path, Pace::Samples(1), CameraChoice::Auto, &options).expect("readable");
-    assert_eq!((replay(&player).frame_count(), replay(&player).finished_model().counts().polygons), (12, 12));
+    assert_eq!(replay(&player).frame_count(), 12);
     let remarks = player.remarks().join(" ");
     assert!(remarks.contains("line 14: expected at most 12 polygons (--max-polygons N"), "{remarks}");
     let player = Session::to_play(&path, Pace::Samples(1), CameraChoice::Auto).expect("readable");

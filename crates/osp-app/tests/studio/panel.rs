@@ -3,11 +3,12 @@ use egui_kittest::{
     Harness,
     kittest::{NodeT, Queryable},
 };
-use osp::{glam, occlusion::Occlusion};
+use osp::glam;
 use osp_app::{
     Autosaves, Command, FrameReport, FrameStage, FrameTimes, Room, Session, Span, Studio, ToolChoice,
     ui::{Interface, SHORTCUTS},
 };
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Pace, Tool},
@@ -305,7 +306,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     let each: Vec<usize> = (0..4).map(|i| drawn(&harness, i)).collect();
     assert_eq!(each.iter().sum::<usize>() as u64, in_view);
     assert!(each.iter().all(|&count| count > 100), "{each:?}");
-    let msvbsp = Occlusion::from_name("msvbsp").expect("a method");
+    let msvbsp = Method::from_name("msvbsp").expect("a method");
     harness.state_mut().studio.command(Command::Occlusion(msvbsp));
     harness.run_steps(2);
     for (i, all) in each.iter().enumerate() {
@@ -382,7 +383,7 @@ fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
     assert!(harness.state().studio.layers().pyramid);
     let needs = "there is one with hzb alone: choose it under occlusion";
     assert!(harness.query_by_label(needs).is_some());
-    let hzb = Occlusion::from_name("hzb").expect("a method");
+    let hzb = Method::Hzb;
     harness.state_mut().studio.command(Command::Occlusion(hzb));
     harness.run_steps(3);
     assert!(harness.query_by_label(needs).is_none());

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use glam::Vec2;
-use osp::{glam, occlusion::Occlusion, view::View};
+use osp::{glam, view::View};
 use osp_app::{Autosaves, Command, Room, Session, Studio};
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::Pace,
@@ -54,7 +55,7 @@ fn assert_like(a: &View, b: &View, frame: u64) {
 fn a_recorded_session_is_replayed_on_the_dual_wall_as_the_table_says() {
     let (mut studio, _folder) = on(dual_wall());
     let mut rig = RigPath::new(dual_wall(), Stereo::SideBySide, RoomMotion::Follows);
-    studio.command(Command::Occlusion(Occlusion::None));
+    studio.command(Command::Occlusion(Method::NONE));
     studio.command(Command::Play(true));
     let (mut most, mut tilted) = (0, false);
     for frame in 0..150 {
@@ -82,7 +83,7 @@ fn a_recorded_session_is_replayed_on_the_dual_wall_as_the_table_says() {
     assert!(player.position() == 150 && player.is_playing());
     let before: Vec<usize> = (0..4).map(|i| studio.culling().drawn(i).len()).collect();
     studio.command(Command::Play(false));
-    studio.command(Command::Occlusion(Occlusion::from_name("msvbsp").expect("a method")));
+    studio.command(Command::Occlusion(Method::from_name("msvbsp").expect("a method")));
     let record = studio.frame(Vec2::new(1600.0, 600.0), 0.016).record;
     let after: Vec<usize> = (0..4).map(|i| studio.culling().drawn(i).len()).collect();
     assert_eq!(record.visible, before.iter().sum::<usize>() as u64);

@@ -21,7 +21,7 @@ fn nodes_are_tested_and_occluders_scored_as_asked() {
         for frame in [301, 450, 600, 740] {
             studio.command(Command::Seek(frame));
             studio.frame(Vec2::new(800.0, 600.0), 0.016);
-            studio.command(Command::Occlusion(Occlusion::Msvbsp));
+            studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
             studio.command(Command::Occluders(Some(8)));
             let found = studio.frame(Vec2::new(800.0, 600.0), 0.016).record.occlusion;
             for (sum, count) in sums.iter_mut().zip([found.occluded, found.tests, found.nodes]) {

@@ -120,10 +120,10 @@ fn a_session_that_is_read_in_turns_is_the_one_that_is_read_at_once() {
         let how = Opening::with(Access::Copy);
         let mut at_once = Table::new();
         // What is hidden goes by the order in which occluders were offered.
-        at_once.studio.command(Command::Occlusion(Occlusion::Msvbsp));
+        at_once.studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
         at_once.studio.command(Command::OpenAs(path.clone(), how));
         let mut in_turns = Table::new();
-        in_turns.studio.command(Command::Occlusion(Occlusion::Msvbsp));
+        in_turns.studio.command(Command::Occlusion(Occlusion::Msvbsp.into()));
         in_turns.studio.work_in_turns(ONE_STEP);
         in_turns.studio.command(Command::OpenAs(path.clone(), how));
         let (mut turns, mut frames) = (0, 0);

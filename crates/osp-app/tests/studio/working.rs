@@ -110,7 +110,7 @@ fn reading_is_ended_by_a_command_and_nothing_is_held_after_it() {
 }
 
 fn plan() -> CullingPlan {
-    CullingPlan::new(IndexKind::Osp, Occlusion::Auto)
+    CullingPlan::new(IndexKind::Osp, Occlusion::Auto.into())
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
         let mut table = Table::new();
         let path = long_session(&table, 20_000);
         let autosaves = Autosaves::new(Some(table.folder.path().join("autosaves")));
-        table.studio.command(Command::Occlusion(of_window));
+        table.studio.command(Command::Occlusion(of_window.into()));
         let reading = Reading::to_draw(&path, &autosaves, Opening::default(), plan()).expect("a thread");
         table.studio.take_over(reading);
         wait_until("the session", || {
@@ -129,7 +129,7 @@ fn a_session_is_inserted_beside_the_window_by_the_windows_plan() {
         });
         let culling = table.studio.culling();
         let inserted = culling.reindexed().expect("inserted");
-        assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window));
+        assert_eq!((inserted.kind, culling.occlusion()), (IndexKind::Osp, of_window.into()));
         assert_eq!(inserted.polygons, table.studio.scene().counts().visible);
         assert_eq!(inserted.beside, is_its_own, "by the window's thread, or before it");
         assert!(table.visible() > 0);

@@ -1,15 +1,14 @@
 //! The page of `osp bench`: what it says is what was measured.
 
-use std::{collections::BTreeMap, fs, sync::OnceLock};
+use std::{fs, sync::OnceLock};
 
 use serde_json::Value;
 
-use crate::{osp, session, text};
+use crate::{Report, osp, session};
 
 struct Made {
     page: String,
-    csv: String,
-    report: Value,
+    report: Report,
 }
 
 const KINDS: [&str; 6] = ["osp", "time-order", "octree-rebuild", "bvh-sah", "osp-paper", "brute-simd"];
@@ -23,16 +22,12 @@ fn made() -> &'static Made {
         let first = session(folder.path());
         let second = path("<script>alert('1')<!-- \u{202e}.ron");
         fs::copy(&first, &second).expect("a copy");
-        let (html, csv, kinds) = (path("bench.html"), path("bench.csv"), KINDS.join(","));
+        let (html, kinds) = (path("bench.html"), KINDS.join(","));
         let files =
             ["bench", &first, &second, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json"];
-        let output = osp(&[&files[..], &["--index", &kinds, "--html", &html, "--csv", &csv]].concat());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        Made {
-            page: fs::read_to_string(html).expect("the page"),
-            csv: fs::read_to_string(csv).expect("the figures"),
-            report: serde_json::from_slice(&output.stdout).expect("one JSON object"),
-        }
+        let output = osp(&[&files[..], &["--index", &kinds, "--html", &html]].concat());
+        let report = Report::of(&output);
+        Made { page: fs::read_to_string(html).expect("the page"), report }
     })
 }
 
@@ -50,67 +45,33 @@ fn number(cell: &str) -> Option<f64> {
     cell.split_whitespace().next()?.replace(',', "").parse().ok()
 }
 
-/// The figures of the CSV by part, name, index, polygons and figure.
-fn figures(csv: &str) -> BTreeMap<(String, String, String, String, String), f64> {
-    let line = |line: &str| {
-        // The name alone may have a quote or a comma.
-        let (part, rest) = line.split_once(',')?;
-        let mut columns: Vec<&str> = rest.rsplitn(9, ',').collect();
-        columns.reverse();
-        let [name, index, polygons, _, figure, _, value, ..] = columns[..] else { return None };
-        let key = [part, name.trim_matches('"'), index, polygons, figure].map(str::to_owned);
-        let [part, name, index, polygons, figure] = key;
-        Some(((part, name, index, polygons, figure), value.parse().ok()?))
-    };
-    csv.lines().skip(1).filter_map(line).collect()
-}
-
 #[test]
 fn the_verdict_is_that_of_the_rows() {
-    let Made { page, csv, report } = made();
+    let Made { page, report } = made();
     let verdict = between(page, "<section id=\"verdict\">", "</section>").next().expect("a verdict");
     assert!(page.find("<section id=\"verdict\">") < page.find("<table"), "it comes first");
-    let lines: Vec<&str> = between(verdict, "For your sketch ", ".</p>").collect();
-    assert_eq!(lines.len(), 2, "{verdict}");
-    let figures = figures(csv);
-    for (line, session) in lines.iter().zip(report["sessions"].as_array().expect("sessions")) {
-        let name = session["recording"].as_str().expect("a name").replace('"', "\"\"");
-        let polygons = session["polygons"].to_string();
-        let of = |index: &str, figure: &str| {
-            let key = ["session", &name, index, &polygons, figure].map(str::to_owned);
-            let [part, name, index, polygons, figure] = key;
-            figures[&(part, name, index, polygons, figure)]
-        };
-        let (_, said) = line.rsplit_once(".ron: ").expect("after the name");
-        let (fastest, others) = said.split_once("; ").expect("others");
-        for kind in KINDS {
-            assert!(of(fastest, "frame_ratio") <= of(kind, "frame_ratio"), "{kind}: {line}");
-        }
-        let mut expected: Vec<(&str, f64)> = KINDS
-            .iter()
-            .filter(|kind| **kind != fastest)
-            .map(|kind| (*kind, of(kind, "frame_against_fastest")))
-            .collect();
-        expected.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let named: Vec<&str> = others.split(", ").collect();
-        assert!(named.iter().any(|words| words.starts_with("octree-rebuild")), "{line}");
-        for (at, words) in named.iter().enumerate() {
-            let (index, rest) = words.split_once(' ').expect("a name");
-            let times = number(rest.trim_start_matches("takes ")).expect("a number");
-            let (_, exact) = expected.iter().find(|(name, _)| *name == index).expect("it was measured");
-            assert!((times / exact - 1.0).abs() < 0.06, "{words}: {exact}");
-            assert!(at >= 2 || expected[at].0 == index, "the nearest come first: {line}");
-        }
-        assert!((1.0 - of(fastest, "frame_against_fastest")).abs() < 1.0e-9);
+    let sentence = between(verdict, "Over 2 recordings ", "(geometric means).").next().expect("a sentence");
+    let recordings = report.names("session", "recording");
+    let mean = |kind: &str| {
+        let ratio = |recording: &&str| report.value("session", recording, kind, "ratio").ln();
+        (recordings.iter().map(ratio).sum::<f64>() / 2.0).exp()
+    };
+    let mut expected: Vec<(&str, f64)> = KINDS.iter().map(|kind| (*kind, mean(kind))).collect();
+    expected.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (said, others) = sentence.split_once("; ").expect("others");
+    assert!(said.starts_with(&format!("{} is the fastest", expected[0].0)), "{sentence}: {expected:?}");
+    for (at, words) in others.split(", ").enumerate() {
+        let (index, rest) = words.split_once(' ').expect("a name");
+        let times = number(rest.trim_start_matches("takes ")).expect("a number");
+        let (place, (_, exact)) =
+            expected.iter().enumerate().find(|(_, (name, _))| *name == index).expect("it was measured");
+        assert!((times / (exact / expected[0].1) - 1.0).abs() < 0.06, "{words}: {exact}");
+        assert!(at >= 2 || place == at + 1, "the nearest come first: {sentence}");
     }
-    assert!(verdict.contains("Over all 2 sessions: "), "{verdict}");
-    assert_eq!(
-        between(verdict, "A synthetic model that grows, ", " polygons").collect::<Vec<_>>(),
-        ["200", "600"]
-    );
+    assert!(others.contains("octree-rebuild"), "{sentence}");
     assert_eq!(
         verdict.matches("NOT optimised").count(),
-        usize::from(report["machine"]["optimized"] == false)
+        usize::from(report.0["machine"]["optimized"] == false)
     );
 }
 
@@ -154,59 +115,46 @@ fn tables_are_best_first() {
         assert!(numbers.is_sorted() && numbers.len() > 1, "{numbers:?}");
         checked += 1;
     }
-    // Two sessions and all of them, two sizes, two tables for each of four models of rays, four for each size that moves.
-    assert_eq!(checked, 2 + 1 + 2 + 2 * 4 + 4 * 2);
-    assert!(
-        page.contains("<th scope=\"col\" data-most>nearest, outside\nMRays/s</th>"),
-        "more is better there"
-    );
+    // A summary and two sessions, growth with 3 tasks and moving things with 7 in two sizes, two sessions seen twice, and 6 questions
+    // about four models.
+    assert_eq!(checked, (1 + 2) + (1 + 3 * 2) + (1 + 7 * 2) + (1 + 4) + (1 + 6 * 4));
+    assert!(page.contains("<th scope=\"col\" data-most>rays\nmillion/s</th>"), "more is better there");
 }
 
 #[test]
-fn charts_have_the_figures_of_the_csv_and_every_structure() {
-    let Made { page, csv, .. } = made();
-    let (data, figures) = (chart_data(page), figures(csv));
-    let title = |id: &str| {
-        let figure = page.split_once(&format!("<figure id=\"{id}\">")).expect("a figure for the data").1;
-        between(figure, "<span>", "</span>").next().expect("a title").to_owned()
-    };
+fn charts_have_the_figures_of_the_rows_and_every_structure() {
+    let Made { page, report } = made();
+    let data = chart_data(page);
     let mut compared = 0;
     for chart in data["charts"].as_array().expect("charts") {
-        let title = title(chart["id"].as_str().expect("an id"));
+        let figure = page.split_once(&format!("<figure id=\"{}\">", chart["id"].as_str().expect("an id")));
+        let title =
+            between(figure.expect("a figure for the data").1, "<span>", "</span>").next().expect("a title");
         let lines = chart["lines"].as_array().expect("lines");
-        let names: Vec<&str> = lines.iter().filter_map(|line| line["name"].as_str()).collect();
-        let figure = match &title {
-            title if title.starts_with("a frame that inserts and culls: ") => "frame",
-            title if title.ends_with("frames a second") => {
-                assert_eq!(names.len(), KINDS.len(), "{title}: {names:?}");
-                continue;
-            }
-            title if title.starts_with("a frame that inserts nothing, from inside: ") => "still",
-            title if title.starts_with("a frame that inserts nothing, all in view: ") => "still_all",
-            title if title.starts_with("memory: ") => "memory",
-            _ => continue,
+        let Some((task, figure)) = title.split_once(": ").filter(|(task, _)| task.starts_with("growth/"))
+        else {
+            continue;
         };
-        assert_eq!(names.len(), KINDS.len(), "{title}: {names:?}");
+        let mut names: Vec<&str> = lines.iter().filter_map(|line| line["name"].as_str()).collect();
+        assert_eq!(names[0], "osp", "the reference comes first: {title}");
+        names.sort_unstable();
+        let mut kinds = KINDS;
+        kinds.sort_unstable();
+        assert_eq!(names, kinds, "{title}");
         for line in lines {
-            let x = data["xs"][line["x"].as_u64().expect("a place") as usize].as_array().expect("places");
-            assert_eq!(x, &[Value::from(200.0), Value::from(600.0)], "{title}");
-            for (size, y) in x.iter().zip(line["y"].as_array().expect("values")) {
-                let size = size.as_f64().expect("a number").to_string();
-                let key = ["growth", "scribble", line["name"].as_str().expect("a name"), &size, figure];
-                let [part, name, index, polygons, figure] = key.map(str::to_owned);
-                let exact = figures[&(part, name, index, polygons, figure)];
+            assert_eq!(line["x"], serde_json::json!([200.0, 600.0]), "{title}");
+            for (size, y) in [200, 600].into_iter().zip(line["y"].as_array().expect("values")) {
+                let name = line["name"].as_str().expect("a name");
+                let exact = report.value(task, &format!("scribble-{size}"), name, figure);
                 let drawn = y.as_f64().expect("a number");
-                assert!((drawn - exact).abs() <= 1.0e-4 * exact, "{title}, {key:?}: {drawn} {exact}");
+                assert!((drawn - exact).abs() <= 1.0e-4 * exact, "{title}, {name}: {drawn} {exact}");
                 compared += 1;
             }
         }
     }
-    assert_eq!(compared, 4 * 2 * KINDS.len() * 2, "four figures, two groups, two sizes");
-    assert_eq!(
-        page.matches("<svg").count(),
-        data["charts"].as_array().map_or(0, Vec::len),
-        "each is a picture, too"
-    );
+    // Times of three tasks, boxes of two, and memory.
+    assert_eq!(compared, 6 * KINDS.len() * 2);
+    assert_eq!(page.matches("<figure id=").count(), data["charts"].as_array().map_or(0, Vec::len));
 }
 
 #[test]
@@ -221,31 +169,15 @@ fn names_of_files_are_text() {
 
 #[test]
 fn ratios_stand_beside_the_times_that_they_are_of() {
-    let Made { page, report, .. } = made();
-    for session in report["sessions"].as_array().expect("sessions") {
-        for row in session["rows"].as_array().expect("rows") {
-            let values = ["frame_us", "reference_us", "ratio"].map(|key| row[key]["values"].as_u64());
-            assert!(values[0] > Some(0) && values[0] == values[1] && values[1] == values[2], "{row}");
-        }
-    }
-    for row in report["growth"].as_array().expect("rows") {
-        for keys in [
-            ["frame_us", "reference_us", "ratio"],
-            ["still_us", "still_reference_us", "still_ratio"],
-            ["still_all_us", "still_all_reference_us", "still_all_ratio"],
-        ] {
-            let values = keys.map(|key| row[key]["values"].as_u64());
-            assert!(values[0] > Some(0) && values[0] == values[1] && values[1] == values[2], "{row}");
-        }
-    }
-    assert!(page.contains("reference\nµs</th><th scope=\"col\" aria-sort=\"ascending\">ratio\n(95 %)</th>"));
-    let resolution_ns = report["machine"]["clock_resolution_ns"].as_u64().expect("a number");
+    let Made { page, report } = made();
+    assert!(page.contains("reference\nus</th><th scope=\"col\" aria-sort=\"ascending\">ratio</th>"));
+    let resolution_ns = report.0["machine"]["clock_resolution_ns"].as_u64().expect("a number");
     assert!(page.contains(&format!("The clock tells times {resolution_ns} ns apart.")));
 }
 
 #[test]
 fn a_page_of_one_session_is_small() {
-    // Two small sessions, 6 structures: pictures, data and the library.
+    // Two small sessions, 6 structures: tables, data and the library.
     let kib = made().page.len() / 1024;
     assert!(kib < 1024, "{kib} KiB");
 }

@@ -33,6 +33,7 @@ fn numbers_out_of_range_are_refused_by_every_command() {
         ),
         (&["bench", "a.ron"], "--sizes", &["0", "-1", "50000001", "NaN", "1,,2"]),
         (&["bench", "a.ron"], "--pace", &["samples:0"]),
+        (&["race"], "--synth", &["0", "-1", "10000001", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--cells", &["0", "257", "-1", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--samples", &["0", "4097", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--pixels", &["0", "15", "8193", "NaN"]),
@@ -162,7 +163,6 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
         let mut cases = vec![
             vec!["replay", "a.ron", "--check", file],
             vec!["replay", "a.ron", "--pin", file],
-            vec!["replay", "a.ron", "--pvs", file],
             vec!["verify", "a.ron", "--whole", "--views", "1", "--pixels", "16x16", "--pvs", file],
             vec!["info", file],
             vec!["replay", file],
@@ -211,8 +211,10 @@ fn files_larger_than_they_can_be_are_not_read_to_their_end() {
     let large = fs::File::create(folder.path().join("large")).expect("made");
     // It takes no room on the disk.
     large.set_len(1 << 36).expect("grown");
-    let mut cases =
-        vec![vec!["replay", "a.ron", "--check", "large"], vec!["replay", "a.ron", "--pvs", "large"]];
+    let mut cases = vec![
+        vec!["replay", "a.ron", "--check", "large"],
+        vec!["verify", "a.ron", "--whole", "--views", "1", "--pixels", "16x16", "--pvs", "large"],
+    ];
     if cfg!(feature = "window") {
         cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "large"]);
     }
@@ -233,6 +235,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         (&["replay", "a.ron", "--pin", "c.svg"], ".pins"),
         (&["bench", "a.ron", "--html", "c.csv"], ".html"),
         (&["bench", "a.ron", "--csv", "c.tilt"], ".csv"),
+        (&["race", "a.ron", "--csv", "c.png"], ".csv"),
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
@@ -279,7 +282,7 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
     let output = osp(folder.path(), args);
     assert!(output.status.success(), "{}", stderr(&output));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(report["sessions"][0]["recording"], "a\u{fffd}.ron");
+    assert_eq!(report["rows"][0]["recording"], "a\u{fffd}.ron");
     for file in ["b.html", "b.csv"] {
         assert!(
             fs::read_to_string(folder.path().join(file)).expect("text").contains("a\u{fffd}.ron"),

@@ -35,6 +35,7 @@ fn ways() -> Vec<Way> {
         way(&["replay", "in.ron", "--index", "osp", "--pin", "@"], "o.pins", true, false),
         way(&["bench", "@", "--csv"], "o.csv", true, true),
         way(&["bench", "@", "--html"], "o.html", true, true),
+        way(&["race", "in.ron", "--csv", "@"], "o.csv", true, true),
         way(&["draw-index", "in.ron", "@"], "o.svg", true, false),
         way(&["draw-index", "in.ron", "@"], "o.png", true, false),
         way(&["draw-index", "in.ron", "--as", "tree", "@"], "o.dot", true, false),

@@ -55,15 +55,15 @@ fn a_narrow_terminal_is_asked_for_its_width() {
 }
 
 #[test]
-fn a_replay_ends_with_which_index_took_the_least_time() {
+fn a_replay_ends_with_which_index_is_the_fastest() {
     let folder = temp();
     let replay = |index: &str| {
         stdout(&osp(folder.path(), ["replay", &grow(), "--pace", "samples:200", "--index", index]))
     };
     let said = replay("osp,octree-rebuild");
-    let verdict = said.lines().find(|line| line.contains("took the least time")).expect("a verdict");
+    let verdict = said.lines().find(|line| line.contains("is the fastest")).expect("a verdict");
     assert!(verdict.contains("osp") && verdict.contains("octree-rebuild"), "{verdict}");
-    assert!(!replay("osp").contains("took the least time"), "there is nothing to compare");
+    assert!(!replay("osp").contains("is the fastest"), "there is nothing to compare");
 }
 
 #[test]

@@ -62,6 +62,7 @@ const ASKED: &[(&str, &str)] = &[
     ("bake S O.pvs --cells 1 --samples 1 --pixels 16", "--threads"),
     ("draw-index S O.svg", "--frame"),
     ("draw-index S O.svg", "--pace"),
+    ("race S", "--pace"),
     ("pick S", "--at ,"),
     ("pick S --at 0.5,0.5", "--frame"),
     ("synth scribble --polygons 20 O.ron", "--seed"),

@@ -2,7 +2,7 @@
 //! of frames that the events bound.
 
 use super::input::{self, Input, below};
-use osp::occlusion::Occlusion;
+use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Pace, Pacer, SynthKind},
@@ -21,7 +21,7 @@ pub fn run(data: &[u8]) {
             assert_eq!(pace.to_string().parse(), Ok(pace));
             play(rest, pace);
         }
-        let _ = (word.parse::<SynthKind>(), IndexKind::from_name(word), Occlusion::from_name(word));
+        let _ = (word.parse::<SynthKind>(), IndexKind::from_name(word), Method::from_name(word));
         if !word.contains('/') {
             let _ = Rig::open(word);
         }

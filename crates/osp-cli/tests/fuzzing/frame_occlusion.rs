@@ -10,7 +10,7 @@ use osp::{
     polygon::PolygonId,
     view::{View, ViewWindow},
 };
-use osp_lab::{oracle::OracleConfig, verify::visible_polygons};
+use osp_lab::{Method, oracle::OracleConfig, verify::visible_polygons};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Author, Event, StrokeId},
@@ -23,25 +23,25 @@ const MOST_POLYGONS: usize = 120;
 const PIXELS: OracleConfig = OracleConfig { width: 96, height: 64 };
 
 pub fn run(data: &[u8]) {
-    let mut choices: Vec<Occlusion> = Occlusion::conservative_cullers();
-    choices.extend([Occlusion::DepthLast, Occlusion::Auto]);
+    let mut choices = Method::conservative_cullers();
+    choices.extend([Occlusion::PreviousFrame, Occlusion::Auto].map(Method::Own));
     judge(data, choices);
 }
 
 /// Plays what the bytes say through these methods, and panics where one leaves out what can be seen. How many polygons
 /// all of them together found hidden.
-pub fn judge(data: &[u8], choices: Vec<Occlusion>) -> usize {
+pub fn judge(data: &[u8], choices: Vec<Method>) -> usize {
     let mut hidden = 0;
     let mut u = Input::new(data);
     let index = [IndexKind::Osp, IndexKind::BvhSah, IndexKind::LooseOctree][below(&mut u, 3)];
-    let mut lanes: Vec<(Occlusion, Pipeline)> = choices
+    let mut lanes: Vec<(Method, Pipeline)> = choices
         .into_iter()
         .map(|choice| {
             let index = index.create(&IndexConfig { capacity: 16, ..IndexConfig::default() });
             // A polygon costs so much that every test is worth it.
-            let pass = PassConfig { polygon_ns: 1.0e6, basis: AutoBasis::Work, ..PassConfig::new(choice) };
+            let pass = PassConfig { polygon_ns: 1.0e6, basis: AutoBasis::Work, ..PassConfig::default() };
             let pipeline = Pipeline::new(index, 16, StageClock::default());
-            (choice, pipeline.with_occlusion(pass).expect("a method of the CPU"))
+            (choice, choice.add_to(pipeline, pass))
         })
         .collect();
     let mut scene = Scene::new();

@@ -21,6 +21,22 @@ fn json_of(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
+/// The methods that `osp verify --json` has rows of.
+pub(crate) fn methods(report: &Value) -> Vec<&str> {
+    let mut methods: Vec<&str> =
+        report["rows"].as_array().expect("rows").iter().filter_map(|row| row["index"].as_str()).collect();
+    methods.dedup();
+    methods.retain(|method| !method.is_empty());
+    methods
+}
+
+/// A figure of a method; of the session itself for an empty name.
+pub(crate) fn figure(report: &Value, method: &str, figure: &str) -> f64 {
+    let is_it = |row: &&Value| row["index"] == method && row["figure"] == figure;
+    let row = report["rows"].as_array().expect("rows").iter().find(is_it);
+    row.unwrap_or_else(|| panic!("{figure} of {method}: {report}"))["value"].as_f64().expect("a number")
+}
+
 const SMALL: [&str; 2] = ["--pixels", "320x180"];
 
 fn verify(args: &[&str]) -> Output {
@@ -30,19 +46,19 @@ fn verify(args: &[&str]) -> Output {
 #[test]
 fn verify_says_what_each_method_culled_and_what_it_cost() {
     let report = json_of(&verify(&["recordings/room.ron", "--views", "3", "--json"]));
-    assert_eq!((&report["recording"], &report["views"]), (&"room.ron".into(), &3.into()));
-    let runs = report["runs"].as_array().expect("runs");
-    let names: Vec<_> = runs.iter().filter_map(|run| run["occlusion"].as_str()).collect();
+    assert_eq!((&report["recording"], figure(&report, "", "views")), (&"room.ron".into(), 3.0));
+    let methods = methods(&report);
+    let names: Vec<_> = methods.iter().map(|method| method.split(',').next().expect("a name")).collect();
     assert_eq!(names, ["frusta", "svbsp", "msvbsp", "depth", "depth-last"], "every method that is sound");
-    for run in runs {
-        assert_eq!((&run["views"], &run["false_culls"]), (&3.into(), &0.into()), "{run}");
-        assert_eq!(run["sound"], true);
-        assert!(run["hidden_culled_percent"].as_f64().is_some_and(|p| p > 50.0 && p <= 100.0), "{run}");
+    for method in methods {
+        let of = |name| figure(&report, method, name);
+        assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0), "{method}");
+        assert!(of("hidden") > 50.0 && of("hidden") <= 100.0, "{method}");
         // What was visible last needs no choice, and no walk through the index.
-        let is_last = run["occlusion"] == "depth-last";
-        let keys = if is_last { ["polygon_tests", "occluders_used"] } else { ["node_tests", "select_us"] };
-        for key in keys.into_iter().chain(["tree_nodes", "build_us", "query_us"]) {
-            assert!(run[key].as_f64().is_some_and(|n| n > 0.0), "{key} in {run}");
+        let is_last = method.starts_with("depth-last");
+        let figures = if is_last { ["polygons_tested", "used"] } else { ["nodes_tested", "select"] };
+        for name in figures.into_iter().chain(["planes", "build", "query"]) {
+            assert!(of(name) > 0.0, "{name} of {method}");
         }
     }
 }
@@ -65,7 +81,7 @@ fn as_many_views_are_taken_as_are_asked_for() {
     let path = path.to_str().expect("a path in UTF-8");
     let pace = ["--pace", "samples:1", "--occlusion", "msvbsp", "--no-truth", "--repeats", "1"];
     let report = json_of(&verify(&[&[path, "--views", "3", "--json"], &pace[..]].concat()));
-    assert_eq!(report["views"], 3);
+    assert_eq!(figure(&report, "", "views"), 3.0);
 }
 
 #[test]
@@ -80,16 +96,16 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
     let output = osp(&[&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let (mut hidden, mut views) = (0.0, 0);
+    let (mut hidden, mut views) = (0.0, 0.0);
     for line in text(&output.stdout).lines() {
         let report: Value = serde_json::from_str(line).expect("JSON");
-        hidden += report["hidden_mean"].as_f64().expect("a number");
-        for run in report["runs"].as_array().expect("runs") {
-            assert_eq!(run["false_culls"], 0, "{run}");
-            views += run["views"].as_u64().expect("a number");
-        }
+        hidden += figure(&report, "", "hidden");
+        views += figure(&report, "", "views");
+        let methods = methods(&report);
+        assert_eq!(methods.len(), 5);
+        assert!(methods.iter().all(|method| figure(&report, method, "wrong") == 0.0), "{report}");
     }
-    assert!(hidden > 100.0 && views >= 4 * 3 * 5, "{hidden} hidden, {views} views");
+    assert!(hidden > 100.0 && views >= 4.0 * 3.0, "{hidden} hidden, {views} views");
 }
 
 /// Real sketches, painted and tracked, and the scenes: sampled views of each.
@@ -125,8 +141,15 @@ fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
         verify(&["scene:rooms", "--views", "2", "--occlusion", "msvbsp,msvbsp-paper", "--occluders", "4,16"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
-    let count = |start: &str| table.lines().filter(|line| line.starts_with(start)).count();
-    assert_eq!((count("| msvbsp "), count("| msvbsp-paper (not conservative) ")), (2, 2), "{table}");
+    for line in
+        ["msvbsp, 4 occluders ", "msvbsp, 16 occluders ", "msvbsp-paper, 4 occluders (not conservative) "]
+    {
+        assert_eq!(
+            table.lines().filter(|other| other.trim_start().starts_with(line)).count(),
+            1,
+            "{line}: {table}"
+        );
+    }
 }
 
 /// What promises nothing may cull what is visible, and is shown to; that is no failed check.
@@ -134,23 +157,24 @@ fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
 fn verify_shows_that_the_paper_hides_what_is_visible() {
     let args = ["scene:ribbons-wide", "--views", "1", "--occlusion", "msvbsp-paper", "--json"];
     let report = json_of(&verify(&args));
-    let run = &report["runs"][0];
-    assert_eq!((&run["occlusion"], &run["sound"]), (&"msvbsp-paper".into(), &false.into()));
-    assert!(run["false_culls"].as_u64().is_some_and(|n| n > 0), "{run}");
+    let method = "msvbsp-paper, 64 occluders (not conservative)";
+    assert_eq!(methods(&report), [method]);
+    assert!(figure(&report, method, "wrong") > 0.0, "{report}");
 }
 
 #[test]
 fn verify_compares_what_was_visible_last() {
     let args = ["recordings/portrait.ron", "--whole", "--views", "2", "--occlusion", "msvbsp,depth-last"];
     let report = json_of(&verify(&[&args[..], &["--camera", "orbit", "--repeats", "1", "--json"]].concat()));
-    let share = |i: usize| report["runs"][i]["hidden_culled_percent"].as_f64().expect("a number");
-    let last = &report["runs"][1];
-    assert_eq!((&last["occlusion"], &last["sound"]), (&"depth-last".into(), &true.into()));
-    assert_eq!(
-        (&last["false_culls"], &last["misreported"], &last["views"]),
-        (&0.into(), &0.into(), &2.into())
+    let [msvbsp, last] = methods(&report)[..] else { panic!("two methods: {report}") };
+    assert!(
+        msvbsp.starts_with("msvbsp,") && last.starts_with("depth-last,") && !last.contains("not"),
+        "{last}"
     );
-    assert!(share(1) > 2.0 && share(1) > 3.0 * share(0), "paint behind paint: {report}");
+    let of = |name| figure(&report, last, name);
+    assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0));
+    let paint = figure(&report, msvbsp, "hidden");
+    assert!(of("hidden") > 2.0 && of("hidden") > 3.0 * paint, "paint behind paint: {report}");
 }
 
 #[test]

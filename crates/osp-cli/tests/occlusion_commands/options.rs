@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::command::{osp, text};
+use crate::command::{figure, methods, osp, text};
 
 fn json(args: &[&str]) -> Value {
     let output = osp(args);
@@ -10,48 +10,49 @@ fn json(args: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
-fn verified(args: &[&str]) -> Value {
+/// The report on the rooms with one method, and the method's name.
+fn verified(args: &[&str]) -> (Value, String) {
     let small = ["scene:rooms", "--views", "3", "--pixels", "320x180", "--repeats", "1", "--json"];
     let report = json(&[&["verify"], &small[..], args].concat());
-    report["runs"][0].clone()
-}
-
-fn hidden(run: &Value) -> f64 {
-    run["hidden_culled_percent"].as_f64().expect("a number")
+    let method = methods(&report)[0].to_owned();
+    (report, method)
 }
 
 #[test]
 fn verify_tests_nodes_as_asked() {
     let by = |test: &str| verified(&["--occlusion", "msvbsp", "--nodes-only", "--node-test", test]);
+    let of = |(report, method): &(Value, String), name: &str| figure(report, method, name);
     let [whole, sphere, corners] = ["box", "sphere", "corners"].map(by);
-    assert!(0.0 < hidden(&sphere) && hidden(&sphere) < hidden(&whole), "{sphere} {whole}");
-    assert!(0.0 < hidden(&corners) && hidden(&corners) < hidden(&whole), "{corners} {whole}");
+    let [a, b, c] = [&whole, &sphere, &corners].map(|run| of(run, "hidden"));
+    assert!(0.0 < b && b < a && 0.0 < c && c < a, "{a} {b} {c}");
     for run in [&whole, &sphere, &corners] {
-        assert_eq!((&run["sound"], &run["false_culls"]), (&true.into(), &0.into()), "{run}");
+        assert_eq!((&*run.1, of(run, "wrong")), ("msvbsp, 64 occluders", 0.0));
     }
     let apart = by("corners-apart");
-    assert_eq!((&apart["sound"], &apart["occlusion"]), (&false.into(), &"msvbsp".into()), "{apart}");
-    assert!(hidden(&apart) >= hidden(&corners), "{apart} {corners}");
+    assert_eq!(apart.1, "msvbsp, 64 occluders (not conservative)");
+    assert!(of(&apart, "hidden") >= c);
     // The former name.
-    let report = verified(&["--occlusion", "msvbsp", "--nodes-only", "--test", "sphere"]);
-    assert_eq!(report["node_tests"], sphere["node_tests"]);
+    let former = verified(&["--occlusion", "msvbsp", "--nodes-only", "--test", "sphere"]);
+    assert_eq!(of(&former, "nodes_tested"), of(&sphere, "nodes_tested"));
 }
 
 #[test]
 fn verify_knows_the_papers_tree_without_caps_and_says_that_it_is_wrong() {
-    let run = verified(&["--occlusion", "msvbsp-paper-capless"]);
-    assert_eq!((&run["sound"], &run["occlusion"]), (&false.into(), &"msvbsp-paper-capless".into()), "{run}");
-    assert!(run["false_culls"].as_u64().is_some_and(|n| n > 0), "{run}");
+    let (report, method) = verified(&["--occlusion", "msvbsp-paper-capless"]);
+    assert_eq!(method, "msvbsp-paper-capless, 64 occluders (not conservative)");
+    assert!(figure(&report, &method, "wrong") > 0.0, "{report}");
 }
 
 #[test]
 fn verify_scores_as_asked() {
     let by = |score: &str| {
-        verified(&["--occlusion", "msvbsp", "--grouping", "single", "--occluders", "4", "--score", score])
+        let args = ["--occlusion", "msvbsp", "--grouping", "single", "--occluders", "4", "--score", score];
+        let (report, method) = verified(&args);
+        assert_eq!(figure(&report, &method, "wrong"), 0.0);
+        ["hidden", "planes"].map(|name| figure(&report, &method, name))
     };
     let [paper, measured] = ["paper", "solid-angle"].map(by);
-    assert_eq!((&paper["false_culls"], &measured["false_culls"]), (&0.into(), &0.into()));
-    assert!(hidden(&paper) > 0.0 && paper["tree_nodes"] != measured["tree_nodes"], "{paper} {measured}");
+    assert!(paper[0] > 0.0 && paper[1] != measured[1], "{paper:?} {measured:?}");
 }
 
 #[test]

@@ -10,13 +10,12 @@ use glam::Vec3;
 use osp::{
     frame::{Pipeline, StageClock},
     index::IndexConfig,
-    occlusion::Occlusion,
     polygon::{Change, PolygonId},
     view::View,
 };
 use osp_render::{
-    DrawnCounts, Gpu, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer, Offscreen,
-    PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
+    DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbBound, HzbConfig, HzbFine, HzbGroup, Image, Layer,
+    Offscreen, PyramidLevel, RenderError, Renderer, RendererConfig, Style, Target,
 };
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -92,17 +91,17 @@ impl Pair {
 }
 
 /// A method of the GPU, and its settings.
-pub(crate) type GpuMethod = (Occlusion, HzbConfig);
+pub(crate) type GpuMethod = (GpuOcclusion, HzbConfig);
 
 const DEFAULT: HzbConfig =
     HzbConfig { group: HzbGroup::One, bound: HzbBound::Corners, fine: HzbFine::Triangles };
 /// The methods with their default settings.
 pub(crate) const HZB: GpuMethod = hzb_with(DEFAULT);
-pub(crate) const QUERIES: GpuMethod = (Occlusion::Queries, DEFAULT);
+pub(crate) const QUERIES: GpuMethod = (GpuOcclusion::Queries, DEFAULT);
 const BOTH: [GpuMethod; 2] = [HZB, QUERIES];
 
 const fn hzb_with(config: HzbConfig) -> GpuMethod {
-    (Occlusion::Hzb, config)
+    (GpuOcclusion::Hzb, config)
 }
 
 #[test]
@@ -166,7 +165,7 @@ fn no_setting_changes_a_pixel_and_each_hides_something() {
     for (config, share) in &shares {
         let least = match config {
             // Whole groups of 64 only.
-            (Occlusion::Queries, _) => 0.0,
+            (GpuOcclusion::Queries, _) => 0.0,
             _ if *config == HZB => 0.3,
             _ => 0.1,
         };
@@ -301,7 +300,7 @@ fn several_views_of_one_renderer_do_not_disturb_each_other() {
     for culls in [true, false] {
         for size in sizes {
             let mut slot = renderer.create_view_slot();
-            if culls && let Err(error) = renderer.set_occlusion(&mut slot, Occlusion::Hzb) {
+            if culls && let Err(error) = renderer.set_occlusion(&mut slot, GpuOcclusion::Hzb) {
                 eprintln!("skipped: {error}");
                 return;
             }
@@ -496,7 +495,7 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
     let Some(gpu) = gpu() else { return };
     let drawer = || Offscreen::on(Arc::clone(&gpu), 161, 121, &RendererConfig::default()).expect("a drawer");
     let (mut auto, mut whole) = (drawer(), drawer());
-    auto.set_occlusion(Occlusion::Auto).expect("auto asks for nothing");
+    auto.set_occlusion(GpuOcclusion::Auto).expect("auto asks for nothing");
     let mut scene = Scene::new();
     for i in 0..2200 {
         let at =
@@ -522,6 +521,6 @@ fn auto_changes_no_pixel_when_it_tries_the_other_way() {
         assert_eq!(picture.differing_pixels(&whole.image().expect("a picture")), 0, "frame {frame}");
     }
     // Where the adapter cannot cull, all frames are plain.
-    let can_cull = drawer().set_occlusion(Occlusion::Hzb).is_ok();
+    let can_cull = drawer().set_occlusion(GpuOcclusion::Hzb).is_ok();
     assert!(plain > 10 && (culled > 0) == can_cull, "{culled} culled, {plain} not");
 }

@@ -9,12 +9,12 @@ use std::{
 
 use super::scenes::{all_ids, gpu, set};
 use osp::{
-    frame::{OcclusionPass, PassConfig, Pipeline, StageClock},
+    frame::{PassConfig, Pipeline, StageClock},
     index::IndexConfig,
-    occlusion::Occlusion,
     polygon::PolygonId,
     view::View,
 };
+use osp_lab::Method;
 use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -86,9 +86,9 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     };
     let mut by_view: Vec<Pipeline> = IndexKind::DEFAULT.iter().copied().map(pipeline).collect();
     let mut by_occlusion = Vec::new();
-    for kind in Occlusion::conservative_cullers() {
-        let pass = OcclusionPass::new(PassConfig::new(kind), capacity);
-        by_occlusion.push((kind.name(), pipeline(IndexKind::Osp).with_pass(pass)));
+    for kind in Method::conservative_cullers() {
+        let pass = PassConfig::default();
+        by_occlusion.push((kind.name(), kind.add_to(pipeline(IndexKind::Osp), pass)));
     }
     let mut eyes = Eyes::new(gpu);
     let (mut scene, mut moment) = (Scene::new(), Moment::default());

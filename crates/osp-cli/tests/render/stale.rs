@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, square, view_from};
 use glam::Vec3;
-use osp::{occlusion::Occlusion, view::View};
-use osp_render::{Gpu, GpuTimer, Image, Layer, Renderer, RendererConfig, Target, ViewSlot};
+use osp::view::View;
+use osp_render::{Gpu, GpuOcclusion, GpuTimer, Image, Layer, Renderer, RendererConfig, Target, ViewSlot};
 use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
@@ -68,7 +68,7 @@ fn the_depth_of_a_larger_picture_is_not_asked_for_a_smaller_one() {
         scene_of(&[plate(1, Vec3::new(0.0, 0.0, 1.0), 3.0, GREEN), plate(2, Vec3::ZERO, 0.5, RED)]);
     let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
     let mut slot = renderer.create_view_slot();
-    if let Err(error) = renderer.set_occlusion(&mut slot, Occlusion::Hzb) {
+    if let Err(error) = renderer.set_occlusion(&mut slot, GpuOcclusion::Hzb) {
         assert!(!crate::required::nothing_may_be_skipped(), "{error}");
         eprintln!("skipped: {error}");
         return;
@@ -100,7 +100,7 @@ fn what_is_hidden_in_a_large_picture_is_hidden_in_a_smaller_one() {
     let scene = scene_of(&[plate(1, Vec3::new(0.0, 0.0, 1.0), 3.0, GREEN), plate(2, Vec3::ZERO, 0.5, RED)]);
     let mut renderer = Renderer::new(Arc::clone(&gpu), &RendererConfig::default());
     let mut slot = renderer.create_view_slot();
-    if let Err(error) = renderer.set_occlusion(&mut slot, Occlusion::Hzb) {
+    if let Err(error) = renderer.set_occlusion(&mut slot, GpuOcclusion::Hzb) {
         assert!(!crate::required::nothing_may_be_skipped(), "{error}");
         eprintln!("skipped: {error}");
         return;

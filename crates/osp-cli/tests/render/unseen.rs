@@ -9,11 +9,10 @@ use super::{
 };
 use glam::Vec3;
 use osp::{
-    occlusion::Occlusion,
     polygon::{Change, PolygonId},
     view::{Projection, View},
 };
-use osp_render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig};
+use osp_render::{Gpu, GpuOcclusion, Image, Layer, Offscreen, RenderError, RendererConfig};
 use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
@@ -158,7 +157,7 @@ fn what_the_scene_lets_go_takes_no_memory_of_the_gpu() {
     let Some(gpu) = gpu() else { return };
     const CHUNK_BYTES: u64 = 64 * 96;
     let config = RendererConfig { chunk_len: 64, ..RendererConfig::default() };
-    for occlusion in [Occlusion::None, Occlusion::Hzb] {
+    for occlusion in [GpuOcclusion::None, GpuOcclusion::Hzb] {
         let mut follower = Offscreen::on(Arc::clone(&gpu), SIDE, SIDE, &config).expect("a drawer");
         match follower.set_occlusion(occlusion) {
             Err(error @ RenderError::NoOcclusion { .. }) if !crate::required::nothing_may_be_skipped() => {

@@ -1,21 +1,26 @@
 use osp_session::platform::time::Instant;
 use std::ops::Range;
 
-use serde::Serialize;
-
-use super::{Contender, Estimate, estimate::quantile};
-use crate::clock::{resolution_ns, runs_for};
+use super::{Contender, curves::synthetic_name};
+use crate::{
+    clock::{resolution_ns, runs_for},
+    report::{short, thousands},
+    rows::{Figures, Rows},
+};
 use osp::{
     index::{DrawList, IndexConfig, SpatialIndex, WorkCounts},
     math::{Aabb, Frustum},
     polygon::{Change, ConvexPolygon, PolygonId},
 };
-use osp_rivals::IndexKind;
+use osp_rivals::{Bsp, IndexKind};
 use osp_session::{
     recording::{RecordingError, SynthKind, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
 };
+
+const PART: &str = "growth";
+const TASKS: [&str; 3] = ["growth/inserting", "growth/still", "growth/all in view"];
 
 /// Frames that an index is measured on at most, for each of inserting and not inserting.
 const MOST_FRAMES: usize = 400;
@@ -43,103 +48,61 @@ pub struct GrowthConfig {
     pub budget_secs: f64,
 }
 
-/// One index at one size.
-#[derive(Clone, Debug, Serialize)]
-pub struct GrowthRow {
-    /// Name of the index.
-    pub index: String,
-    /// Polygons inserted.
-    pub polygons: u32,
-    /// Inserting all of them in order of drawing, with one commit at the end, nanoseconds a polygon.
-    pub fill_ns_per_polygon: f64,
-    /// Memory then, bytes a polygon.
-    pub bytes_per_polygon: f64,
-    /// A frame that inserts a batch and culls from inside the model, microseconds.
-    pub frame_us: Estimate,
-    /// The same at 99 and 100 per cent.
-    pub frame_high_us: [f64; 2],
-    /// Insertion of the batch at 50, 99 and 100 per cent, microseconds.
-    pub insert_us: [f64; 3],
-    /// Such frames of the reference beside it, microseconds.
-    pub reference_us: Estimate,
-    /// Time of such a frame, divided by the time that the reference took for the same frame.
-    pub ratio: Estimate,
-    /// A frame that inserts nothing, seen from inside, microseconds.
-    pub still_us: Estimate,
-    /// Such frames of the reference beside it, microseconds.
-    pub still_reference_us: Estimate,
-    /// Its time, divided by the time that the reference took for the same frame.
-    pub still_ratio: Estimate,
-    /// A frame that inserts nothing, all in view, microseconds.
-    pub still_all_us: Estimate,
-    /// Such frames of the reference beside it, microseconds.
-    pub still_all_reference_us: Estimate,
-    /// Its time, divided by the time that the reference took for the same frame.
-    pub still_all_ratio: Estimate,
-    /// Nodes visited in a frame from inside, mean.
-    pub nodes: f64,
-    /// Boxes tested in a frame from inside, mean.
-    pub boxes: f64,
-}
-
-/// An index that was left out at a size.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Skipped {
-    /// Name of the index.
-    pub index: String,
-    /// The size.
-    pub polygons: u32,
-    /// Seconds that filling it and drawing three frames would have taken, going by the size before.
-    pub expected_secs: f64,
+/// The note on a structure that was left out at a size.
+pub(super) fn skipped(index: &str, polygons: u32, expected_secs: f64) -> String {
+    let (polygons, secs) = (thousands(u64::from(polygons)), short(expected_secs));
+    format!("{index} was left out at {polygons} polygons: filling it and three frames take about {secs} s.")
 }
 
 /// Measures indexes that hold ever more polygons of a synthetic session of loose strokes in a 4 m cube.
 ///
-/// At each size the reference is filled once and then measured beside every other index in turn, frame by frame.
+/// They are the part `growth`. At each size the reference is filled once and then measured beside every other index in turn, frame by frame.
 /// `progress` is called with what is measured next.
 ///
 /// # Errors
 /// Never, as synthetic sessions are whole.
-pub fn grow(
-    config: &GrowthConfig,
-    mut progress: impl FnMut(&str),
-) -> Result<(Vec<GrowthRow>, Vec<Skipped>), RecordingError> {
-    let (mut rows, mut skipped) = (Vec::new(), Vec::new());
+pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Rows, RecordingError> {
+    let mut rows = Rows::default();
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    let Some(&largest) = sizes.last() else { return Ok((rows, skipped)) };
+    let Some(&largest) = sizes.last() else { return Ok(rows) };
+    rows.part(PART, "Growth: a synthetic session of loose strokes in a 4 m cube");
+    rows.note(
+        PART,
+        "inserting: a frame inserts a batch and culls from inside; still: it inserts nothing; all in view: the same from outside.",
+    );
     progress("drawing the synthetic session");
     // A stroke is finished, so a few more than asked for; what is beyond the size is what the frames insert.
     let spare = config.batch * MOST_FRAMES as u32;
-    let wants_shapes =
-        |kind: &Contender| kind.create(&IndexConfig { capacity: 0, ..IndexConfig::default() }).wants_shapes();
-    let shapes = if config.kinds.iter().any(wants_shapes) { MOST_SHAPES } else { 0 };
+    let shapes = if config.kinds.contains(&Contender::Own(IndexKind::Bsp)) { MOST_SHAPES } else { 0 };
     let drawing = Drawing::new(largest.saturating_add(spare), shapes)?;
     // Nanoseconds that the last size took, and the size.
     let mut took_before: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
     for &size in &sizes {
         let count = (size as usize).min(drawing.boxes.len());
+        let name = synthetic_name(size);
+        for task in TASKS {
+            rows.of(task, &name, "").value("polygons", "polygons", count as f64);
+        }
         let most = drawing.boxes.len().min(count + spare as usize);
         let mut reference = Subject::filled(Contender::Own(config.reference), &drawing, count, most);
         for (kind, before) in config.kinds.iter().zip(&mut took_before) {
             if let Some((ns, polygons)) = *before {
                 let expected_secs = ns * 1.0e-9 * f64::from(size) / f64::from(polygons);
                 if expected_secs > config.budget_secs * LONGEST {
-                    let index = kind.name().to_owned();
-                    skipped.push(Skipped { index, polygons: size, expected_secs });
+                    rows.note(PART, skipped(kind.name(), size, expected_secs));
                     continue;
                 }
             }
             progress(&format!("{} at {size} polygons", kind.name()));
             let mut subject = Subject::filled(*kind, &drawing, count, most);
-            let row = measure(&mut subject, &mut reference, config);
-            *before = Some((subject.fill_ns + FEWEST_FRAMES as f64 * 1000.0 * row.frame_us.median, size));
-            rows.push(row);
+            let frame_us = measure(&mut rows, &name, &mut subject, &mut reference, config);
+            *before = Some((subject.fill_ns + FEWEST_FRAMES as f64 * 1000.0 * frame_us, size));
             reference.take_out();
         }
     }
-    Ok((rows, skipped))
+    Ok(rows)
 }
 
 /// A synthetic session's polygons in order of drawing.
@@ -204,10 +167,10 @@ impl Frame {
 
 impl<'a> Subject<'a> {
     fn filled(kind: Contender, drawing: &'a Drawing, filed: usize, most: usize) -> Self {
-        let index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
+        let mut index = kind.create(&IndexConfig { capacity: most, ..IndexConfig::default() });
         let mut draw_list = DrawList::new();
         draw_list.reserve(most);
-        let wants_shapes = index.wants_shapes();
+        let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut subject =
             Self { index, drawing, wants_shapes, draw_list, filed, most, more: 0, fill_ns: 0.0, bytes: 0 };
         let start = Instant::now();
@@ -227,8 +190,9 @@ impl<'a> Subject<'a> {
             debug_assert_eq!(filed, Ok(()));
             if self.wants_shapes
                 && let Some(shape) = self.drawing.shapes.get(at)
+                && let Some(tree) = Bsp::of(&mut *self.index)
             {
-                self.index.shape(id, shape);
+                tree.shape(id, shape);
             }
         }
     }
@@ -325,26 +289,11 @@ impl Pairs {
         Self(pairs)
     }
 
-    fn estimate(&self, value: impl Fn(&(Frame, Frame)) -> f64) -> Estimate {
-        Estimate::of(&mut self.0.iter().map(value).collect::<Vec<_>>()).unwrap_or_default()
-    }
-
-    fn time_us(&self) -> Estimate {
-        self.estimate(|(frame, _)| frame.total_ns() / 1000.0)
-    }
-
-    fn reference_us(&self) -> Estimate {
-        self.estimate(|(_, reference)| reference.total_ns() / 1000.0)
-    }
-
-    fn ratio(&self) -> Estimate {
-        self.estimate(|(frame, reference)| frame.total_ns() / reference.total_ns())
-    }
-
-    fn quantiles<const N: usize>(&self, value: impl Fn(&Frame) -> f64, at: [f64; N]) -> [f64; N] {
-        let mut sorted: Vec<f64> = self.0.iter().map(|(frame, _)| value(frame)).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        at.map(|q| quantile(&sorted, q))
+    /// Adds the times of both.
+    fn add<'f, 'r>(&self, figures: &'f mut Figures<'r>) -> &'f mut Figures<'r> {
+        let us = |frame: &Frame| frame.total_ns() / 1000.0;
+        let times: Vec<(f64, f64)> = self.0.iter().map(|(own, other)| (us(own), us(other))).collect();
+        figures.against(&times)
     }
 
     fn mean(&self, count: fn(&Frame) -> u64) -> f64 {
@@ -352,7 +301,14 @@ impl Pairs {
     }
 }
 
-fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &GrowthConfig) -> GrowthRow {
+/// Measures an index beside the reference; the median of a frame that inserts, microseconds.
+fn measure(
+    rows: &mut Rows,
+    name: &str,
+    subject: &mut Subject<'_>,
+    reference: &mut Subject<'_>,
+    config: &GrowthConfig,
+) -> f64 {
     let path = |choice| {
         let camera = CameraPath::new(choice, None, &IndexConfig::default().root);
         // A quick turn, so that even a few frames see the model from every side.
@@ -360,27 +316,22 @@ fn measure(subject: &mut Subject<'_>, reference: &mut Subject<'_>, config: &Grow
     };
     let share = config.budget_secs / 3.0;
     let batch = config.batch as usize;
-    let drawing = Pairs::measure(subject, reference, batch, path(CameraChoice::Inside), share);
-    let still = Pairs::measure(subject, reference, 0, path(CameraChoice::Inside), share);
-    let still_all = Pairs::measure(subject, reference, 0, path(CameraChoice::Orbit), share);
     let polygons = subject.filed.max(1) as f64;
-    GrowthRow {
-        index: subject.index.name().to_owned(),
-        polygons: subject.filed as u32,
-        fill_ns_per_polygon: subject.fill_ns / polygons,
-        bytes_per_polygon: subject.bytes as f64 / polygons,
-        frame_us: drawing.time_us(),
-        frame_high_us: drawing.quantiles(|frame| frame.total_ns() / 1000.0, [0.99, 1.0]),
-        insert_us: drawing.quantiles(|frame| frame.insert_ns / 1000.0, [0.5, 0.99, 1.0]),
-        reference_us: drawing.reference_us(),
-        ratio: drawing.ratio(),
-        still_us: still.time_us(),
-        still_reference_us: still.reference_us(),
-        still_ratio: still.ratio(),
-        still_all_us: still_all.time_us(),
-        still_all_reference_us: still_all.reference_us(),
-        still_all_ratio: still_all.ratio(),
-        nodes: still.mean(|frame| frame.nodes),
-        boxes: still.mean(|frame| frame.boxes),
+    let index = subject.index.name();
+    let inserting = Pairs::measure(subject, reference, batch, path(CameraChoice::Inside), share);
+    let still = Pairs::measure(subject, reference, 0, path(CameraChoice::Inside), share);
+    let all = Pairs::measure(subject, reference, 0, path(CameraChoice::Orbit), share);
+    let [inserts, stands, sees_all] = TASKS;
+    inserting
+        .add(&mut rows.of(inserts, name, index))
+        .spread("insert", inserting.0.iter().map(|(frame, _)| frame.insert_ns / 1000.0).collect())
+        .value("fill", "ns/polygon", subject.fill_ns / polygons)
+        .value("memory", "bytes/polygon", subject.bytes as f64 / polygons);
+    for (task, pairs) in [(stands, &still), (sees_all, &all)] {
+        pairs
+            .add(&mut rows.of(task, name, index))
+            .value("nodes", "1/frame", pairs.mean(|frame| frame.nodes))
+            .value("boxes", "1/frame", pairs.mean(|frame| frame.boxes));
     }
+    rows.value(inserts, name, index, "time").unwrap_or(0.0)
 }

@@ -1,6 +1,7 @@
 use serde::Serialize;
 
-use super::{Flight, GrowthRow, Machine, MovingResult, PaperResult, RaysResult, SessionResult, Skipped};
+use super::Machine;
+use crate::rows::Rows;
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -11,20 +12,18 @@ pub struct BenchReport {
     pub command: String,
     /// The index that the others are compared with.
     pub reference: String,
-    /// The sessions.
-    pub sessions: Vec<SessionResult>,
-    /// Sizes and indexes of the synthetic session.
-    pub growth: Vec<GrowthRow>,
-    /// The sizes that were left out, by index.
-    pub skipped: Vec<Skipped>,
-    /// Flights through the finished sessions.
-    pub flights: Vec<Flight>,
-    /// The experiments of the paper.
-    pub paper: Vec<PaperResult>,
-    /// Rays, ranges and neighbours in the finished sessions and in the synthetic one.
-    pub rays: Vec<RaysResult>,
-    /// Polygons and groups that move, at the sizes of the synthetic session.
-    pub moving: Vec<MovingResult>,
+    /// What was measured.
+    #[serde(flatten)]
+    pub rows: Rows,
+}
+
+/// How much of a report is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// The verdict and a table a part.
+    Short,
+    /// Every table, too.
+    All,
 }
 
 impl BenchReport {
@@ -32,4 +31,38 @@ impl BenchReport {
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
     }
+
+    /// The sentences that come first: the verdict, what is wrong, and whether the figures mean something.
+    pub(super) fn verdict(&self) -> Vec<String> {
+        let mut lines = self.rows.verdict(&self.reference);
+        lines.extend(self.rows.faults.iter().cloned());
+        if !self.machine.optimized && !lines.is_empty() {
+            let not_optimized =
+                "The program is NOT optimised: build it with --release for figures that mean something.";
+            lines.push(not_optimized.to_owned());
+        }
+        lines
+    }
+
+    /// The report as text. The paper's experiments are always printed whole.
+    pub fn to_text(&self, length: Length) -> String {
+        let mut parts = vec![self.machine.text()];
+        parts.extend(self.verdict());
+        let summary = self.rows.summary(&self.reference, |part| !is_paper(part));
+        if !summary.is_empty() {
+            parts.push(format!(
+                "\nratio: a frame or question against the same one of {}, median",
+                self.reference
+            ));
+            parts.push(summary);
+        }
+        parts.push(self.rows.all_tables(|part| length == Length::All || is_paper(part)));
+        parts.retain(|part| !part.is_empty());
+        parts.join("\n")
+    }
+}
+
+/// Whether a part is one of the paper's experiments.
+fn is_paper(part: &str) -> bool {
+    part.starts_with("paper-")
 }

@@ -17,16 +17,13 @@ mod file;
 pub use bake::{BakeConfig, Baker};
 pub use file::PvsError;
 
-use std::sync::Arc;
-
 use glam::{UVec3, Vec3};
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
 use osp::{
-    frame::{OcclusionRecord, Pass, PassInput},
     math::Aabb,
-    polygon::{Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks, bits},
+    polygon::{ConvexPolygon, Geometry, PolygonId, bits},
 };
 use osp_session::scene::Scene;
 
@@ -226,60 +223,4 @@ impl Pvs {
 /// Words of a cell's set.
 fn words_of(polygons: usize) -> usize {
     bits::words_for(polygons.div_ceil(GROUP))
-}
-
-/// Culling by potentially visible sets, as the pass of a [`Pipeline`](osp::frame::Pipeline). The pass culls only while the
-/// model is the one that the sets were made of.
-#[derive(Clone, Debug)]
-pub struct PvsPass {
-    pvs: Arc<Pvs>,
-    /// Whether the model is the one of the sets; `None` until it has been compared.
-    fits: Option<bool>,
-    drawn: Vec<VisibleBlocks>,
-}
-
-impl PvsPass {
-    /// A pass before its first frame.
-    pub fn new(pvs: Arc<Pvs>) -> Self {
-        Self { pvs, fits: None, drawn: Vec::new() }
-    }
-
-    /// The model may have changed: it has to be compared again.
-    fn follow(&mut self, changes: &[Change]) {
-        if !changes.is_empty() {
-            self.fits = None;
-        }
-    }
-}
-
-impl Pass for PvsPass {
-    fn load(&mut self, _: &dyn Geometry, changes: &[Change]) {
-        self.follow(changes);
-    }
-
-    fn skip(&mut self, _: &dyn Geometry, changes: &[Change]) {
-        self.follow(changes);
-    }
-
-    fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
-        let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
-        self.follow(changes);
-        let mut record = OcclusionRecord::default();
-        let start = clock.start();
-        let pvs = &self.pvs;
-        if *self.fits.get_or_insert_with(|| pvs.is_of(geometry)) {
-            self.drawn.resize_with(views.len(), VisibleBlocks::new);
-            for ((view, seen), drawn) in views.iter().zip(in_view).zip(&mut self.drawn) {
-                drawn.clear();
-                record.used |= self.pvs.cull(view.eye_in_world, seen.ids(), drawn);
-                record.occluded += (seen.len() - drawn.len()) as u64;
-            }
-        }
-        record.query = clock.since(start);
-        record
-    }
-
-    fn drawn(&self) -> &[VisibleBlocks] {
-        &self.drawn
-    }
 }

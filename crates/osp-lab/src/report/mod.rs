@@ -7,6 +7,7 @@ mod colors;
 mod columns;
 mod csv;
 mod drawing;
+mod figures;
 mod json;
 mod numbers;
 #[cfg(feature = "bench")]
@@ -22,19 +23,12 @@ mod run;
 mod structure;
 #[cfg(feature = "bench")]
 mod structure_picture;
-mod table;
 #[cfg(feature = "bench")]
 mod themes;
-mod verdict;
 mod views;
-mod views_table;
 
 #[cfg(feature = "bench")]
 pub use chart::draw_frame_times;
-#[cfg(feature = "bench")]
-pub(crate) use chart::register_font;
-#[cfg(feature = "bench")]
-pub(crate) use colors::{GREEN, INK, ORANGE, PURPLE, SKY, VERMILION};
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
@@ -47,6 +41,8 @@ pub use pins::{Pin, PinError, Pins, pinned_name};
 pub use printable::{one_line, printable, push_html};
 #[cfg(feature = "bench")]
 pub use rig_plan::RigPlan;
+#[cfg(feature = "bench")]
+pub(crate) use run::first_disagreement;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 #[cfg(feature = "bench")]
 pub use structure::{Structure, StructureNode};
@@ -54,8 +50,6 @@ pub use structure::{Structure, StructureNode};
 pub use structure_picture::{
     CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
 };
-pub use table::replay_table;
 #[cfg(feature = "bench")]
-pub(crate) use themes::{FAINT_MESH, MESH, css_variables, themed};
-pub use verdict::verdict;
+pub(crate) use themes::css_variables;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

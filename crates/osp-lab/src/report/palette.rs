@@ -19,7 +19,7 @@ use super::{
     colors::{BLUE, GRAY, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION},
     themes::css_name,
 };
-use osp::occlusion::Occlusion;
+use crate::Method;
 
 /// The mark that a line bears in a few places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -95,11 +95,6 @@ pub(crate) struct LineStyle {
 }
 
 impl LineStyle {
-    /// A plain line, for what is no structure.
-    pub(crate) const fn plain(color: RGBColor) -> Self {
-        Self { color, mark: Mark::None, dash: None }
-    }
-
     /// The look of a structure; a structure without an entry gets one that no other has.
     pub(crate) fn of_structure(name: &str) -> Self {
         match STRUCTURES.iter().find(|(other, ..)| *other == name) {
@@ -108,9 +103,18 @@ impl LineStyle {
         }
     }
 
+    /// The look of a line by its name: that of a structure, or of the `number`-th line of a chart that shows others.
+    pub(crate) fn of_any(name: &str, number: usize) -> Self {
+        if STRUCTURES.iter().any(|(other, ..)| *other == name) {
+            return Self::of_structure(name);
+        }
+        let (color, at) = (METHOD_COLORS[number % METHOD_COLORS.len()], number / METHOD_COLORS.len());
+        Self { color, mark: METHOD_MARKS[at % METHOD_MARKS.len()], dash: None }
+    }
+
     /// The look of a structure with a method of occlusion culling; `number` counts the structures of the chart.
     pub(crate) fn of_method(structure: &str, number: usize, method: &str) -> Self {
-        let methods: Vec<_> = Occlusion::all().chain([Occlusion::Pvs]).map(Occlusion::name).collect();
+        let methods: Vec<_> = Method::all().map(Method::name).collect();
         match methods.iter().position(|other| *other == method) {
             // The method `none` is the structure alone.
             Some(0) | None => Self::of_structure(structure),
@@ -273,7 +277,7 @@ mod tests {
 
     #[test]
     fn methods_are_told_apart_from_each_other_and_from_structures() {
-        let methods: Vec<_> = Occlusion::all().map(Occlusion::name).chain(["pvs"]).collect();
+        let methods: Vec<_> = Method::all().map(Method::name).collect();
         let mut seen: HashSet<_> =
             STRUCTURES.iter().map(|(name, ..)| LineStyle::of_structure(name)).collect();
         for number in 0..4 {

@@ -4,7 +4,11 @@ use glam::Vec3;
 use plotters::{coord::Shift, prelude::*};
 
 use super::{
-    ChartFormat, VERMILION, chart::register_font, picture::Picture, picture::encode, printable::one_line,
+    ChartFormat,
+    chart::register_font,
+    colors::VERMILION,
+    picture::{Picture, encode},
+    printable::one_line,
 };
 use osp::math::Aabb;
 use osp_session::{

@@ -314,17 +314,22 @@ impl ReplayReport {
         serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
     }
 
-    /// Two indexes that found different polygons in a frame that both replayed, and the frame.
+    /// See [`first_disagreement`].
     pub fn first_disagreement(&self) -> Option<(&str, &str, u64)> {
-        let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
-        for run in &self.runs {
-            for &(frame, fingerprint) in run.frames() {
-                let &mut (first, expected) = seen.entry(frame).or_insert((&run.index, fingerprint));
-                if fingerprint != expected {
-                    return Some((first, &run.index, frame));
-                }
+        first_disagreement(&self.runs)
+    }
+}
+
+/// Two indexes that found different polygons in a frame that both replayed, and the frame.
+pub(crate) fn first_disagreement(runs: &[RunReport]) -> Option<(&str, &str, u64)> {
+    let mut seen: BTreeMap<u64, (&str, u64)> = BTreeMap::new();
+    for run in runs {
+        for &(frame, fingerprint) in run.frames() {
+            let &mut (first, expected) = seen.entry(frame).or_insert((&run.index, fingerprint));
+            if fingerprint != expected {
+                return Some((first, &run.index, frame));
             }
         }
-        None
     }
+    None
 }

@@ -35,30 +35,16 @@ const LINES: [Shade; 8] = [
     shade(GRAY, "--gray", RGBColor(118, 118, 118), RGBColor(140, 140, 140)),
 ];
 
-/// The mesh behind the lines; it may be faint.
-pub(crate) const MESH: RGBColor = RGBColor(222, 222, 222);
-pub(crate) const FAINT_MESH: RGBColor = RGBColor(244, 244, 244);
-const MESHES: [Shade; 2] = [
-    shade(MESH, "--mesh", MESH, RGBColor(58, 62, 70)),
-    shade(FAINT_MESH, "--faint-mesh", FAINT_MESH, RGBColor(36, 39, 45)),
-];
+/// The mesh behind the lines.
+const MESH: Shade = shade(RGBColor(222, 222, 222), "--mesh", RGBColor(222, 222, 222), RGBColor(58, 62, 70));
 
 fn all() -> impl Iterator<Item = &'static Shade> {
-    LINES.iter().chain(&MESHES).chain([&GROUND])
+    LINES.iter().chain([&MESH, &GROUND])
 }
 
 /// The name that a style sheet has for a colour of the charts.
 pub(crate) fn css_name(color: RGBColor) -> Option<&'static str> {
     all().find(|shade| shade.drawn == color).map(|shade| shade.name)
-}
-
-/// An SVG whose colours are those of the theme of the page that it stands in.
-pub(crate) fn themed(svg: &str) -> String {
-    let mut themed = svg.to_owned();
-    for Shade { drawn: RGBColor(r, g, b), name, .. } in all() {
-        themed = themed.replace(&format!("\"#{r:02X}{g:02X}{b:02X}\""), &format!("\"var({name})\""));
-    }
-    themed
 }
 
 /// The declarations of the colours, for the light theme and for the dark one.
@@ -110,11 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_takes_the_colours_of_its_page() {
-        let svg = r##"<rect fill="#FFFFFF"/><line stroke="#0072B2"/><line stroke="#123456"/>"##;
-        let expected =
-            r##"<rect fill="var(--ground)"/><line stroke="var(--blue)"/><line stroke="#123456"/>"##;
-        assert_eq!(themed(svg), expected);
+    fn each_theme_declares_its_colours() {
         let [light, dark] = css_variables();
         assert!(light.contains("--ink:#000000;") && dark.contains("--ink:#ebebeb;"), "{light} {dark}");
         assert_eq!((css_name(INK), css_name(RGBColor(1, 2, 3))), (Some("--ink"), None));

@@ -8,8 +8,8 @@ use super::{
     queries::Queries,
     span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
-use crate::{DrawOrder, Gpu, read_ring::ReadRing, run::Handle};
-use osp::{occlusion::Occlusion, polygon::BLOCK, view::View};
+use crate::{DrawOrder, Gpu, GpuOcclusion, read_ring::ReadRing, run::Handle};
+use osp::{polygon::BLOCK, view::View};
 use osp_session::scene::Scene;
 
 /// What culling by a hierarchical depth buffer keeps for one view.
@@ -114,8 +114,8 @@ impl HzbView {
         }
     }
 
-    pub(in super::super) fn occlusion(&self) -> Occlusion {
-        if self.queries.is_some() { Occlusion::Queries } else { Occlusion::Hzb }
+    pub(in super::super) fn occlusion(&self) -> GpuOcclusion {
+        if self.queries.is_some() { GpuOcclusion::Queries } else { GpuOcclusion::Hzb }
     }
 
     /// From now on it culls by a depth pyramid. What it knows of the last frame stays.

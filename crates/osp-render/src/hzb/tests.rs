@@ -3,9 +3,8 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::{HzbBound, HzbConfig};
-use crate::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use crate::{Gpu, GpuOcclusion, Image, Layer, Offscreen, RendererConfig};
 use osp::{
-    occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::{Projection, View},
 };
@@ -38,7 +37,7 @@ fn squares_before_a_wall() -> Scene {
 }
 
 /// The third frame of a view at rest: the first to recall what a frame with a test has found.
-fn third_frame(gpu: &Arc<Gpu>, occlusion: Occlusion, bound: HzbBound) -> Image {
+fn third_frame(gpu: &Arc<Gpu>, occlusion: GpuOcclusion, bound: HzbBound) -> Image {
     let scene = squares_before_a_wall();
     let mut drawer =
         Offscreen::on(Arc::clone(gpu), SIDE, SIDE, &RendererConfig::default()).expect("a drawer");
@@ -64,8 +63,8 @@ fn a_bound_that_is_too_far_is_noticed() {
             return;
         }
     };
-    let whole = third_frame(&gpu, Occlusion::None, HzbBound::Corners);
+    let whole = third_frame(&gpu, GpuOcclusion::None, HzbBound::Corners);
     assert!(whole.drawn_pixels() > 1000);
-    assert_eq!(third_frame(&gpu, Occlusion::Hzb, HzbBound::Corners).differing_pixels(&whole), 0);
-    assert!(third_frame(&gpu, Occlusion::Hzb, HzbBound::Farthest).differing_pixels(&whole) > 1000);
+    assert_eq!(third_frame(&gpu, GpuOcclusion::Hzb, HzbBound::Corners).differing_pixels(&whole), 0);
+    assert!(third_frame(&gpu, GpuOcclusion::Hzb, HzbBound::Farthest).differing_pixels(&whole) > 1000);
 }

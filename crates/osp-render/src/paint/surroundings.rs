@@ -32,15 +32,16 @@ impl Surroundings {
         };
         let words = |v: Vec3, w: f32| v.extend(w).to_array();
         let up = rotate(unit(environment.sky_rotation), Vec3::Y);
-        let has_floor = if environment.floor.is_some() { 1.0 } else { 0.0 };
+        let way = |i: usize| environment.lights[i].0.normalize_or(Vec3::NEG_Y);
+        let has_lamps = if has_lamps(&environment.preset) { 1.0 } else { 0.0 };
         Self {
-            sky_low: words(environment.sky[0], 0.0),
+            sky_low: words(environment.sky[0], stars(environment)),
             sky_high: words(environment.sky[1], 0.0),
-            sky_up: words(up, has_floor),
+            sky_up: words(up, place(environment)),
             floor: words(environment.floor.unwrap_or_default(), 0.0),
             fog: words(environment.fog.0, environment.fog.1),
             ambient: words(environment.ambient, environment.reflection),
-            ways: environment.lights.map(|(way, _)| words(way.normalize_or(Vec3::NEG_Y), 0.0)),
+            ways: [words(way(0), has_lamps), words(way(1), 0.0)],
             lights: environment.lights.map(|(_, color)| words(color, 0.0)),
             moment: [0.0; 4],
         }
@@ -54,6 +55,35 @@ impl Surroundings {
 
     pub(super) fn set_time(&mut self, time_s: f32) {
         self.moment[0] = time_s;
+    }
+}
+
+/// Whether surfaces mirror a room with lamps in it; in the other environments they mirror the sky, as one even light.
+fn has_lamps(preset: &str) -> bool {
+    !matches!(
+        preset,
+        "Blue" | "Hot" | "Illustrative" | "NightSky" | "NoLights" | "PinkLemonade" | "Pistachio" | "Space"
+    )
+}
+
+/// What stands around a sketch, as the shader numbers it: 0 for nothing, 1 for a floor of the environment's own colour.
+fn place(environment: &Environment) -> f32 {
+    match environment.preset.as_str() {
+        _ if environment.floor.is_some() => 1.0,
+        "Pedestal" => 2.0,
+        "DressForm" => 3.0,
+        "NightSky" => 4.0,
+        _ => 0.0,
+    }
+}
+
+/// Whether the sky has stars (1), and the Milky Way, too (2): a sky of other colours has none.
+fn stars(environment: &Environment) -> f32 {
+    let is_dark = environment.sky.iter().all(|color| color.max_element() < 0.1);
+    match environment.preset.as_str() {
+        "NightSky" | "NoLights" if is_dark => 2.0,
+        "Space" if is_dark => 1.0,
+        _ => 0.0,
     }
 }
 

@@ -45,7 +45,7 @@ fn noise(x: f32) -> f32 {
 }
 
 // How far a particle has gone by itself, metres.
-fn drift(material: Material, alpha: f32) -> vec3<f32> {
+fn drift(material: Material, alpha: f32, at: vec3<f32>) -> vec3<f32> {
     switch material.kinds.y {
         case SNOW: {
             let part = fract(0.2 * seconds() + alpha);
@@ -53,7 +53,8 @@ fn drift(material: Material, alpha: f32) -> vec3<f32> {
         }
         case EMBERS: {
             let part = fract(0.6 * seconds() + 10.0 * alpha);
-            let sway = 0.03 * sin(vec3(3.0, 5.0, 4.0) * part + 40.0 * alpha);
+            let phase = 5.0 * part + 100.0 * alpha + seconds();
+            let sway = 0.03 * vec3(sin(phase - 10.0 * at.z), 0.0, -cos(phase + 10.0 * at.x));
             return vec3(0.2 * part, 0.6 * part * (0.5 + fract(100.0 * alpha)), 0.0) + sway;
         }
         default: { return vec3(0.0); }
@@ -82,12 +83,28 @@ fn hypercolor(in: Painted, place: Place) -> vec3<f32> {
     return 2.0 * (sin(phase) + 1.0);
 }
 
+// A wire's place on a bulb or between two.
+struct Bulb {
+    is_lit: bool,
+    // 0 on the black ring where the bulb begins, 1 elsewhere.
+    outside_ring: f32,
+}
+
+fn bulb_at(u: f32) -> Bulb {
+    let height = sin(PI * fract(2.0 * u));
+    return Bulb(height < 0.1, select(1.0, 0.0, abs(height - 0.1) < 0.01));
+}
+
 // What is mirrored straight on.
 fn f0_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     switch material.kinds.y {
         // The mirror of a disco ball has the colour of the paint, this one its own.
         case DISCO: { return material.f0.rgb * in.color.rgb; }
         case HYPERCOLOR: { return material.f0.rgb * hypercolor(in, place); }
+        case LIGHT_WIRE: {
+            let bulb = bulb_at(in.texture.x);
+            return vec3(select(0.3, 0.15, bulb.is_lit) * bulb.outside_ring);
+        }
         default: { return material.f0.rgb; }
     }
 }
@@ -97,13 +114,25 @@ fn albedo_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
     let color = in.color.rgb * place.texture.rgb;
     switch material.kinds.y {
         case HYPERCOLOR: { return in.color.rgb * hypercolor(in, place); }
-        case LIGHT_WIRE: { return in.color.rgb * 0.2; }
+        case LIGHT_WIRE: {
+            let bulb = bulb_at(in.texture.x);
+            return in.color.rgb * select(0.2 * bulb.outside_ring, 0.0, bulb.is_lit);
+        }
+        // Only its mirror is seen.
+        case DISCO: { return vec3(0.0); }
         case PETAL: {
             let root_to_tip = saturate(in.texture.x);
             return in.color.rgb * mix(0.6, 1.0, root_to_tip) * select(0.5 * root_to_tip, 1.0, place.is_front);
         }
         default: { return color; }
     }
+}
+
+// Facets of a disco ball mirror as if the world's upright were their plane's: the shader of the program that the brush comes
+// from takes a normal of the world, of which z points forward, for one of the texture's plane.
+fn disco_normal(facet: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
+    let of_plane = vec3(0.0, 0.0, 1.0) + facet.z * vec3(facet.xy, -facet.z);
+    return in_world(normalize(of_plane), normal, gradients, dx, dy);
 }
 
 // Light that a surface gives by itself.
@@ -116,29 +145,35 @@ fn glow_of(material: Material, in: Painted, place: Place) -> vec3<f32> {
         }
         case DISCO: {
             // Facets that lie level blaze.
-            return in.color.rgb * 200.0 * pow(abs(place.normal.y), 100.0);
+            return in.color.rgb * 200.0 * pow(abs(place.facet.y), 100.0);
         }
         case LIGHT_WIRE: {
-            let part = fract(2.0 * in.texture.x);
-            if sin(PI * part) >= 0.15 {
+            if !bulb_at(in.texture.x).is_lit {
                 return vec3(0.0);
             }
-            let number = round(2.0 * in.texture.x);
-            let is_lit = (number + floor(3.0 * seconds())) % 7.0 == 0.0;
-            let turn = number % 3.0;
-            let tint = vec3(f32(turn == 0.0), f32(turn == 1.0), f32(turn == 2.0));
-            return select(vec3(0.0), bloom(vec4(in.color.rgb * (0.2 + tint), 1.0), 0.35).rgb, is_lit);
+            let number = 2.0 * in.texture.x + 0.5;
+            // The one of seven that light runs through, and a little of its neighbours.
+            let on = 1.0 - saturate(1.5 * abs(number % 7.0 - (3.0 * seconds()) % 7.0));
+            let tints = array(vec3(0.2, 0.2, 1.0), vec3(1.0, 0.2, 0.2), vec3(0.2, 1.0, 0.2));
+            return bloom(vec4(in.color.rgb * tints[u32(number) % 3u] * on, 1.0), material.numbers.y).rgb;
         }
         default: { return vec3(0.0); }
     }
 }
 
 fn streamers(in: Painted, place: Place, material: Material) -> vec3<f32> {
+    let t = seconds();
     let row = floor(in.texture.y * 5.0);
-    let part = fract(in.texture.y * 5.0);
-    let pace = 1.0 + 0.5 * (scattered(row + 7.0) * 2.0 - 1.0);
-    let uv = vec2(in.texture.x + scattered(row) - pace * seconds(), part);
-    let texel = texture_of(material, material.kinds.z, uv, place.gradients);
+    let random = fract(abs(sin(182.4456 * row) * 43758.5453));
+    let pace = 0.5 + 0.3 * random;
+    let u = in.texture.x + 200.0 * random;
+    let wave = sin(10.0 * u + 10.0 * t) - sin(23.0 * u + 6.0 * t);
+    let part = fract(in.texture.y * 5.0 + 0.05 * wave);
+    let uv = vec2(u * pace - t * (0.5 + fract(1.618034 * row)), part);
+    // The texture once in each of five rows, half a level sharper: its lines are thin.
+    let scale = vec2(pace, 3.5);
+    let gradients = Gradients(place.gradients.x * scale, place.gradients.y * scale);
+    let texel = texture_of(material, material.kinds.z, uv, gradients);
     let rim = part * part * (1.0 - part) * (1.0 - part);
     let q = (texel + 55.0 * texel * texel) * rim;
     let c = vec4(in.color.rgb, in.texture.z) * q * exp(5.0 * material.numbers.y);
@@ -162,52 +197,55 @@ fn rainbow(in: Painted, gain: f32) -> vec3<f32> {
     }
     let pulse = pow((sin(row + 2.0 * seconds()) + 1.0) * 0.5, 5.0);
     let factor = exp(3.0 * gain);
-    return in.color.rgb * color * line * pulse * factor * factor * in.texture.z;
+    return in.color.rgb * color * line * pulse * factor * factor;
 }
 
-// A thin line across which the light falls off.
-fn line_at(v: f32, at: f32, sharp: f32) -> f32 {
-    return pow(saturate(1.0 - sharp * abs(v - at)), 2.0);
+// The mean over a pixel, whose width is `pixel`, of a line across which light falls off to nothing at `half_width`.
+fn line_of(off: f32, half_width: f32, pixel: f32) -> f32 {
+    let ends = (vec2(off) + vec2(-0.5, 0.5) * max(pixel, 1.0e-3 * half_width)) / half_width;
+    let inside = clamp(ends, vec2(-1.0), vec2(1.0));
+    let sums = select(1.0 - 0.5 * (1.0 - inside) * (1.0 - inside), 0.5 * (1.0 + inside) * (1.0 + inside), inside < vec2(0.0));
+    return (sums.y - sums.x) / max(ends.y - ends.x, 1.0e-6);
 }
 
-fn waveform(in: Painted, gain: f32) -> vec3<f32> {
+// How much `v` less a wave of this slope in `u` changes over a pixel.
+fn width_of_pixel(gradients: Gradients, slope: f32) -> f32 {
+    return length(vec2(gradients.x.y - slope * gradients.x.x, gradients.y.y - slope * gradients.y.x));
+}
+
+// The waves are as many as the stroke's own red, green and blue are strong.
+fn waveform(in: Painted, place: Place, gain: f32) -> vec3<f32> {
     let u = in.texture.x;
-    let v = in.texture.y;
     let envelope = sin(PI * saturate(u));
-    let t = seconds();
-    let wave = vec3(
-        sin(100.0 * u - 90.0 * t) + sin(60.0 * u - 50.0 * t),
-        sin(90.0 * u - 80.0 * t) + sin(50.0 * u - 40.0 * t),
-        sin(80.0 * u - 70.0 * t) + sin(40.0 * u - 30.0 * t),
-    );
-    let at = 0.5 + 0.05 * wave * envelope;
-    let sharp = 20.0 + 40.0 * (1.0 - envelope);
-    let lines = vec3(line_at(v, at.x, sharp), line_at(v, at.y, sharp), line_at(v, at.z, sharp));
-    return bloom(vec4(in.color.rgb, 1.0), gain).rgb * lines * envelope;
+    let phase = (100.0 * u - vec3(90.0, 120.0, 150.0) * seconds()) * in.color.rgb;
+    let off = in.texture.y - 0.5 - 0.15 * dot(sin(phase), vec3(1.0)) * envelope;
+    let slope = 15.0 * dot(cos(phase), in.color.rgb) * envelope;
+    let line = line_of(off, 1.0 / (20.0 + 40.0 * (1.0 - envelope)), width_of_pixel(place.gradients, slope));
+    let c = bloom(vec4(in.color.rgb, in.texture.z), gain);
+    return c.rgb * c.a * envelope * line;
 }
 
-fn chromatic_wave(in: Painted, gain: f32) -> vec3<f32> {
+fn chromatic_wave(in: Painted, place: Place, gain: f32) -> vec3<f32> {
     let u = in.texture.x;
-    let v = fract(in.texture.y + 3.0 * u);
-    let t = seconds();
-    let at = 0.5 - 0.15 * vec3(
-        sin(30.0 * u - 20.0 * t),
-        sin(25.0 * u - 16.0 * t + 1.0),
-        sin(20.0 * u - 12.0 * t + 2.0),
+    let phase = (100.0 * u - vec3(60.0, 90.0, 120.0) * seconds()) * in.color.rgb;
+    let off = vec3(fract(in.texture.y + 4.0 * u) - 0.5) + 0.15 * sin(phase);
+    let slope = -4.0 - 15.0 * cos(phase) * in.color.rgb;
+    let lines = vec3(
+        line_of(off.x, 0.025, width_of_pixel(place.gradients, slope.x)),
+        line_of(off.y, 0.025, width_of_pixel(place.gradients, slope.y)),
+        line_of(off.z, 0.025, width_of_pixel(place.gradients, slope.z)),
     );
-    let lines = step(abs(vec3(v) - at), vec3(0.0125));
     return bloom(vec4(in.color.rgb, 1.0), gain).rgb * lines;
 }
 
+// A pulse of light on a tube of dark glass, of which both sides are seen; fog is added on each.
 fn neon_pulse(material: Material, in: Painted, place: Place) -> vec3<f32> {
-    if !place.is_front {
-        return vec3(0.0);
-    }
     let x = fract(abs(in.texture.x - 0.75 * seconds()));
     let ring = saturate(pow(10.0 * saturate(0.2 - x), 5.0));
-    let straight = saturate(dot(place.normal, place.to_eye));
+    let straight = select(0.0, saturate(dot(place.normal, place.to_eye)), place.is_front);
     let light = bloom(vec4(in.color.rgb, 1.0), material.numbers.y).rgb * ring * pow(straight, 5.0);
-    return light + highlight(material, material.f0.rgb, place.normal, place.to_eye, 1.0);
+    let glass = highlight(material, material.f0.rgb, place.normal, place.to_eye, 1.0);
+    return fogged(light + glass, in.from_eye.w);
 }
 
 fn comet(material: Material, in: Painted, place: Place) -> vec3<f32> {
@@ -258,7 +296,7 @@ fn diamond_hull(material: Material, in: Painted, place: Place) -> vec3<f32> {
     // At grazing angles light runs along the edges.
     rim = mix(rim, 150.0, saturate(1.0 - 10.0 * straight));
     let place_on_film = vec2(rim + outwards.x + 0.015 * seconds(), rim + outwards.y);
-    let grain = 0.5 + 0.35 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 0.75);
+    let grain = 0.63 + 0.06 * (noise(11.0 * place_on_film.x + 3.0) + noise(9.0 * place_on_film.y) - 1.0);
     let colors = clamp(film(straight, mix(250.0, 400.0, grain)), vec3(0.0), vec3(1.0));
     let shine = rim * colors * (0.5 * in.color.rgb + 0.25);
     let f0 = in.color.rgb * colors;
@@ -287,7 +325,10 @@ fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
         }
         case STARS: {
             let blaze = pow(abs(sin(5.3 * t + 2.0 * PI * own)), 20.0);
-            return rgb * texel.rgb * texel.a * 800.0 * blaze;
+            // Sharper by some levels: of what is 800 times as bright as white, the faintest rim would be white, too.
+            let gradients = Gradients(0.3 * place.gradients.x, 0.3 * place.gradients.y);
+            let sharp = texture_of(material, material.kinds.z, in.texture.xy, gradients).a;
+            return rgb * sharp * 800.0 * blaze;
         }
         case EMBERS: {
             let part = fract(0.6 * t + 10.0 * own);
@@ -303,13 +344,15 @@ fn emitted(material: Material, in: Painted, place: Place) -> vec3<f32> {
         case FIRE: {
             let flicker = texture_of(material, material.kinds.z, in.texture.xy - vec2(t, 0.0), place.gradients).a;
             let moved = texture_of(material, material.kinds.z, in.texture.xy - 0.1 * flicker, place.gradients);
-            let c = bloom(vec4(rgb, own), gain) * moved;
+            // The darkest of its wisps are cut off.
+            let wisps = vec4(select(vec3(0.0), moved.rgb, moved.rgb >= vec3(0.01)), moved.a);
+            let c = bloom(vec4(rgb, own), gain) * wisps;
             return c.rgb * c.a;
         }
         case STREAMERS: { return streamers(in, place, material); }
         case RAINBOW: { return rainbow(in, gain); }
-        case WAVEFORM: { return waveform(in, gain); }
-        case CHROMATIC_WAVE: { return chromatic_wave(in, gain); }
+        case WAVEFORM: { return waveform(in, place, gain); }
+        case CHROMATIC_WAVE: { return chromatic_wave(in, place, gain); }
         case NEON_PULSE: { return neon_pulse(material, in, place); }
         case COMET: { return comet(material, in, place); }
         case PLASMA: { return plasma(in); }

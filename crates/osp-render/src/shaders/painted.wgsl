@@ -11,7 +11,8 @@ struct Material {
 }
 
 struct Surroundings {
-    // The sky straight down and straight up, and where up is; w of the last: whether there is a floor.
+    // The sky straight down and straight up, and where up is; w of the first: 1 for stars, 2 for the Milky Way, too; w of the
+    // last: what stands around the sketch, 0 for nothing.
     sky_low: vec4<f32>,
     sky_high: vec4<f32>,
     sky_up: vec4<f32>,
@@ -54,8 +55,8 @@ struct Painted {
     @location(2) normal: vec3<f32>,
     // From the eye; w: depth along the view.
     @location(3) from_eye: vec4<f32>,
-    // The material; the style.
-    @location(4) @interpolate(flat, either) kinds: vec2<u32>,
+    // The material; the style; 1 where the eye is on the side that the normals point to.
+    @location(4) @interpolate(flat, either) kinds: vec3<u32>,
 }
 
 // Relative to the eye. A square that is turned to the eye has the middle and the size of the square that is stored.
@@ -84,7 +85,21 @@ fn drift_of(polygon: Polygon) -> vec3<f32> {
         return vec3(0.0);
     }
     let alpha = f32(polygon.corners[1].w & 0xffu) / 255.0;
-    return clamp(drift(materials[polygon.corners[2].w & 0xffffu], alpha), vec3(-most), vec3(most));
+    let at = bitcast<vec3<f32>>(polygon.corners[0].xyz);
+    return clamp(drift(materials[polygon.corners[2].w & 0xffffu], alpha, at), vec3(-most), vec3(most));
+}
+
+// Whether the eye is on the side of the polygon that its normals point to.
+fn is_front_seen(polygon: Polygon) -> bool {
+    let flags = polygon.corners[2].w;
+    if (flags & TURNED_TO_EYE) != 0u {
+        return true;
+    }
+    let normal = flat_normal(polygon);
+    let is_towards = dot(normal, scaled(point_of(polygon, 0u) + point_of(polygon, 2u))) <= 0.0;
+    let own = unpack_normal(polygon.normals.x) + unpack_normal(polygon.normals.y)
+        + unpack_normal(polygon.normals.z) + unpack_normal(polygon.normals.w);
+    return is_towards == ((flags & IS_SMOOTH) == 0u || dot(normal, own) >= 0.0);
 }
 
 // Octahedral.
@@ -119,7 +134,7 @@ fn vertex_painted(@builtin(vertex_index) index: u32, @builtin(instance_index) st
         out.normal = flat_normal(polygon);
     }
     out.from_eye = vec4(point, out.position.w);
-    out.kinds = vec2(flags & 0xffffu, style);
+    out.kinds = vec3(flags & 0xffffu, style, select(0u, 1u, is_front_seen(polygon)));
     return out;
 }
 
@@ -183,6 +198,37 @@ fn light_on(normal: vec3<f32>, share: f32) -> vec3<f32> {
     return surroundings.ambient.rgb + surroundings.lights[0].rgb * first + surroundings.lights[1].rgb * second;
 }
 
+// A lamp that surfaces mirror: where it is, and its light, as that of a point.
+struct Lamp {
+    way: vec3<f32>,
+    light: vec3<f32>,
+    // The square of its width, as a part of a lobe's.
+    width: f32,
+}
+
+const LAMPS: array<Lamp, 2> = array(
+    Lamp(vec3(-0.615, 0.707, -0.348), vec3(1.45, 1.16, 0.95), 0.0009),
+    Lamp(vec3(0.0, 0.508, 0.862), vec3(2.4, 2.4, 2.94), 0.003),
+);
+
+// What is mirrored in a direction by a surface of this roughness: a dark room with two lamps, or one even light.
+fn mirrored_room(ray: vec3<f32>, roughness: f32) -> vec3<f32> {
+    if surroundings.ways[0].w == 0.0 {
+        return vec3(0.06);
+    }
+    let up = ray.y;
+    var sum = vec3(mix(mix(0.048, 0.093, saturate(-up)), 0.002, smoothstep(-0.1, 0.6, up)));
+    for (var i = 0; i < 2; i++) {
+        let lamp = LAMPS[i];
+        // A GGX lobe about the mirrored direction, as wide as the surface is rough and the lamp is large.
+        let wide = min(roughness * roughness + lamp.width, 1.0);
+        let across = 0.5 + 0.5 * dot(ray, lamp.way);
+        let d = across * (wide - 1.0) + 1.0;
+        sum += lamp.light * (wide / (4.0 * PI * d * d));
+    }
+    return sum;
+}
+
 // The highlight of the first light and what is mirrored.
 fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>, share: f32) -> vec3<f32> {
     let gloss = material.f0.w;
@@ -200,7 +246,8 @@ fn highlight(material: Material, f0: vec3<f32>, normal: vec3<f32>, to_eye: vec3<
     let lit = share * bright * surroundings.lights[0].rgb * (f0 + (1.0 - f0) * pow(1.0 - l_h, 5.0));
     let most = saturate(gloss + max(f0.r, max(f0.g, f0.b)));
     let mirrored = mix(f0, vec3(most), pow(1.0 - n_v, 5.0)) * (1.0 - 0.28 * roughness * (1.0 - gloss));
-    return lit + 0.06 * surroundings.ambient.w * mirrored;
+    let seen = mirrored_room(reflect(-to_eye, normal), roughness);
+    return lit + surroundings.ambient.w * seen * mirrored;
 }
 
 fn lit(
@@ -232,16 +279,7 @@ fn relief(material: Material, in: Painted, normal: vec3<f32>, gradients: Gradien
         return normal;
     }
     let of_texture = texture_of(material, material.kinds.w, in.texture.xy, gradients).xyz * 2.0 - 1.0;
-    let across = cross(dy, normal);
-    let along = cross(normal, dx);
-    let tangent = across * gradients.x.x + along * gradients.y.x;
-    let bitangent = across * gradients.x.y + along * gradients.y.y;
-    let longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    if !(longest > 0.0) {
-        return normal;
-    }
-    let scale = inverseSqrt(longest);
-    return normalize((tangent * of_texture.x + bitangent * of_texture.y) * scale + normal * max(of_texture.z, 0.05));
+    return in_world(of_texture, normal, gradients, dx, dy);
 }
 
 fn styled(color: vec3<f32>, style: Style) -> vec3<f32> {
@@ -256,6 +294,23 @@ struct Place {
     is_front: bool,
     texture: vec4<f32>,
     gradients: Gradients,
+    // The normal of the triangle, on the same side.
+    facet: vec3<f32>,
+}
+
+// How a normal of a texture's plane stands in the world: `x` along the texture, `y` across, `z` out of the surface.
+fn in_world(of_plane: vec3<f32>, normal: vec3<f32>, gradients: Gradients, dx: vec3<f32>, dy: vec3<f32>) -> vec3<f32> {
+    // Pixels are counted downwards.
+    let across = cross(normal, dy);
+    let along = cross(dx, normal);
+    let tangent = across * gradients.x.x + along * gradients.y.x;
+    let bitangent = across * gradients.x.y + along * gradients.y.y;
+    let longest = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    if !(longest > 0.0) {
+        return normal;
+    }
+    let scale = inverseSqrt(longest);
+    return normalize((tangent * of_plane.x + bitangent * of_plane.y) * scale + normal * max(of_plane.z, 0.05));
 }
 
 fn place_of(in: Painted) -> Place {
@@ -265,10 +320,15 @@ fn place_of(in: Painted) -> Place {
     let material = materials[in.kinds.x];
     let to_eye = -normalize(scaled(in.from_eye.xyz));
     let outwards = normalize(in.normal);
-    let is_front = dot(outwards, to_eye) >= 0.0;
+    let is_front = in.kinds.z == 1u;
     let normal = select(-outwards, outwards, is_front);
     let texture = texture_of(material, material.kinds.z, in.texture.xy + texture_shift(material), gradients);
-    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients);
+    let across = cross(dx, dy);
+    let facet = across * (inverseSqrt(max(dot(across, across), 1.0e-30)) * select(-1.0, 1.0, dot(across, normal) >= 0.0));
+    if material.kinds.y == DISCO {
+        return Place(disco_normal(facet, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet);
+    }
+    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet);
 }
 
 // Of what is not additive.

@@ -38,12 +38,220 @@ fn floor_color(way: vec3<f32>) -> vec3<f32> {
     return mix(surroundings.fog.rgb, own, clear);
 }
 
+// Places around a sketch, as `surroundings.sky_up.w` numbers them; the first has the floor above.
+const PEDESTAL: f32 = 2.0;
+const DRESS_FORM: f32 = 3.0;
+const NIGHT_SKY: f32 = 4.0;
+// How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
+const PROP_Z_M: f32 = -0.5;
+
+// How deep along the view something lies that is this far away on this way.
+fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
+    let middle = view.corners[0].xyz + 0.5 * (view.corners[1].xyz + view.corners[2].xyz);
+    return distance * dot(way, normalize(middle));
+}
+
+// A value on straight lines between points; `at` and `points` rise and have four parts each.
+fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
+    let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
+    return values.x + dot(parts, values.yzw - values.xyz);
+}
+
+// The colour of the ground of the places 2 to 4, by the distance from the origin; the slab is brightest in its middle.
+fn ground_color(way: vec3<f32>, place: f32) -> vec3<f32> {
+    let distance = max(view.eye_in_world.y, 0.0) / max(-way.y, 1.0e-4);
+    let from_eye = way * distance;
+    let at = view.eye_in_world.xz + from_eye.xz;
+    let far = length(at);
+    let corner = abs(at.x) + abs(at.y);
+    let is_on_slab = max(abs(at.x), abs(at.y)) < 1.5 && corner < 2.77;
+    let pool = exp(-far * far / 0.65);
+    var albedo = 0.0;
+    if place == PEDESTAL {
+        let shadow = smoothstep(0.33, 0.4, max(abs(at.x), abs(at.y - PROP_Z_M)));
+        let slab = 0.41 * (0.3 + 0.4 * pool) * mix(0.4, 1.0, shadow);
+        albedo = select(between(far, vec4(1.5, 2.0, 2.5, 3.0), vec4(0.064, 0.087, 0.092, 0.091)), slab, is_on_slab);
+    } else if place == DRESS_FORM {
+        let shadow = smoothstep(0.12, 0.2, length(vec2(at.x, at.y - PROP_Z_M)));
+        let slab = 0.42 * (0.29 + 0.38 * pool) * mix(0.4, 1.0, shadow);
+        albedo = select(between(far, vec4(1.5, 2.0, 2.5, 3.0), vec4(0.074, 0.105, 0.111, 0.108)), slab, is_on_slab);
+    } else {
+        let slab = 0.17 * (0.3 + 0.4 * pool);
+        let near = between(far, vec4(1.5, 2.0, 3.0, 5.0), vec4(0.047, 0.075, 0.0685, 0.06));
+        let ground = select(between(far, vec4(5.0, 8.0, 12.0, 20.0), vec4(0.06, 0.051, 0.0375, 0.0254)), near, far < 5.0);
+        albedo = select(ground, slab, is_on_slab);
+    }
+    let light = light_on(vec3(0.0, 1.0, 0.0), first_light_at(from_eye, vec3(0.0, 1.0, 0.0)));
+    return fogged(albedo * light, depth_along(way, distance));
+}
+
+// Heights and distances of the hills in metres, by tens of degrees from the left over the front.
+const HILLS: array<vec2<f32>, 36> = array(
+    vec2(5.8, 96.0), vec2(3.9, 83.0), vec2(3.9, 81.0), vec2(3.0, 73.0), vec2(7.0, 92.0), vec2(3.8, 74.0),
+    vec2(2.5, 76.0), vec2(4.4, 88.0), vec2(5.3, 84.0), vec2(5.4, 85.0), vec2(3.4, 69.0), vec2(3.2, 74.0),
+    vec2(6.4, 83.0), vec2(6.6, 83.0), vec2(2.3, 80.0), vec2(3.8, 74.0), vec2(3.4, 93.0), vec2(5.8, 91.0),
+    vec2(5.8, 91.0), vec2(2.3, 82.0), vec2(3.5, 74.0), vec2(5.9, 89.0), vec2(5.9, 89.0), vec2(3.8, 72.0),
+    vec2(3.5, 74.0), vec2(5.3, 88.0), vec2(7.4, 87.0), vec2(7.4, 87.0), vec2(3.3, 63.0), vec2(3.9, 74.0),
+    vec2(4.3, 92.0), vec2(5.8, 85.0), vec2(5.6, 91.0), vec2(6.1, 91.0), vec2(2.3, 75.0), vec2(5.3, 95.0),
+);
+
+// The hills that cover a way above the horizon: their colour in fog, and whether there is one.
+fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
+    let turn = fract(atan2(-way.z, -way.x) / (2.0 * PI)) * 36.0;
+    let steep = way.y / max(length(way.xz), 1.0e-4);
+    let factor = select(0.56, 0.7, place == 1.0 || place == NIGHT_SKY);
+    var far = 0.0;
+    for (var i = 0; i < 2; i++) {
+        let number = floor(turn) + f32(i);
+        let one = HILLS[u32(number) % 36u];
+        // Straight slopes from a foot of 18 m to a top of 4.
+        let aside = abs(turn - number) * 0.1745 * one.y;
+        let height = one.x * factor * saturate((9.0 - aside) / 7.0) - view.eye_in_world.y;
+        far = select(far, one.y, height > one.y * steep);
+    }
+    let own = select(vec3(0.0), vec3(select(0.095, 0.022, place == NIGHT_SKY)), place > 1.0);
+    let lit = own * light_on(vec3(0.0, 1.0, 0.0), 1.0);
+    return vec4(fogged(lit, depth_along(way, far)), select(0.0, 1.0, far > 0.0));
+}
+
+// Profile of the pedestal's column: heights and radii, metres.
+const COLUMN: array<vec2<f32>, 12> = array(
+    vec2(0.058, 0.29), vec2(0.07, 0.28), vec2(0.11, 0.255), vec2(0.15, 0.225), vec2(0.19, 0.21), vec2(0.22, 0.203),
+    vec2(0.79, 0.207), vec2(0.82, 0.21), vec2(0.86, 0.225), vec2(0.9, 0.25), vec2(0.93, 0.3), vec2(0.949, 0.307),
+);
+const PLINTH_HALF_M: f32 = 0.339;
+
+// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
+fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
+    let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
+    var nearest = 1.0e9;
+    var normal = vec3(0.0, 1.0, 0.0);
+    for (var i = 0; i < 11; i++) {
+        let low = COLUMN[i];
+        let high = COLUMN[i + 1];
+        let slope = (high.y - low.y) / (high.x - low.x);
+        let radius = low.y + slope * (eye.y - low.x);
+        let a = dot(way.xz, way.xz) - slope * slope * way.y * way.y;
+        let b = dot(eye.xz, way.xz) - radius * slope * way.y;
+        let c = dot(eye.xz, eye.xz) - radius * radius;
+        let square = b * b - a * c;
+        let distance = (-b - sqrt(max(square, 0.0))) / select(a, 1.0e-6, abs(a) < 1.0e-6);
+        let at = eye + distance * way;
+        if square >= 0.0 && distance > 0.0 && distance < nearest && at.y >= low.x && at.y <= high.x {
+            nearest = distance;
+            normal = normalize(vec3(at.x, -slope * length(at.xz), at.z));
+        }
+    }
+    // The flat tops of the column and of the plinth, and the plinth's sides.
+    let tops = (vec2(0.949, 0.058) - eye.y) / min(way.y, -1.0e-6);
+    let on_column = eye.xz + tops.x * way.xz;
+    if way.y < 0.0 && tops.x > 0.0 && tops.x < nearest && length(on_column) < 0.307 {
+        nearest = tops.x;
+        normal = vec3(0.0, 1.0, 0.0);
+    }
+    let on_plinth = abs(eye.xz + tops.y * way.xz);
+    if way.y < 0.0 && tops.y > 0.0 && tops.y < nearest && max(on_plinth.x, on_plinth.y) < PLINTH_HALF_M {
+        nearest = tops.y;
+        normal = vec3(0.0, 1.0, 0.0);
+    }
+    let side = select(vec2(-1.0), vec2(1.0), eye.xz >= vec2(0.0));
+    let sides = (side * PLINTH_HALF_M - eye.xz) / select(way.xz, vec2(1.0e-6), abs(way.xz) < vec2(1.0e-6));
+    let on_x = eye + sides.x * way;
+    if sides.x > 0.0 && sides.x < nearest && abs(on_x.z) < PLINTH_HALF_M && on_x.y > 0.0 && on_x.y < 0.058 {
+        nearest = sides.x;
+        normal = vec3(side.x, 0.0, 0.0);
+    }
+    let on_z = eye + sides.y * way;
+    if sides.y > 0.0 && sides.y < nearest && abs(on_z.x) < PLINTH_HALF_M && on_z.y > 0.0 && on_z.y < 0.058 {
+        nearest = sides.y;
+        normal = vec3(0.0, 0.0, side.y);
+    }
+    return vec4(normal, select(-1.0, nearest, nearest < 1.0e9));
+}
+
+// Concrete.
+fn pedestal_color(way: vec3<f32>, found: vec4<f32>) -> vec3<f32> {
+    let share = first_light_at(way * found.w, found.xyz);
+    return fogged(0.31 * light_on(found.xyz, share), depth_along(way, found.w));
+}
+
+// Two numbers out of a cell of the sky, 0 to 1 each.
+fn scattered_in(cell: vec2<f32>) -> vec2<f32> {
+    let n = dot(cell, vec2(127.1, 311.7));
+    return vec2(scattered(n), scattered(n + 57.3));
+}
+
+// About a star for each square degree, as large as a tenth of a degree, or a pixel if that is larger.
+fn stars_at(way: vec3<f32>, pixel: f32) -> vec3<f32> {
+    let height = asin(clamp(way.y, -1.0, 1.0)) * 57.2958;
+    let row = floor(height);
+    // As many cells as the circle of this height is long.
+    let count = max(round(360.0 * cos((row + 0.5) / 57.2958)), 1.0);
+    let turn = fract(atan2(way.z, way.x) / (2.0 * PI)) * count;
+    let cell = vec2(floor(turn), row);
+    let random = scattered_in(cell);
+    let other = scattered_in(cell + vec2(1000.0, 0.0));
+    let size = max(0.05, 0.5 * pixel * 57.2958);
+    let off = length(vec2(turn, height) - cell - 0.2 - 0.6 * random) / size;
+    let bright = pow(other.x, 3.0) * (0.05 * 0.05) / (size * size) * saturate(1.5 - off);
+    let tint = mix(vec3(1.0, 0.85, 0.7), vec3(0.75, 0.85, 1.0), other.y);
+    return min(bright * 1.5, 1.0) * tint;
+}
+
+// A cloud of the Milky Way: where on the sky's picture (0 to 1 from the left, degrees above the horizon), how large
+// (degrees), and its colour.
+fn cloud(way: vec3<f32>, x: f32, height: f32, size: f32, color: vec3<f32>) -> vec3<f32> {
+    let angles = vec2((0.5 - x) * 2.0 * PI, height / 57.2958);
+    let middle = vec3(cos(angles.x) * cos(angles.y), sin(angles.y), -sin(angles.x) * cos(angles.y));
+    let off = acos(clamp(dot(way, middle), -1.0, 1.0)) * 57.2958 / size;
+    return color * exp(-off * off);
+}
+
+fn milky_way(way: vec3<f32>) -> vec3<f32> {
+    return cloud(way, 0.105, 50.0, 4.0, vec3(0.25, 0.28, 0.31))
+        + cloud(way, 0.15, 42.0, 2.0, vec3(0.08, 0.1, 0.2))
+        + cloud(way, 0.22, 41.0, 2.5, vec3(0.2, 0.17, 0.25))
+        + cloud(way, 0.26, 39.0, 4.0, vec3(0.12, 0.03, 0.03))
+        + cloud(way, 0.52, 40.0, 3.0, vec3(0.25, 0.15, 0.06))
+        + cloud(way, 0.66, 41.0, 5.0, vec3(0.08, 0.02, 0.02))
+        + cloud(way, 0.97, 40.0, 2.0, vec3(0.08, 0.1, 0.2))
+        + cloud(way, 0.87, 24.0, 9.0, vec3(0.04, 0.045, 0.055));
+}
+
 @fragment
 fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     let way = normalize(in.way);
-    if surroundings.sky_up.w > 0.0 && way.y < 0.0 {
+    let pixel = length(fwidth(way));
+    let place = surroundings.sky_up.w;
+    if place == PEDESTAL {
+        let found = pedestal_at(way);
+        if found.w > 0.0 {
+            return vec4(pedestal_color(way, found), 1.0);
+        }
+    }
+    if place == 1.0 && way.y < 0.0 {
         return vec4(floor_color(way), 1.0);
     }
+    if place > 1.0 && way.y < 0.0 {
+        return vec4(ground_color(way, place), 1.0);
+    }
+    if place > 0.0 {
+        let found = hill(way, place);
+        if found.w > 0.0 {
+            return vec4(found.rgb, 1.0);
+        }
+    }
     let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
-    return vec4(mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high), 1.0);
+    var color = mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high);
+    // The Milky Way is over the horizon; where it is not, fainter stars are all around.
+    if surroundings.sky_low.w == 1.0 {
+        color += 0.4 * stars_at(way, pixel);
+    }
+    if surroundings.sky_low.w == 2.0 && way.y > 0.05 {
+        color += stars_at(way, pixel);
+    }
+    if surroundings.sky_low.w == 2.0 {
+        color += milky_way(way);
+    }
+    return vec4(color, 1.0);
 }

@@ -1,3 +1,5 @@
+use std::{any::Any, collections::VecDeque};
+
 use glam::Vec3;
 
 use super::{
@@ -9,20 +11,49 @@ use crate::{by_id::ById, rebuilt::Rebuilt};
 use osp::{
     index::{DrawList, IndexConfig, IndexError, SpatialIndex, Upkeep, Visitor, WorkCounts},
     math::{Aabb, Frustum, Ray},
-    polygon::{ConvexPolygon, PolygonId},
+    polygon::{Change, ConvexPolygon, Geometry, PolygonId},
 };
 
 /// A binary space partition along the polygons' planes; see [`osp::index`] for what every index does.
 ///
-/// It wants the polygons themselves ([`SpatialIndex::shape`]); where only a box is known, a plate in its middle stands
-/// for the polygon.
+/// It reads the polygons themselves ([`SpatialIndex::announce`], [`Bsp::shape`]); where only a box is known, a plate in its
+/// middle stands for the polygon.
 #[derive(Debug)]
-pub struct Bsp(Rebuilt<BspBuilder>);
+pub struct Bsp(Rebuilt<BspBuilder>, Announced);
+
+/// The polygons that come or move next, in this order.
+#[derive(Debug, Default)]
+struct Announced(VecDeque<(PolygonId, ConvexPolygon)>);
+
+impl Announced {
+    fn take(&mut self, id: PolygonId) -> Option<ConvexPolygon> {
+        let at = self.0.iter().position(|(next, _)| *next == id)?;
+        self.0.drain(..=at).next_back().map(|(_, polygon)| polygon)
+    }
+}
+
+fn is_finite(polygon: &ConvexPolygon) -> bool {
+    polygon.vertices().iter().all(|p| p.is_finite())
+}
 
 impl Bsp {
     /// An empty tree.
     pub fn new(config: BspConfig, index: &IndexConfig) -> Self {
-        Self(Rebuilt::new(BspBuilder::new(config), index.room()))
+        Self(Rebuilt::new(BspBuilder::new(config), index.room()), Announced::default())
+    }
+
+    /// The tree behind an index of this kind.
+    pub fn of(index: &mut dyn SpatialIndex) -> Option<&mut Self> {
+        let index: &mut dyn Any = index;
+        index.downcast_mut()
+    }
+
+    /// Takes the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement; both forget
+    /// what was known before. Of a polygon that is not in the tree or not finite, nothing is kept.
+    pub fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
+        if self.0.contains(id) && is_finite(polygon) {
+            self.0.builder_mut().set_shape(id, Some(*polygon));
+        }
     }
 
     /// Hands over the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece hides any
@@ -55,8 +86,18 @@ impl SpatialIndex for Bsp {
         self.0.len()
     }
 
+    fn announce(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        let announced = changes.iter().filter_map(|change| match *change {
+            Change::Insert(id) | Change::Update(id) => Some((id, geometry.polygon(id).filter(is_finite)?)),
+            Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
+        });
+        self.1.0.extend(announced);
+    }
+
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
-        self.0.insert(id, bounds)
+        self.0.insert(id, bounds)?;
+        self.0.builder_mut().set_shape(id, self.1.take(id));
+        Ok(())
     }
 
     fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
@@ -68,21 +109,12 @@ impl SpatialIndex for Bsp {
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.0.update(id, bounds)?;
         // What was known lies elsewhere now.
-        self.0.builder_mut().set_shape(id, None);
+        self.0.builder_mut().set_shape(id, self.1.take(id));
         Ok(())
     }
 
-    fn wants_shapes(&self) -> bool {
-        true
-    }
-
-    fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
-        if self.0.contains(id) && polygon.vertices().iter().all(|p| p.is_finite()) {
-            self.0.builder_mut().set_shape(id, Some(*polygon));
-        }
-    }
-
     fn commit(&mut self) {
+        self.1.0.clear();
         self.0.commit();
         if self.0.is_empty() {
             self.0.builder_mut().clear_order();

@@ -6,7 +6,7 @@ use osp::{
 };
 
 /// What another crate's tree has to do.
-pub(super) trait PeerTree: Default + Send + Sync {
+pub(super) trait PeerTree: 'static + Default + Send + Sync {
     fn insert(&mut self, id: u32, bounds: &Aabb);
 
     /// Takes out what is known to be there, with this box.

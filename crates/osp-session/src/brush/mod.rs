@@ -9,6 +9,7 @@ mod surface;
 mod table;
 pub mod texture;
 
+pub(crate) use surface::UV_PERIOD;
 pub use surface::{Surface, UV_LIMIT};
 pub use table::{all, find};
 pub use texture::solid_across;

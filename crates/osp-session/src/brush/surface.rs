@@ -3,6 +3,9 @@ use glam::{Vec2, Vec3};
 /// Largest texture coordinate that a [`Surface`] holds; larger ones are cut off.
 pub const UV_LIMIT: f32 = 8.0;
 
+/// Textures run by distance modulo this: it leaves room for a polygon below [`UV_LIMIT`].
+pub(crate) const UV_PERIOD: f32 = 7.0;
+
 /// How a polygon is painted, corner by corner: normals, texture coordinates and alpha, in 16, 16 and 8 bits.
 ///
 /// A polygon that faces the eye is stored as a square in some plane: its middle and size count, its plane does not.

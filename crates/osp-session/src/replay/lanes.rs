@@ -129,15 +129,8 @@ pub struct Replay<I> {
 }
 
 impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
-    /// A replay at its beginning. If the player already has a model ([`Player::walk`]), every lane inserts all of it before
-    /// the first frame.
-    pub fn new(player: Player<I>, camera: CameraPath, mut lanes: Vec<Lane>) -> Self {
-        if player.scene().polygon_count() > 0 {
-            for lane in &mut lanes {
-                lane.pipeline.load(player.scene());
-                lane.pipeline.commit();
-            }
-        }
+    /// A replay at its beginning.
+    pub fn new(player: Player<I>, camera: CameraPath, lanes: Vec<Lane>) -> Self {
         let outcomes = vec![None; lanes.len()];
         let (views, rig_views) = (Vec::new(), Vec::new());
         Self { player, camera, rig: None, lanes, views, rig_views, outcomes }

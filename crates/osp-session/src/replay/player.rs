@@ -47,7 +47,6 @@ pub struct Player<I> {
     pacer: Pacer<I>,
     state: SessionState,
     /// The model is finished: events only move the eye.
-    is_walk: bool,
     events: Vec<Event>,
     changes: Vec<Change>,
     clock: StageClock,
@@ -60,7 +59,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         Self {
             pacer: Pacer::new(events, pace),
             state: SessionState::default(),
-            is_walk: false,
             events: Vec::new(),
             changes: Vec::new(),
             clock: StageClock::default(),
@@ -72,12 +70,6 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
     #[must_use]
     pub fn keeping_groups_whole(self) -> Self {
         Self { state: SessionState::keeping_groups_whole(), ..self }
-    }
-
-    /// A walk through a finished model: the session's events only move the eye.
-    pub fn walk(events: I, pace: Pace, scene: Scene) -> Self {
-        let state = SessionState { scene, moment: Moment::default() };
-        Self { state, is_walk: true, ..Self::new(events, pace) }
     }
 
     /// Plays the next frame; `false`: the session is over.
@@ -92,13 +84,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
             return read;
         }
         let start = self.clock.start();
-        if self.is_walk {
-            self.events.iter().for_each(|event| self.state.moment.note(event));
-            self.state.moment.frame += 1;
-        } else {
-            self.state.scene.let_go();
-            self.state.play(&self.events, &mut self.changes);
-        }
+        self.state.scene.let_go();
+        self.state.play(&self.events, &mut self.changes);
         self.applying = self.clock.since(start);
         read
     }
@@ -179,16 +166,5 @@ mod tests {
         assert!(player.step().is_err());
         assert_eq!((player.frames(), player.scene().polygon_count(), player.changes().len()), (1, 2, 2));
         assert!(!player.step().expect("the session has ended"));
-    }
-
-    #[test]
-    fn a_walk_changes_no_model() {
-        let mut scene = Scene::new();
-        scene.apply(&polygon(0.0), &mut Vec::new());
-        let events = [head(1.0), polygon(1.0), head(3.0)];
-        let mut player = Player::walk(events.into_iter().map(Ok), Pace::Samples(16), scene);
-        assert!(player.step().expect("no damage"));
-        assert!(player.changes().is_empty() && player.scene().polygon_count() == 1);
-        assert_eq!(player.moment().head.map(|(p, _)| p.x), Some(3.0));
     }
 }

@@ -6,7 +6,7 @@ use super::{
     random::Random,
     refresh::Refresh,
 };
-use crate::brush::{Brush, Surface, Uv};
+use crate::brush::{Brush, Surface, UV_PERIOD, Uv};
 use osp::math::rotate;
 
 /// Moves below this are ignored; metres at scale 1.
@@ -332,8 +332,9 @@ impl QuadStripBuilder {
             };
             quad.before_m = before_m;
             let tiles = self.brush.tile_rate * (quad.form.length_m() / width_m.max(f32::MIN_POSITIVE));
-            // Textures repeat: whole parts do not matter, nor does where in a texture a needle ends.
-            let u = u - u.floor();
+            // Textures repeat: whole parts do not matter, nor does where in a texture a needle ends. What a short quad
+            // shows may have a longer period.
+            let u = if tiles <= 1.0 { u.rem_euclid(UV_PERIOD) } else { u - u.floor() };
             quad.u = [u, u + if tiles < 1.0e6 { tiles } else { 0.0 }];
         }
     }

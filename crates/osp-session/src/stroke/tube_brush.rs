@@ -6,16 +6,13 @@ use super::{
     random::Random,
     refresh::Refresh,
     tube_frame::Frame,
-    tube_shape::{Shape, Span},
+    tube_shape::{Shape, Span, swelling},
 };
-use crate::brush::{Brush, Family, Surface, TubeShape, Uv};
+use crate::brush::{Brush, Family, Surface, TubeShape, UV_PERIOD, Uv};
 use osp::polygon::ConvexPolygon;
 
 /// A tube breaks where the hand moves less than this, metres at scale 1.
 const SHORTEST_MOVE_M: f32 = 5.0e-4;
-
-/// Textures run by distance modulo this: it leaves room below [`crate::brush::UV_LIMIT`].
-const UV_PERIOD: f32 = 7.0;
 
 /// Makes a tube around the samples, in segments: it breaks where the hand turns sharply.
 ///
@@ -449,8 +446,11 @@ impl TubeBrushBuilder {
     }
 
     fn section(&self, middle: Vec3, radius_m: f32, frame: Frame, u: f32) -> Section {
-        let corners =
-            self.circle.iter().map(|[corner, _]| middle + frame.outwards(*corner) * radius_m).collect();
+        let count = self.circle.len() as f32;
+        let at = |(i, [corner, _]): (usize, &[_; 2])| {
+            middle + frame.outwards(*corner) * (radius_m * swelling(self.brush.effect, u, i as f32 / count))
+        };
+        let corners = self.circle.iter().enumerate().map(at).collect();
         Section { corners, frame, radius_m, u, petal_m: 0.0 }
     }
 
@@ -482,16 +482,15 @@ impl TubeBrushBuilder {
                 front.corners[j] + front_lift,
                 front.corners[i] + front_lift,
             ];
-            let normals = [(back, i), (back, j), (front, j), (front, i)]
-                .map(|(section, corner)| section.frame.outwards(self.circle[corner][0]));
-            out.push_side(corners, self.surface(normals, uv), drops);
+            // A hard side is flat across and rounded along, whatever its shape.
+            let normal = |section: &Section, corner: usize| {
+                section.frame.outwards(if self.is_hard { self.circle[i][1] } else { self.circle[corner][0] })
+            };
+            let normals = [normal(back, i), normal(back, j), normal(front, j), normal(front, i)];
+            out.push_side(corners, Surface::smooth(normals, uv, [1.0; 4]), drops);
         }
         cursor.u = front.u - first_u;
         cursor.count(self.corners_of_ring());
-    }
-
-    fn surface(&self, normals: [Vec3; 4], uv: [Vec2; 4]) -> Surface {
-        if self.is_hard { Surface::flat(uv, [1.0; 4]) } else { Surface::smooth(normals, uv, [1.0; 4]) }
     }
 
     /// The texture's other coordinate, round the tube: at a corner of a section, or between two.
@@ -562,7 +561,10 @@ impl TubeBrushBuilder {
             let [v, w] = ends.map(|corner| self.v(corner as f32, cursor.row));
             let tip_uv = Vec2::new(u_tip, self.v(i as f32 + 0.5, cursor.row));
             let uv = [Vec2::new(u, v), Vec2::new(u, w), tip_uv, tip_uv];
-            let surface = self.surface([n, o, tip_normal, tip_normal], uv);
+            let surface = match self.is_hard {
+                true => Surface::flat(uv, [1.0; 4]),
+                false => Surface::smooth([n, o, tip_normal, tip_normal], uv, [1.0; 4]),
+            };
             out.push(ConvexPolygon::triangle(a, b, tip), surface, drops);
         }
         cursor.count(count);

@@ -1,4 +1,4 @@
-use crate::brush::TubeShape;
+use crate::brush::{Effect, TubeShape};
 
 /// Knots over which a double taper rises, and over which it falls.
 const TAPERED: f32 = 5.0;
@@ -69,6 +69,22 @@ fn double_taper(span: &Span, number: f32) -> f32 {
     let blended = now + (next - now) * span.progress;
     let room = 2.0 * TAPERED - FEWEST_TAPERED;
     (blended * ((count - FEWEST_TAPERED + span.progress) / room).clamp(0.0, 1.0)).clamp(0.0, 1.0)
+}
+
+/// How much farther out a corner of a tube is than its radius, at a place along and round it (0 to 1): the same for whole
+/// numbers more.
+pub(super) fn swelling(effect: Effect, u: f32, around: f32) -> f32 {
+    let pi = std::f32::consts::PI;
+    match effect {
+        // Bulbs on a wire.
+        Effect::LightWire if libm::sinf(pi * (2.0 * u).rem_euclid(1.0)) < 0.15 => 1.9,
+        // Lumps, about three in a turn and in a length of 1.
+        Effect::Disco => {
+            let wave = libm::sinf(3.0 * pi * (u + around));
+            1.0 + 0.6 * wave * wave
+        }
+        _ => 1.0,
+    }
 }
 
 #[cfg(test)]

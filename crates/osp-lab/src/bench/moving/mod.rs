@@ -7,25 +7,32 @@
 //! view, and none whose turned box is not.
 
 mod exact;
-pub(super) mod show;
 mod subject;
 mod world;
 
 use osp_session::platform::time::Instant;
 
-use serde::Serialize;
-
 use self::{
     subject::{EachGroup, EachPolygon, GROUP_INDEX, Step, Subject, Took},
     world::{MOTIONS, World},
 };
-use super::{Contender, Estimate, RaysModel, Skipped};
+use super::{Contender, RaysModel, growth::skipped};
+use crate::rows::Rows;
 use osp::{index::Upkeep, math::Frustum, polygon::VisibleBlocks};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::RecordingError,
     replay::{CameraChoice, CameraPath, Moment},
 };
+
+const PART: &str = "moving";
+const NOTES: [&str; 4] = [
+    "in pieces: pieces of 32 polygons, each on its own small circle; the structure is told the new boxes, and culls from inside.",
+    "scattered: single polygons drawn by lot; the numbers of all polygons are shuffled, so that they follow no order of space.",
+    "as a group: the polygons are placed by one transform; the box of each is computed from its corners and filed, and all are \
+     culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
+    "entries set: entries that got another box where they were filed; filed: elsewhere, or again; boxes computed: those of nodes.",
+];
 
 /// Frames that a budget leaves at least, and that are measured at most.
 const FEWEST: u64 = 3;
@@ -46,86 +53,22 @@ pub struct MovingConfig {
     pub budget_secs: f64,
 }
 
-/// Work to follow the changes, a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct UpkeepRow {
-    /// Entries that got another box where they were filed; of a group index, entries of trees.
-    pub adjusted: f64,
-    /// Entries filed at another place, or again.
-    pub filed: f64,
-    /// Boxes of nodes computed anew.
-    pub boxes: f64,
-}
-
-/// One structure with one motion.
-#[derive(Clone, Debug, Serialize)]
-pub struct MovingRow {
-    /// Name of the structure.
-    pub index: String,
-    /// A frame: following and culling, microseconds. If groups move, with computing the boxes of their polygons.
-    pub frame_us: Estimate,
-    /// The same frames of the reference, microseconds.
-    pub reference_us: Estimate,
-    /// Its time divided by the reference's for the same frame.
-    pub ratio: Estimate,
-    /// Following what has moved, nanoseconds a polygon that has.
-    pub move_ns_per_polygon: Estimate,
-    /// Culling, microseconds.
-    pub cull_us: Estimate,
-    /// Work to follow; `None` if the structure does not count it.
-    pub upkeep: Option<UpkeepRow>,
-    /// Boxes that the query tests, a frame.
-    pub boxes_culled: f64,
-    /// Polygons reported, a frame.
-    pub reported: f64,
-    /// Memory, bytes a polygon of the world.
-    pub bytes_per_polygon: f64,
-}
-
-/// One motion.
-#[derive(Clone, Debug, Serialize)]
-pub struct MotionResult {
-    /// What moves.
-    pub motion: String,
-    /// Polygons that move in every frame.
-    pub moving: usize,
-    /// Computing their boxes, microseconds a frame.
-    pub boxes_us: Estimate,
-    /// One row for each structure; the group index is the last.
-    pub rows: Vec<MovingRow>,
-}
-
-/// What was found at one size.
-#[derive(Clone, Debug, Serialize)]
-pub struct MovingResult {
-    /// Polygons in the world.
-    pub polygons: usize,
-    /// The motions.
-    pub motions: Vec<MotionResult>,
-    /// Structures that saw other polygons than they should, with the motion: none, unless something is wrong.
-    pub disagree: Vec<String>,
-    /// Structures that were left out.
-    pub skipped: Vec<Skipped>,
-}
-
-/// Measures every structure at every size. `progress` hears what comes next.
+/// Measures every structure at every size; the part `moving`. `progress` hears what comes next.
 ///
 /// # Errors
 /// Never, as synthetic sessions are whole.
-pub fn move_things(
-    config: &MovingConfig,
-    mut progress: impl FnMut(&str),
-) -> Result<Vec<MovingResult>, RecordingError> {
+pub fn move_things(config: &MovingConfig, mut progress: impl FnMut(&str)) -> Result<Rows, RecordingError> {
     let mut sizes = config.sizes.clone();
     sizes.sort_unstable();
     sizes.dedup();
     // Seconds of the unavoidable at the size before, and the size.
     let mut took: Vec<Option<(f64, u32)>> = vec![None; config.kinds.len()];
-    let mut results = Vec::new();
+    let mut rows = Rows::default();
+    rows.part(PART, "Moving things: a frame in which a share of the polygons moves");
+    NOTES.iter().for_each(|note| rows.note(PART, *note));
     for size in sizes {
         let model = RaysModel::synthetic(size)?;
         let limit_secs = config.budget_secs * LONGEST * MOTIONS.len() as f64;
-        let mut skipped = Vec::new();
         let is_measured: Vec<bool> = config
             .kinds
             .iter()
@@ -134,40 +77,44 @@ pub fn move_things(
                 let Some((secs, before)) = *took else { return true };
                 let expected_secs = secs * f64::from(size) / f64::from(before);
                 if expected_secs > limit_secs {
-                    let index = kind.name().to_owned();
-                    skipped.push(Skipped { index, polygons: size, expected_secs });
+                    rows.note(PART, skipped(kind.name(), size, expected_secs));
                 }
                 expected_secs <= limit_secs
             })
             .collect();
         let mut least_secs = vec![0.0; config.kinds.len()];
-        let (mut motions, mut disagree) = (Vec::new(), Vec::new());
         for (motion, name) in MOTIONS {
             let world = World::new(&model, motion);
-            let mut measured = Measured { world: &world, name, config, disagree: &mut disagree };
-            let mut rows = Vec::new();
+            rows.of(task(name), &model.recording, "")
+                .value("polygons", "polygons", world.len() as f64)
+                .value("moving", "polygons", world.moving() as f64)
+                .median("computing_boxes", "us", boxes_us(&world));
+            let mut measured = Measured { world: &world, name, config, rows: &mut rows };
             for (at, &kind) in config.kinds.iter().enumerate().filter(|(at, _)| is_measured[*at]) {
                 progress(&format!("{} at {size} polygons, {name}", kind.name()));
                 let start = Instant::now();
                 let mut subject = EachPolygon::new(kind, &world);
                 let fill_secs = start.elapsed().as_secs_f64();
-                let row = measured.row(kind.name(), &mut subject);
-                least_secs[at] += fill_secs + (FEWEST + 1) as f64 * row.frame_us.median * 1.0e-6;
-                rows.push(row);
+                let frame_us = measured.measure(kind.name(), &mut subject);
+                least_secs[at] += fill_secs + (FEWEST + 1) as f64 * frame_us * 1.0e-6;
             }
-            progress(&format!("{GROUP_INDEX} at {size} polygons, {name}"));
-            rows.push(measured.row(GROUP_INDEX, &mut EachGroup::new(&world)));
-            let boxes_us = boxes_us(&world);
-            motions.push(MotionResult { motion: name.to_owned(), moving: world.moving(), boxes_us, rows });
+            if motion.has_groups() {
+                progress(&format!("{GROUP_INDEX} at {size} polygons, {name}"));
+                measured.measure(GROUP_INDEX, &mut EachGroup::new(&world));
+            }
         }
         for ((took, secs), is_measured) in took.iter_mut().zip(least_secs).zip(is_measured) {
             if is_measured {
                 *took = Some((secs, size));
             }
         }
-        results.push(MovingResult { polygons: model.boxes.len(), motions, disagree, skipped });
     }
-    Ok(results)
+    Ok(rows)
+}
+
+/// The task of a motion.
+fn task(motion: &str) -> String {
+    format!("{PART}/{motion}")
 }
 
 /// The motion in hand.
@@ -175,14 +122,15 @@ struct Measured<'a> {
     world: &'a World<'a>,
     name: &'static str,
     config: &'a MovingConfig,
-    disagree: &'a mut Vec<String>,
+    rows: &'a mut Rows,
 }
 
 /// A frame with a structure and with the reference.
 type Pair = (Took, Took);
 
 impl Measured<'_> {
-    fn row(&mut self, name: &str, subject: &mut dyn Subject) -> MovingRow {
+    /// Measures a structure; the median of a frame, microseconds.
+    fn measure(&mut self, name: &str, subject: &mut dyn Subject) -> f64 {
         let world = self.world;
         let mut reference = EachPolygon::new(Contender::Own(self.config.reference), world);
         let camera = CameraPath::new(CameraChoice::Inside, None, &world.model.root);
@@ -228,27 +176,34 @@ impl Measured<'_> {
                 Some(_) => pairs.push(pair),
             }
         }
+        let (task, recording) = (task(self.name), world.model.recording.as_str());
         if !is_right {
-            self.disagree.push(format!("{name} ({})", self.name));
+            let fault =
+                format!("NOT THE POLYGONS THAT HAVE TO BE SEEN in {recording}: {name} ({}).", self.name);
+            self.rows.faults.push(fault);
         }
         let frames = pairs.len().max(1) as f64;
-        let upkeep =
-            before.flatten().zip(subject.upkeep()).map(|(before, after)| per_frame(before, after, frames));
+        let upkeep = before.flatten().zip(subject.upkeep());
+        let a_frame =
+            |of: fn(&Upkeep) -> u64| upkeep.map(|(before, after)| (of(&after) - of(&before)) as f64 / frames);
         let polygons = world.moving().max(1) as f64;
         let mean =
             |count: fn(&Took) -> u64| pairs.iter().map(|(took, _)| count(took) as f64).sum::<f64>() / frames;
-        MovingRow {
-            index: name.to_owned(),
-            frame_us: estimate(&pairs, |(took, _)| took.total_ns() / 1000.0),
-            reference_us: estimate(&pairs, |(_, reference)| reference.total_ns() / 1000.0),
-            ratio: estimate(&pairs, |(took, reference)| took.total_ns() / reference.total_ns()),
-            move_ns_per_polygon: estimate(&pairs, |(took, _)| took.move_ns / polygons),
-            cull_us: estimate(&pairs, |(took, _)| took.cull_ns / 1000.0),
-            upkeep,
-            boxes_culled: mean(|took| took.work.boxes),
-            reported: mean(|took| took.work.reported),
-            bytes_per_polygon: subject.bytes() as f64 / world.len().max(1) as f64,
-        }
+        let us = |took: &Took| took.total_ns() / 1000.0;
+        let times: Vec<(f64, f64)> =
+            pairs.iter().map(|(took, reference)| (us(took), us(reference))).collect();
+        self.rows
+            .of(&*task, recording, name)
+            .against(&times)
+            .median("move", "ns/polygon", pairs.iter().map(|(took, _)| took.move_ns / polygons).collect())
+            .median("cull", "us", pairs.iter().map(|(took, _)| took.cull_ns / 1000.0).collect())
+            .maybe("entries_set", "1/frame", a_frame(|upkeep| upkeep.adjusted))
+            .maybe("entries_filed", "1/frame", a_frame(|upkeep| upkeep.filed))
+            .maybe("boxes_computed", "1/frame", a_frame(|upkeep| upkeep.boxes))
+            .value("boxes", "1/frame", mean(|took| took.work.boxes))
+            .value("reported", "polygons", mean(|took| took.work.reported))
+            .value("memory", "bytes/polygon", subject.bytes() as f64 / world.len().max(1) as f64);
+        self.rows.value(&task, recording, name, "time").unwrap_or(0.0)
     }
 
     /// Whether a frame's answer is what it has to be.
@@ -272,30 +227,15 @@ impl Measured<'_> {
     }
 }
 
-fn per_frame(before: Upkeep, after: Upkeep, frames: f64) -> UpkeepRow {
-    let of = |before: u64, after: u64| (after - before) as f64 / frames;
-    UpkeepRow {
-        adjusted: of(before.adjusted, after.adjusted),
-        filed: of(before.filed, after.filed),
-        boxes: of(before.boxes, after.boxes),
-    }
-}
-
-fn estimate(pairs: &[Pair], value: impl Fn(&Pair) -> f64) -> Estimate {
-    Estimate::of(&mut pairs.iter().map(value).collect::<Vec<_>>()).unwrap_or_default()
-}
-
-/// What computing the boxes of what moves takes.
-fn boxes_us(world: &World<'_>) -> Estimate {
+/// Times of computing the boxes of what moves, microseconds.
+fn boxes_us(world: &World<'_>) -> Vec<f64> {
     let mut moved = Vec::with_capacity(world.moving());
-    let mut times: Vec<f64> = (1..=9)
-        .map(|frame| {
-            let start = Instant::now();
-            world.moved(frame, &mut moved);
-            start.elapsed().as_nanos() as f64 / 1000.0
-        })
-        .collect();
-    Estimate::of(&mut times).unwrap_or_default()
+    let time = |frame: u64| {
+        let start = Instant::now();
+        world.moved(frame, &mut moved);
+        start.elapsed().as_nanos() as f64 / 1000.0
+    };
+    (1..=9).map(time).collect()
 }
 
 #[cfg(test)]
@@ -313,33 +253,40 @@ mod tests {
 
     #[test]
     fn every_structure_follows_every_motion_and_the_work_is_what_it_has_to_be() {
-        let results = move_things(&config(), |_| ()).expect("it is whole");
-        let result = &results[0];
-        assert_eq!(result.disagree, Vec::<String>::new());
-        let moving: Vec<usize> = result.motions.iter().map(|motion| motion.moving).collect();
-        assert_eq!(moving[2], 2000);
-        assert_eq!(moving[3..], [20, 200, 2000, 2000]);
-        assert!((20..=64).contains(&moving[0]) && (190..=256).contains(&moving[1]), "{moving:?}");
-        for (motion, (kind, _)) in result.motions.iter().zip(MOTIONS) {
-            let row = |name: &str| motion.rows.iter().find(|row| row.index == name).expect("a row");
-            let upkeep = |name: &str| row(name).upkeep.expect("it counts");
-            let moving = motion.moving as f64;
-            let name = &motion.motion;
+        let rows = move_things(&config(), |_| ()).expect("it is whole");
+        assert_eq!(rows.faults, Vec::<String>::new());
+        let of = |motion: &str, index: &str, figure: &str| {
+            rows.value(&task(motion), "scribble-2000", index, figure)
+        };
+        let moving = MOTIONS.map(|(_, name)| of(name, "", "moving").expect("it is counted"));
+        assert_eq!(moving[2..7], [2000.0, 20.0, 200.0, 2000.0, 2000.0]);
+        assert!((5.0..=50.0).contains(&moving[7]) && (120.0..=290.0).contains(&moving[8]), "{moving:?}");
+        assert_eq!(moving[9], 2000.0);
+        assert!((20.0..=64.0).contains(&moving[0]) && (190.0..=256.0).contains(&moving[1]), "{moving:?}");
+        for (moving, (kind, name)) in moving.into_iter().zip(MOTIONS) {
+            let figure = |index: &str, figure: &str| of(name, index, figure).expect("it counts");
             // Each polygon that moves is an entry: where it was, or filed again.
             for incremental in ["osp", "loose-octree", "time-order", "dynamic-bvh", "osp-paper"] {
-                let upkeep = upkeep(incremental);
-                assert_eq!(upkeep.adjusted + upkeep.filed, moving, "{incremental}, {name}");
+                let entries = figure(incremental, "entries_set") + figure(incremental, "entries_filed");
+                assert_eq!(entries, moving, "{incremental}, {name}");
             }
             // What rebuilds files all, whatever moves; what refits computes every box, and moves no entry.
-            assert_eq!(upkeep("octree-rebuild").filed, 2000.0, "{name}");
-            assert!(upkeep("bvh-sah").boxes > 100.0 && upkeep("bvh-sah").adjusted == moving, "{name}");
-            let entries = upkeep(GROUP_INDEX).adjusted;
+            assert_eq!(figure("octree-rebuild", "entries_filed"), 2000.0, "{name}");
+            assert_eq!(of(name, "brute-simd", "boxes_computed"), None, "it does not count");
+            assert!(figure("osp", "reported") > 0.0, "something is in view: {name}");
+            if !kind.has_groups() {
+                assert_eq!(of(name, GROUP_INDEX, "entries_set"), None, "{name}");
+                continue;
+            }
+            assert!(figure("bvh-sah", "boxes_computed") > 100.0, "{name}");
+            assert_eq!(figure("bvh-sah", "entries_set"), moving, "{name}");
+            let entries = figure(GROUP_INDEX, "entries_set");
             match kind {
+                Motion::Scattered(_) => unreachable!("it has no groups"),
                 Motion::Pieces(_) => assert_eq!(entries, (moving / 32.0).ceil(), "{name}"),
                 Motion::Group(_) => assert_eq!(entries, 1.0, "{name}"),
                 Motion::Instances(nodes) => assert_eq!(entries, nodes as f64, "{name}"),
             }
-            assert!(row("osp").reported > 0.0, "something is in view: {name}");
         }
     }
 
@@ -349,17 +296,21 @@ mod tests {
         for (motion, name) in MOTIONS {
             let world = World::new(&model, motion);
             let other = World::new(&model, motion);
-            let mut disagree = Vec::new();
-            let config = config();
-            let mut measured = Measured { world: &world, name, config: &config, disagree: &mut disagree };
-            let mut stays = Stays(EachGroup::new(&other));
-            measured.row(GROUP_INDEX, &mut stays);
+            let (mut rows, config) = (Rows::default(), config());
+            let mut measured = Measured { world: &world, name, config: &config, rows: &mut rows };
+            if motion.has_groups() {
+                let mut stays = Stays(EachGroup::new(&other));
+                measured.measure(GROUP_INDEX, &mut stays);
+            }
             let mut stays = Stays(EachPolygon::new(Contender::Own(IndexKind::Osp), &world));
-            measured.row("stays", &mut stays);
-            let expected = [format!("{GROUP_INDEX} ({name})"), format!("stays ({name})")];
+            measured.measure("stays", &mut stays);
+            let is_found =
+                |who: &str| rows.faults.iter().any(|fault| fault.contains(&format!("{who} ({name})")));
             // A hundredth of the polygons may lie out of view, or at one place for three frames.
-            let is_small = matches!(motion, Motion::Pieces(share) | Motion::Group(share) if share < 1.0);
-            assert!(is_small || disagree == expected, "{disagree:?}");
+            let is_small =
+                matches!(motion, Motion::Pieces(s) | Motion::Group(s) | Motion::Scattered(s) if s < 1.0);
+            let is_group_found = !motion.has_groups() || is_found(GROUP_INDEX);
+            assert!(is_small || (is_group_found && is_found("stays")), "{:?}", rows.faults);
         }
     }
 

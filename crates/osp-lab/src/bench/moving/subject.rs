@@ -9,7 +9,10 @@ use osp::{
     math::{Aabb, Frustum},
     polygon::{ConvexPolygon, PolygonId, VisibleBlocks},
 };
-use osp_rivals::groups::{CullScratch, GroupIndex, NodeId, Polygons};
+use osp_rivals::{
+    Bsp,
+    groups::{CullScratch, GroupIndex, NodeId, Polygons},
+};
 
 /// The name of the group index in the tables.
 pub(super) const GROUP_INDEX: &str = "group-index";
@@ -59,6 +62,7 @@ pub(super) trait Subject {
 /// A structure of single polygons.
 pub(super) struct EachPolygon {
     pub(super) index: Box<dyn SpatialIndex>,
+    wants_shapes: bool,
     refused: Vec<IndexError>,
     visible: VisibleBlocks,
 }
@@ -66,7 +70,9 @@ pub(super) struct EachPolygon {
 impl EachPolygon {
     pub(super) fn new(kind: Contender, world: &World<'_>) -> Self {
         let visible = VisibleBlocks::with_capacity(world.len());
-        Self { index: world.filled(kind), refused: Vec::new(), visible }
+        let mut index = world.filled(kind);
+        let wants_shapes = Bsp::of(&mut *index).is_some();
+        Self { index, wants_shapes, refused: Vec::new(), visible }
     }
 }
 
@@ -76,8 +82,8 @@ impl Subject for EachPolygon {
         self.index.update_all(step.moved, &mut self.refused);
         // The polygons are filed and their boxes finite.
         debug_assert_eq!(self.refused, []);
-        for ((id, _), shape) in step.moved.iter().zip(step.shapes.unwrap_or_default()) {
-            self.index.shape(*id, shape);
+        if let (Some(shapes), Some(tree)) = (step.shapes, Bsp::of(&mut *self.index)) {
+            step.moved.iter().zip(shapes).for_each(|((id, _), shape)| tree.shape(*id, shape));
         }
         self.index.commit();
         let move_ns = start.elapsed().as_nanos() as f64 + step.boxes_ns;
@@ -92,7 +98,7 @@ impl Subject for EachPolygon {
     }
 
     fn wants_shapes(&self) -> bool {
-        self.index.wants_shapes()
+        self.wants_shapes
     }
 
     fn upkeep(&self) -> Option<Upkeep> {

@@ -13,6 +13,7 @@ use osp::{
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},
 };
+use osp_rivals::Bsp;
 
 /// Polygons of a piece: about as many as a stroke has.
 const PIECE: usize = 32;
@@ -26,6 +27,8 @@ const TURN: f32 = 0.125;
 pub(super) enum Motion {
     /// Pieces of 32 polygons, spread evenly over the order of drawing, each on its own small circle; a share of all.
     Pieces(f64),
+    /// Single polygons drawn by lot, each on its own small circle, with numbers in no order of space; a share of all.
+    Scattered(f64),
     /// The first polygons as one group that turns and glides; a share of all.
     Group(f64),
     /// One mesh of the first polygons, shown by so many nodes which all turn.
@@ -33,7 +36,7 @@ pub(super) enum Motion {
 }
 
 /// The motions that are measured.
-pub(super) const MOTIONS: [(Motion, &str); 7] = [
+pub(super) const MOTIONS: [(Motion, &str); 10] = [
     (Motion::Pieces(0.01), "1 % in pieces"),
     (Motion::Pieces(0.1), "10 % in pieces"),
     (Motion::Pieces(1.0), "all in pieces"),
@@ -41,12 +44,20 @@ pub(super) const MOTIONS: [(Motion, &str); 7] = [
     (Motion::Group(0.1), "10 % as a group"),
     (Motion::Group(1.0), "all as a group"),
     (Motion::Instances(100), "100 instances"),
+    (Motion::Scattered(0.01), "1 % scattered"),
+    (Motion::Scattered(0.1), "10 % scattered"),
+    (Motion::Scattered(1.0), "all scattered"),
 ];
 
 impl Motion {
+    /// Whether polygons keep together, so that groups save something.
+    pub(super) fn has_groups(self) -> bool {
+        !matches!(self, Self::Scattered(_))
+    }
+
     /// Whether what moves is placed as a whole, so that a box of a polygon is known only from its corners.
     pub(super) fn is_rigid(self) -> bool {
-        !matches!(self, Self::Pieces(_))
+        !matches!(self, Self::Pieces(_) | Self::Scattered(_))
     }
 }
 
@@ -100,6 +111,16 @@ impl<'a> World<'a> {
                 };
                 (0..count).map(piece).collect()
             }
+            Motion::Scattered(moving) => {
+                let mut order: Vec<usize> = (0..all).collect();
+                for left in (1..all).rev() {
+                    order.swap(left, (random.unit() * (left + 1) as f64) as usize);
+                }
+                let mut one = |(first, at): (usize, usize)| {
+                    part(at..at + 1, first, random.unit() < moving, first as f32)
+                };
+                order.into_iter().enumerate().map(&mut one).collect()
+            }
             Motion::Group(moving) => {
                 let group = share(moving);
                 let mut parts = vec![part(0..group, 0, true, 0.0)];
@@ -142,7 +163,7 @@ impl<'a> World<'a> {
         let reach_m = RADIUS * self.diagonal_m;
         let circle = Vec3::new(angle.cos(), angle.sin(), (angle + phase).cos()) * reach_m;
         let turn = match self.motion {
-            Motion::Pieces(_) => return Affine3A::from_translation(circle),
+            Motion::Pieces(_) | Motion::Scattered(_) => return Affine3A::from_translation(circle),
             Motion::Group(_) => Quat::from_rotation_y(0.3 * (angle * 0.2).sin()),
             Motion::Instances(_) => Quat::from_rotation_y(angle * 0.2),
         };
@@ -184,7 +205,7 @@ impl<'a> World<'a> {
     /// An index of a kind with all polygons where they are in frame 0.
     pub(super) fn filled(&self, kind: Contender) -> Box<dyn SpatialIndex> {
         let mut index = kind.create(&IndexConfig { root: self.model.root, capacity: self.len() });
-        let wants_shapes = index.wants_shapes();
+        let wants_shapes = Bsp::of(&mut *index).is_some();
         let mut boxes = Vec::new();
         for part in &self.parts {
             boxes.clear();
@@ -194,8 +215,8 @@ impl<'a> World<'a> {
                 // The boxes of a scene are finite and each id comes once.
                 let filed = index.insert(*id, bounds);
                 debug_assert_eq!(filed, Ok(()));
-                if let Some(shapes) = &shapes {
-                    index.shape(*id, &shapes[at]);
+                if let (Some(shapes), Some(tree)) = (&shapes, Bsp::of(&mut *index)) {
+                    tree.shape(*id, &shapes[at]);
                 }
             }
         }

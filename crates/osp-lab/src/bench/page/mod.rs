@@ -1,20 +1,15 @@
 //! The report as one HTML page that needs no other file and no network.
 
-mod html;
+mod charts;
 
-use std::error::Error;
+use std::fmt::Write;
 
-use self::html::Html;
-use super::{
-    BenchReport, SessionResult,
-    charts::{flight_charts, growth_charts, session_charts},
-    moving,
-    paper::{charts as paper_charts, notes, tables},
-    rays::show,
-    table::{best_grid, flight_grid, growth_grid, session_grid},
-    verdict::{clock_note, verdict},
+use self::charts::Charts;
+use super::BenchReport;
+use crate::{
+    report::{css_variables, one_line, push_html},
+    rows::{Cells, Part, Summary, Table, is_of},
 };
-use crate::report::{css_variables, one_line, short, thousands};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -22,38 +17,25 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("uplot/LICENSE");
 
-type Written = Result<(), Box<dyn Error>>;
-
 /// The report as one HTML page that needs no other file: the verdict, the contents, and a chapter for each part with its tables
-/// (sorted by a click on a head) and its charts (values under the pointer, lines shown and hidden). Without scripts the
-/// tables are best first and the charts are pictures.
-///
-/// # Errors
-/// A chart cannot be drawn.
-pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
+/// (sorted by a click on a head) and its charts (values under the pointer, lines shown and hidden). Without scripts the tables are
+/// best first, and there are no charts.
+pub fn page(report: &BenchReport) -> String {
     let mut chapters = Html::default();
-    for session in &report.sessions {
-        session_chapter(&mut chapters, session, &report.reference)?;
+    let mut charts = Charts::default();
+    let tables = report.rows.tables();
+    for part in &report.rows.parts {
+        let of: Vec<&Table<'_>> = tables.iter().filter(|table| is_of(table.part, part.part)).collect();
+        chapter(&mut chapters, &mut charts, report, part, &of);
     }
-    if report.sessions.len() > 1 {
-        chapters.chapter(&format!("All sessions: {} beside the fastest of the others", report.reference));
-        chapters.paragraph(&format!("Frame by frame, median; below 1, {} is faster.", report.reference));
-        chapters.table("All sessions", &best_grid(&report.sessions, &report.reference));
-        chapters.end_chapter();
-    }
-    growth_chapter(&mut chapters, report)?;
-    flight_chapter(&mut chapters, report)?;
-    rays_chapters(&mut chapters, report)?;
-    moving_chapters(&mut chapters, report)?;
-    paper_chapters(&mut chapters, report)?;
     method_chapter(&mut chapters, report);
-    let (contents, chapters, sheet) = chapters.finish();
 
     let [light, dark] = css_variables();
+    let title = title(&tables);
     let mut page = Html::default();
     page.raw("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">");
     page.raw("<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>");
-    page.text(&title(report));
+    page.text(&title);
     page.raw("</title><style>");
     page.raw(UPLOT_STYLE);
     // The colours of the dark theme come before paper, which is always white.
@@ -62,28 +44,25 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
     ));
     page.raw(STYLE);
     page.raw("</style></head><body><header>");
-    page.heading(1, "top", &title(report));
+    page.heading(1, "top", &title);
     page.raw("</header><section id=\"verdict\">");
     page.heading(2, "the-verdict", "Verdict");
-    let verdict = verdict(report);
+    let verdict = report.verdict();
     if verdict.is_empty() {
         page.paragraph("There is nothing to compare: one structure was measured, or none.");
     }
     for (at, line) in verdict.iter().enumerate() {
         page.element(if at == 0 { "<p class=\"first\">" } else { "<p>" }, line, "</p>");
     }
-    page.paragraph(
-        "Computed from the rows below: times of a frame (insertion and culling; nothing is drawn), frame by frame, medians; of rays and neighbours: times of queries.",
-    );
     page.raw("</section><nav id=\"contents\" aria-label=\"Contents\">");
     page.heading(2, "the-contents", "Contents");
-    page.raw(&contents);
+    page.contents(&chapters.entries);
     page.raw("</nav><main>");
-    page.raw(&chapters);
+    page.raw(&chapters.html);
     page.raw("</main>");
-    if !sheet.is_empty() {
+    if !charts.is_empty() {
         page.raw("<script type=\"application/json\" id=\"chart-data\">");
-        page.raw(&sheet.to_json());
+        page.raw(&charts.to_json());
         page.raw("</script><script>/*\n");
         page.raw(UPLOT_LICENSE);
         page.raw("*/\n");
@@ -93,165 +72,217 @@ pub fn page(report: &BenchReport) -> Result<String, Box<dyn Error>> {
     page.raw("<script>");
     page.raw(SCRIPT);
     page.raw("</script></body></html>\n");
-    Ok(page.into_text())
+    page.html
 }
 
-fn title(report: &BenchReport) -> String {
-    match &report.sessions[..] {
-        [] => "osp bench".to_owned(),
-        [session] => format!("osp bench: {}", one_line(&session.recording)),
-        sessions => format!("osp bench: {} sessions", sessions.len()),
+fn title(tables: &[Table<'_>]) -> String {
+    let mut sessions = tables.iter().filter(|table| is_of(table.part, "session"));
+    match (sessions.next(), sessions.count()) {
+        (None, _) => "osp bench".to_owned(),
+        (Some(session), 0) => format!("osp bench: {}", one_line(session.recording)),
+        (Some(_), more) => format!("osp bench: {} sessions", more + 1),
     }
+}
+
+fn chapter(page: &mut Html, charts: &mut Charts, report: &BenchReport, part: &Part, tables: &[&Table<'_>]) {
+    page.chapter(part.title);
+    part.notes.iter().for_each(|note| page.paragraph(note));
+    if let Some(summary) = Summary::of(tables).filter(|_| tables.len() > 1) {
+        page.paragraph(&format!(
+            "In short: geometric means over {} recordings; ratios to {}; median and p99 of the first column of ratios.",
+            summary.recordings, report.reference
+        ));
+        page.table(part.title, &summary.cells);
+    }
+    for table in tables {
+        let title = format!("{}, {}", table.part, one_line(table.recording));
+        page.subheading(&title);
+        page.paragraph(&table.about());
+        page.table(&title, &table.cells());
+    }
+    for (title, chart) in charts::of(report, part.part, tables) {
+        let id = page.figure(&title, &chart);
+        charts.add(id, chart);
+    }
+    page.raw("</details>");
 }
 
 fn method_chapter(page: &mut Html, report: &BenchReport) {
     page.chapter("How it was measured");
     page.paragraph(&report.machine.text());
     page.element("<p>Made by <code>", &report.command, "</code></p>");
-    // The paper's chapter says itself what its frames are.
-    if !report.sessions.is_empty() || !report.growth.is_empty() {
-        page.paragraph(&format!(
-            "All structures were measured in turns within one process, frame by frame. Intervals hold the median in 95 of 100 \
-             cases. A ratio compares a frame with the same frame of {reference}; above 1 the structure is slower. It is the \
-             median of the frames' ratios, and the two times beside it are medians of the same frames. A frame is insertion and \
-             culling: nothing is drawn.",
-            reference = report.reference
-        ));
-        page.paragraph(&clock_note(report));
-    }
-    page.end_chapter();
-}
-
-fn session_chapter(page: &mut Html, session: &SessionResult, reference: &str) -> Written {
-    page.chapter(&format!(
-        "{}: {} polygons, {} frames ({}, camera {})",
-        one_line(&session.recording),
-        thousands(session.polygons),
-        thousands(session.frames),
-        session.pace,
-        session.camera
-    ));
-    page.paragraph(if session.indexes_agree {
-        "All indexes saw the same polygons in every frame that they were measured on."
-    } else {
-        "NOT ALL INDEXES SAW THE SAME POLYGONS: the figures compare different work."
-    });
     page.paragraph(&format!(
-        "Best first. An index that is slow was measured on fewer frames; the column before the ratio has the median of the same \
-         frames of {reference}."
+        "All structures were measured in turns within one process. Intervals hold the median in 95 of 100 cases. A ratio compares a \
+         frame or question with the same one of {}; above 1 the structure is slower. It is the median of these ratios, and time and \
+         reference are medians of the same frames or questions.",
+        report.reference
     ));
-    page.table(&session.recording, &session_grid(session));
-    for chart in session_charts(session) {
-        page.chart(&chart)?;
-    }
-    page.end_chapter();
-    Ok(())
+    page.paragraph(&format!(
+        "The clock tells times {} ns apart. What can be repeated and is shorter than {} of that is measured over so many runs at once \
+         that the clock is off by about 2 %. A frame that inserts cannot be repeated.",
+        report.machine.clock_resolution_ns,
+        crate::clock::RESOLUTIONS
+    ));
+    page.raw("</details>");
 }
 
-fn growth_chapter(page: &mut Html, report: &BenchReport) -> Written {
-    let rows = &report.growth;
-    if rows.is_empty() {
-        return Ok(());
-    }
-    page.chapter("Growth: a synthetic session of loose strokes in a 4 m cube");
-    page.paragraph(
-        "Frame: inserts a batch and culls from inside; still: inserts nothing; all in view: the same from outside. Best first; \
-         the column before a ratio has the reference's time for the same frames.",
-    );
-    let mut sizes: Vec<u32> = rows.iter().map(|row| row.polygons).collect();
-    sizes.sort_unstable();
-    sizes.dedup();
-    for size in sizes {
-        let about = format!("{} polygons", thousands(u64::from(size)));
-        page.subheading(&about);
-        page.table(&about, &growth_grid(rows.iter().filter(|row| row.polygons == size)));
-    }
-    for skipped in &report.skipped {
-        page.paragraph(&format!(
-            "{} was left out at {} polygons: filling it and drawing three frames takes about {} s.",
-            skipped.index,
-            thousands(u64::from(skipped.polygons)),
-            short(skipped.expected_secs)
-        ));
-    }
-    for chart in growth_charts(rows, &report.reference) {
-        page.chart(&chart)?;
-    }
-    page.end_chapter();
-    Ok(())
+/// A link of the contents: a chapter, and its charts.
+struct Entry {
+    id: String,
+    title: String,
+    charts: Vec<(String, String)>,
 }
 
-fn flight_chapter(page: &mut Html, report: &BenchReport) -> Written {
-    if report.flights.is_empty() {
-        return Ok(());
-    }
-    page.chapter("Flight through the finished models");
-    page.table("Flight", &flight_grid(&report.flights));
-    for chart in report.flights.iter().flat_map(flight_charts) {
-        page.chart(&chart)?;
-    }
-    page.end_chapter();
-    Ok(())
+/// HTML, with what the contents have to know of it.
+#[derive(Default)]
+struct Html {
+    html: String,
+    entries: Vec<Entry>,
 }
 
-fn rays_chapters(page: &mut Html, report: &BenchReport) -> Written {
-    for result in &report.rays {
-        page.chapter(&show::heading(result));
-        page.paragraph(&show::legend(&report.reference));
-        page.table("Times of queries", &show::times(result));
-        page.paragraph(show::WALKS);
-        page.table("Work of queries", &show::walks(result));
-        if !result.moved.is_empty() {
-            page.paragraph(show::MOVED);
-            page.table("Refit against rebuild", &show::moved(result));
-        }
-        for remark in show::remarks(result, &report.reference) {
-            page.paragraph(&remark);
-        }
-        page.chart(&show::decay(result))?;
-        page.end_chapter();
+impl Html {
+    fn raw(&mut self, html: &str) {
+        self.html.push_str(html);
     }
-    let by_size = show::charts_by_size(&report.rays, &report.reference);
-    if !by_size.is_empty() {
-        page.chapter("Rays, ranges and neighbours: as the synthetic session grows");
-        for chart in by_size {
-            page.chart(&chart)?;
-        }
-        page.end_chapter();
+
+    /// Text, whatever is in it.
+    fn text(&mut self, text: &str) {
+        push_html(&mut self.html, text);
     }
-    Ok(())
+
+    fn element(&mut self, open: &str, text: &str, close: &str) {
+        self.raw(open);
+        self.text(text);
+        self.raw(close);
+    }
+
+    fn paragraph(&mut self, text: &str) {
+        self.element("<p>", text, "</p>");
+    }
+
+    /// A heading with its link to itself.
+    fn heading(&mut self, level: u8, id: &str, title: &str) {
+        // Writing to a string does not fail.
+        let _ = write!(self.html, "<h{level} id=\"{id}\">");
+        self.text(title);
+        self.link_to_self(id);
+        let _ = write!(self.html, "</h{level}>");
+    }
+
+    fn link_to_self(&mut self, id: &str) {
+        let _ = write!(self.html, "<a class=\"self\" href=\"#{id}\" aria-label=\"Link to this place\">#</a>");
+    }
+
+    /// A heading within a chapter, which the contents leave out.
+    fn subheading(&mut self, title: &str) {
+        let id = self.id(title);
+        self.heading(3, &id, title);
+    }
+
+    /// Begins a chapter.
+    fn chapter(&mut self, title: &str) {
+        let id = self.id(title);
+        self.raw("<details class=\"chapter\" open><summary>");
+        self.heading(2, &id, title);
+        self.raw("</summary>");
+        self.entries.push(Entry { id, title: title.to_owned(), charts: Vec::new() });
+    }
+
+    /// An id that nothing else has: of the title's letters, and a number that counts.
+    fn id(&self, title: &str) -> String {
+        let mut id = String::new();
+        for c in title.chars().take(48) {
+            match c.is_ascii_alphanumeric() {
+                true => id.push(c.to_ascii_lowercase()),
+                false if !id.is_empty() && !id.ends_with('-') => id.push('-'),
+                false => {}
+            }
+        }
+        let number = self.html.matches(" id=\"").count() + 1;
+        format!("{}-{number}", id.trim_end_matches('-'))
+    }
+
+    fn table(&mut self, about: &str, cells: &Cells) {
+        if cells.rows.is_empty() {
+            return;
+        }
+        self.element("<div class=\"table\" role=\"region\" tabindex=\"0\" aria-label=\"", about, "\">");
+        let is_sorted = cells.sorted_by.is_some();
+        self.raw(if is_sorted { "<table class=\"best\"><thead><tr>" } else { "<table><thead><tr>" });
+        for (at, head) in cells.head.iter().enumerate() {
+            let most = if head.ends_with("/s") { " data-most" } else { "" };
+            let sort = if cells.sorted_by == Some(at) { " aria-sort=\"ascending\"" } else { "" };
+            self.element(&format!("<th scope=\"col\"{most}{sort}>"), head, "</th>");
+        }
+        self.raw("</tr></thead><tbody>");
+        for row in &cells.rows {
+            self.raw("<tr>");
+            row.iter().for_each(|cell| self.element("<td>", cell, "</td>"));
+            self.raw("</tr>");
+        }
+        self.raw("</tbody></table></div>");
+    }
+
+    /// The place of a chart, which the script draws. Its id.
+    fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
+        let id = self.id(title);
+        let _ = write!(self.html, "<figure id=\"{id}\">");
+        self.element("<figcaption><span>", title, "</span>");
+        self.link_to_self(&id);
+        self.raw("</figcaption><ul class=\"legend\">");
+        for line in &chart.lines {
+            let dashed = if line.dash.is_some() { " dashed" } else { "" };
+            let (color, mark) = (line.color, line.mark);
+            let _ = write!(
+                self.html,
+                "<li><span class=\"sample{dashed}\" style=\"--c:var({color})\" aria-hidden=\"true\">{mark}</span>"
+            );
+            self.element("", &line.name, "</li>");
+        }
+        self.raw("</ul></figure>");
+        if let Some(entry) = self.entries.last_mut() {
+            entry.charts.push((id.clone(), title.to_owned()));
+        }
+        id
+    }
+
+    /// Links to the chapters and their charts.
+    fn contents(&mut self, entries: &[Entry]) {
+        self.raw("<ul>");
+        for Entry { id, title, charts } in entries {
+            self.link(id, title);
+            if !charts.is_empty() {
+                self.raw("<ul>");
+                for (id, title) in charts {
+                    self.link(id, title);
+                    self.raw("</li>");
+                }
+                self.raw("</ul>");
+            }
+            self.raw("</li>");
+        }
+        self.raw("</ul>");
+    }
+
+    fn link(&mut self, id: &str, title: &str) {
+        let _ = write!(self.html, "<li><a href=\"#{id}\">");
+        self.element("", title, "</a>");
+    }
 }
 
-fn moving_chapters(page: &mut Html, report: &BenchReport) -> Written {
-    for result in &report.moving {
-        page.chapter(&moving::show::heading(result, &report.reference));
-        for (about, grid) in moving::show::tables(result) {
-            page.paragraph(&about);
-            page.table(&about, &grid);
-        }
-        for remark in moving::show::remarks(result, &report.reference) {
-            page.paragraph(&remark);
-        }
-        for chart in moving::show::charts(result, &report.reference) {
-            page.chart(&chart)?;
-        }
-        page.end_chapter();
-    }
-    Ok(())
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn paper_chapters(page: &mut Html, report: &BenchReport) -> Written {
-    for paper in &report.paper {
-        page.chapter(&format!("The paper, as it is printed: {}", one_line(&paper.recording)));
-        notes(paper).iter().for_each(|note| page.paragraph(note));
-        for (title, grid) in tables(paper) {
-            page.subheading(&title);
-            page.table(&title, &grid);
-        }
-        for chart in paper_charts(paper) {
-            page.chart(&chart)?;
-        }
-        page.end_chapter();
+    #[test]
+    fn ids_are_of_plain_letters_and_none_comes_twice() {
+        let mut html = Html::default();
+        html.subheading("a <b> & \"c\".ron");
+        html.subheading("a <b> & \"c\".ron");
+        let text = html.html;
+        assert!(
+            text.contains("<h3 id=\"a-b-c-ron-1\">") && text.contains("<h3 id=\"a-b-c-ron-2\">"),
+            "{text}"
+        );
     }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 'use strict';
 // Tables that are sorted by a click on a head, charts that show values and hide lines. Without this script the tables are
-// best first and the charts are pictures.
+// best first, and there are no charts.
 (() => {
   const root = document.documentElement;
 
@@ -128,7 +128,7 @@
   class Chart {
     constructor(figure, chart) {
       Object.assign(this, { figure, chart, plotOf: [] });
-      this.lines = chart.lines.map((line) => ({ ...line, x: data.xs[line.x] }));
+      this.lines = chart.lines.map((line) => ({ ...line }));
       this.box = document.createElement('div');
       this.box.className = 'plot';
       this.box.tabIndex = 0;
@@ -141,7 +141,7 @@
       this.at.className = 'at';
       this.help = 'Point at the chart for values; click on a name to show or hide its line; drag to zoom, double click to go back.';
       this.at.textContent = this.help;
-      figure.querySelector('.drawn').before(this.box, this.at);
+      figure.append(this.box, this.at);
       figure.classList.add('live');
       this.legend();
       this.draw();
@@ -208,13 +208,7 @@
           label: line.name, stroke: () => shade(line.color), width: 2, show: line.on, dash: line.dash,
           points: { show: isSparse, size: 7, fill: () => shade(line.color) },
         });
-        const columns = [line.x, line.y.map(drawable)];
-        if (line.thin) {
-          line.series.push(series.length);
-          series.push({ stroke: () => `${shade(line.color)}4d`, width: 1, show: line.on, points: { show: false } });
-          columns.push(line.thin.map(drawable));
-        }
-        return columns;
+        return [line.x, line.y.map(drawable)];
       });
       this.lineOf = new Map(this.lines.flatMap((line) => line.series.map((at) => [at, line])));
       const joined = tables.length > 1 ? uPlot.join(tables) : tables[0];

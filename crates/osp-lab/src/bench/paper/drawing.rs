@@ -2,8 +2,8 @@
 use std::sync::Arc;
 
 use super::PaperError;
+use crate::Method;
 use osp::{
-    occlusion::Occlusion,
     polygon::{Change, VisibleBlocks},
     view::View,
 };
@@ -59,11 +59,11 @@ impl Adapter {
     }
 
     /// Somebody who draws with this method of finding what is hidden while drawing.
-    pub(super) fn drawer(&self, occlusion: Occlusion) -> Result<Drawer, PaperError> {
+    pub(super) fn drawer(&self, method: Method) -> Result<Drawer, PaperError> {
         let open = || {
             let config = RendererConfig::default();
             let mut offscreen = Offscreen::on(Arc::clone(&self.gpu), self.width, self.height, &config)?;
-            offscreen.set_occlusion(occlusion)?;
+            offscreen.set_occlusion(method.while_drawing())?;
             Ok(Drawer { offscreen })
         };
         open().map_err(failed)
@@ -110,7 +110,7 @@ impl Adapter {
         format!("{} x {} pixels", self.width, self.height)
     }
 
-    pub(super) fn drawer(&self, _occlusion: Occlusion) -> Result<Drawer, PaperError> {
+    pub(super) fn drawer(&self, _method: Method) -> Result<Drawer, PaperError> {
         Err(PaperError::Drawing("no renderer".into()))
     }
 }

@@ -3,13 +3,18 @@
 use osp_session::platform::time::Instant;
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::{
     drawing::{Adapter, Drawer, Drawn},
     input::{PaperConfig, PaperError, PaperInput, mean},
 };
-use crate::{bench::Estimate, literal, lost_polygons, oracle::OracleConfig, verify};
+use crate::{
+    Method,
+    bench::curves::grouped,
+    literal, lost_polygons,
+    oracle::OracleConfig,
+    rows::{Curves, Rows},
+    verify,
+};
 use osp::{
     frame::{PassConfig, Pipeline, StageClock},
     index::{IndexConfig, SpatialIndex},
@@ -20,58 +25,32 @@ use osp::{
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},
 };
-use osp_rivals::{CutNodes, IndexKind, OspGrid, OspPaper};
+use osp_rivals::{CutNodes, IndexKind, OspGrid, OspPaper, RivalOcclusion};
 use osp_session::scene::Scene;
+
+const PART: &str = "paper-flight";
 
 /// Time to draw a polygon where nothing is drawn, nanoseconds: what is worth a test.
 const POLYGON_NS: f64 = 10.0;
 
-/// One way to cull, over the flight. Times in microseconds.
-#[derive(Clone, Debug, Serialize)]
-pub struct FlightRow {
-    /// What it is.
-    pub way: String,
-    /// Whether it draws all polygons of a cut node (Fig. 6).
-    pub as_printed: bool,
-    /// Why it may cull what is visible; `None`: it never does.
-    pub not_conservative: Option<&'static str>,
-    /// Culling, choosing occluders and building included.
-    pub cull_us: Estimate,
-    /// Sending and drawing, where something was drawn.
-    pub draw_us: Option<Estimate>,
-    /// The frame.
-    pub frame_us: Estimate,
-    /// Polygons handed to the renderer, mean.
-    pub drawn: f64,
-    /// Visible polygons that were culled, in the frames that were verified; `None` where only the renderer knows.
-    pub wrong: Option<u64>,
-    /// Share of the frames that took longer than with frustum culling alone, per cent.
-    pub slower_percent: f64,
-    /// The frames.
-    #[serde(skip)]
-    pub frames: Vec<FlownFrame>,
-}
-
 /// A frame of the flight.
 #[derive(Clone, Copy, Debug)]
-pub struct FlownFrame {
-    /// Culling, nanoseconds.
-    pub cull_ns: u64,
-    /// Drawing, nanoseconds; 0 where nothing was drawn.
-    pub draw_ns: u64,
+struct FlownFrame {
+    cull_ns: u64,
+    /// 0 where nothing was drawn.
+    draw_ns: u64,
     /// Polygons handed to the renderer.
-    pub drawn: u64,
+    drawn: u64,
 }
 
 impl FlownFrame {
-    /// All of it, nanoseconds.
-    pub fn total_ns(&self) -> u64 {
-        self.cull_ns + self.draw_ns
+    fn total_us(&self) -> f64 {
+        (self.cull_ns + self.draw_ns) as f64 / 1000.0
     }
 }
 
 /// The way that others are compared with.
-pub(super) const FRUSTUM: &str = "frustum (osp)";
+const FRUSTUM: &str = "frustum (osp)";
 
 enum Means {
     All,
@@ -84,11 +63,11 @@ enum Means {
 
 struct Way {
     name: String,
-    as_printed: bool,
-    not_conservative: Option<&'static str>,
+    /// Whether it may cull what is visible.
+    is_unsound: bool,
     means: Means,
     /// Which of the drawers draws it.
-    while_drawing: Occlusion,
+    while_drawing: Method,
     in_view: VisibleBlocks,
     list: VisibleBlocks,
     frames: Vec<FlownFrame>,
@@ -99,10 +78,9 @@ impl Way {
     fn new(name: impl Into<String>, means: Means) -> Self {
         Self {
             name: name.into(),
-            as_printed: false,
-            not_conservative: None,
+            is_unsound: false,
             means,
-            while_drawing: Occlusion::None,
+            while_drawing: Method::NONE,
             in_view: VisibleBlocks::new(),
             list: VisibleBlocks::new(),
             frames: Vec::new(),
@@ -179,41 +157,38 @@ impl Maker<'_> {
         let select = SelectConfig { score, occluders: self.config.occluders, ..SelectConfig::default() };
         let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, least_polygons: 1 };
         let pool = PoolConfig { grouping: Grouping::Single, ..PoolConfig::default() };
-        let not_conservative = match culler.soundness() {
-            Soundness::Conservative => None,
-            Soundness::Unsound(why) => Some(why),
-        };
+        let is_unsound = culler.soundness() != Soundness::Conservative;
         let mut stage = OcclusionStage::with_culler(culler, OcclusionConfig { pool, select, cull });
         stage.follow(self.input.scene, &self.changes);
         let means = Means::Staged(Arc::clone(tree), Box::new(stage));
-        Way { as_printed: true, not_conservative, ..Way::new(name, means) }
+        Way { is_unsound, ..Way::new(name, means) }
     }
 
-    fn piped(&self, choice: Occlusion) -> Way {
+    fn piped(&self, method: Method) -> Way {
         let capacity = self.changes.len();
         let pass = PassConfig {
             occluders: Some(self.config.occluders),
             polygon_ns: self.polygon_ns,
             node_test: self.config.node_test,
             score: self.config.score,
-            ..PassConfig::new(choice.on_cpu())
+            ..PassConfig::default()
         };
         let index = IndexKind::Osp.create(&self.index());
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(pass).expect("a method of the CPU");
+        let mut pipeline = method.add_to(pipeline, pass);
         pipeline.load(self.input.scene);
         pipeline.commit();
         Way {
-            while_drawing: choice.on_gpu(),
+            while_drawing: if method.is_while_drawing() { method } else { Method::NONE },
             // What is culled while drawing is not known here.
-            wrong: (!choice.is_while_drawing()).then_some(0),
-            ..Way::new(format!("osp, {}", choice.name()), Means::Piped(Box::new(pipeline)))
+            wrong: (!method.is_while_drawing()).then_some(0),
+            ..Way::new(format!("osp, {}", method.name()), Means::Piped(Box::new(pipeline)))
         }
     }
 
     fn ways(&self, draws: bool) -> Vec<Way> {
         let occluders = self.config.occluders;
-        let capped = || Occlusion::MsvbspPaper.create(occluders);
+        let capped = || RivalOcclusion::MsvbspPaper.culler()(occluders);
         let capless = || literal::msvbsp_without_caps(occluders);
         let apart = |culler| -> Box<dyn OcclusionCuller> { Box::new(literal::CornersApart::new(culler)) };
         let sphere = (NodeTest::Sphere, Score::Paper);
@@ -221,7 +196,7 @@ impl Maker<'_> {
         let own = (self.config.node_test, self.config.score);
         let name = |what: &str| format!("paper, {what}");
         let tree = &self.paper_tree();
-        let frustum = Way { as_printed: true, ..Way::new(name("frustum"), Means::Frustum(Arc::clone(tree))) };
+        let frustum = Way::new(name("frustum"), Means::Frustum(Arc::clone(tree)));
         let mut ways = vec![
             Way::new("no culling", Means::All),
             frustum,
@@ -237,10 +212,10 @@ impl Maker<'_> {
             ),
             Way::new(FRUSTUM, Means::Frustum(self.filled(IndexKind::Osp.create(&self.index())))),
         ];
-        let cullers = Occlusion::conservative_cullers();
-        ways.extend(cullers.into_iter().chain([Occlusion::DepthLast]).map(|choice| self.piped(choice)));
+        let cullers = Method::conservative_cullers().into_iter();
+        ways.extend(cullers.chain([Occlusion::PreviousFrame.into()]).map(|method| self.piped(method)));
         if draws {
-            ways.extend([Occlusion::Hzb, Occlusion::Queries].map(|choice| self.piped(choice)));
+            ways.extend([Method::Hzb, Method::Queries].map(|method| self.piped(method)));
         }
         ways
     }
@@ -248,15 +223,16 @@ impl Maker<'_> {
 
 /// Flies along some of these views, evenly spaced.
 pub(super) fn fly(
+    rows: &mut Rows,
     input: &PaperInput<'_>,
     config: &PaperConfig,
     views: &[View],
     adapter: Option<&Adapter>,
     progress: &mut dyn FnMut(&str),
-) -> Result<Vec<FlightRow>, PaperError> {
+) -> Result<(), PaperError> {
     let changes: Vec<Change> = input.scene.visible_ids().map(Change::Insert).collect();
     let mut drawers = Vec::new();
-    for occlusion in [Occlusion::None, Occlusion::Hzb, Occlusion::Queries] {
+    for occlusion in [Method::NONE, Method::Hzb, Method::Queries] {
         if let Some(adapter) = adapter {
             let mut drawer = adapter.drawer(occlusion)?;
             drawer.follow(&changes);
@@ -294,12 +270,8 @@ pub(super) fn fly(
             verify_frame(&mut ways, input.scene, view, &window);
         }
     }
-    let us = |frame: &FlownFrame| frame.total_ns();
-    let reference: Vec<u64> = match ways.iter().find(|way| way.name == FRUSTUM) {
-        Some(way) => way.frames.iter().map(us).collect(),
-        None => Vec::new(),
-    };
-    Ok(ways.into_iter().map(|way| row(way, &reference, adapter.is_some())).collect())
+    add(rows, input, &ways, adapter.is_some());
+    Ok(())
 }
 
 /// What drawing a polygon takes: the fastest of three drawings of all of them.
@@ -327,22 +299,45 @@ fn verify_frame(ways: &mut [Way], scene: &Scene, view: &View, window: &ViewWindo
     }
 }
 
-fn row(way: Way, reference: &[u64], draws: bool) -> FlightRow {
-    let estimate = |ns: &dyn Fn(&FlownFrame) -> u64| {
-        let mut us: Vec<f64> = way.frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
-        Estimate::of(&mut us).unwrap_or_default()
-    };
-    let slower = way.frames.iter().zip(reference).filter(|(frame, other)| frame.total_ns() > **other).count();
-    FlightRow {
-        as_printed: way.as_printed,
-        not_conservative: way.not_conservative,
-        cull_us: estimate(&|frame| frame.cull_ns),
-        draw_us: draws.then(|| estimate(&|frame| frame.draw_ns)),
-        frame_us: estimate(&FlownFrame::total_ns),
-        drawn: mean(way.frames.iter().map(|frame| frame.drawn).sum(), way.frames.len()),
-        wrong: way.wrong,
-        slower_percent: 100.0 * mean(slower as u64, way.frames.len()),
-        way: way.name,
-        frames: way.frames,
+fn add(rows: &mut Rows, input: &PaperInput<'_>, ways: &[Way], draws: bool) {
+    rows.part(PART, "The paper: a flight through the finished model (Fig. 20)");
+    rows.note(
+        PART,
+        "Where osp, hzb or queries cull while drawing, the hidden polygons that they leave out are handed over, too.",
+    );
+    let Some(reference) = ways.iter().find(|way| way.name == FRUSTUM) else { return };
+    let mut curves = [Vec::new(), Vec::new()];
+    for way in ways {
+        let pairs: Vec<(f64, f64)> = way
+            .frames
+            .iter()
+            .zip(&reference.frames)
+            .map(|(own, other)| (own.total_us(), other.total_us()))
+            .collect();
+        let of =
+            |ns: fn(&FlownFrame) -> u64| way.frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
+        let slower = pairs.iter().filter(|(own, other)| own > other).count();
+        let name = format!("{}{}", way.name, if way.is_unsound { " (not conservative)" } else { "" });
+        let drawn = mean(way.frames.iter().map(|frame| frame.drawn).sum(), way.frames.len());
+        let mut figures = rows.of(PART, input.recording, &name);
+        figures.against(&pairs).median("cull", "us", of(|frame| frame.cull_ns));
+        if draws {
+            figures.median("draw", "us", of(|frame| frame.draw_ns));
+        }
+        figures
+            .value("drawn", "polygons", drawn)
+            .maybe("visible_culled", "polygons", way.wrong.map(|wrong| wrong as f64))
+            .value("slower_than_frustum", "%", 100.0 * mean(slower as u64, pairs.len()));
+        let line = |of: fn(&FlownFrame) -> f64| {
+            grouped(way.frames.iter().enumerate().map(|(at, frame)| (at as f64, of(frame))).collect())
+        };
+        curves[0].push((name.clone(), line(FlownFrame::total_us)));
+        curves[1].push((name, line(|frame| frame.drawn as f64)));
+    }
+    for ((what, y), lines) in
+        [("time of a frame", "µs"), ("polygons handed to the renderer", "polygons")].into_iter().zip(curves)
+    {
+        let title = format!("{}, flight: {what} (Fig. 20)", input.recording);
+        rows.curves.push(Curves { part: PART, title, x: "frame", y, lines });
     }
 }

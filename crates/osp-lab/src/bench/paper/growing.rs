@@ -1,18 +1,18 @@
 //! Figs. 19 and 21 to 23: polygons come one after the other, and every frame files, culls and draws.
 
 use osp_session::platform::time::Instant;
-use std::ops::Range;
-
-use serde::Serialize;
 
 use super::{
     drawing::{Adapter, Drawer, Drawn},
     input::{PaperConfig, PaperError, PaperInput, mean},
 };
-use crate::bench::Estimate;
+use crate::{
+    Method,
+    bench::curves::grouped,
+    rows::{Curves, Rows, quantile},
+};
 use osp::{
     index::{IndexConfig, SpatialIndex},
-    occlusion::Occlusion,
     polygon::{Change, VisibleBlocks},
     view::View,
 };
@@ -26,74 +26,31 @@ use osp_session::{
 /// Consecutive frames that are measured at a time; the first is not counted: it catches up with those before.
 const STRETCH: u64 = 10;
 
-/// The parts of the session that the paper shows.
-const PARTS: [(&str, Range<u64>); 4] = [
-    ("whole session", 0..u64::MAX),
-    ("up to 1,000 polygons", 0..1000),
-    ("1,000 to 10,000", 1000..10_000),
-    ("over 10,000", 10_000..u64::MAX),
-];
-
 /// The part in which nothing is inserted.
-pub(super) const STILL: &str = "nothing inserted";
-
-/// One tree in one part of the session. Times in microseconds.
-#[derive(Clone, Debug, Serialize)]
-pub struct GrowingRow {
-    /// Name of the index.
-    pub tree: &'static str,
-    /// Whether all polygons of a cut node are drawn (Fig. 6).
-    pub as_printed: bool,
-    /// The part of the session.
-    pub part: &'static str,
-    /// Filing what a frame brought, with a rebuild where the tree needs one.
-    pub insert_us: Estimate,
-    /// Culling by the frustum.
-    pub cull_us: Estimate,
-    /// Sending and drawing, where something was drawn.
-    pub draw_us: Option<Estimate>,
-    /// The frame.
-    pub frame_us: Estimate,
-    /// The slowest frame of a hundred.
-    pub frame_p99_us: f64,
-    /// Planes that polygons were compared with, for each polygon that came, went or moved; where it is counted.
-    pub planes_per_polygon: Option<f64>,
-    /// Polygons drawn, mean.
-    pub drawn: f64,
-    /// Polygons in view, mean.
-    pub in_view: f64,
-    /// The frames.
-    #[serde(skip)]
-    pub frames: Vec<GrowingFrame>,
-}
+const STILL: &str = "nothing inserted";
+const PART: &str = "paper-growing";
 
 /// A frame of the growing model.
 #[derive(Clone, Copy, Debug)]
-pub struct GrowingFrame {
-    /// Its number in the session.
-    pub frame: u64,
-    /// Polygons in the model.
-    pub polygons: u64,
+struct GrowingFrame {
+    frame: u64,
+    /// In the model.
+    polygons: u64,
     /// Polygons that came, went or moved.
-    pub changed: u64,
-    /// Filing, nanoseconds.
-    pub insert_ns: u64,
-    /// Culling, nanoseconds.
-    pub cull_ns: u64,
-    /// Drawing, nanoseconds; 0 where nothing was drawn.
-    pub draw_ns: u64,
-    /// Planes asked while filing.
-    pub planes: u64,
-    /// Polygons drawn.
-    pub drawn: u64,
-    /// Polygons in view.
-    pub in_view: u64,
+    changed: u64,
+    insert_ns: u64,
+    cull_ns: u64,
+    /// 0 where nothing was drawn.
+    draw_ns: u64,
+    /// Planes that polygons were compared with.
+    planes: u64,
+    drawn: u64,
+    in_view: u64,
 }
 
 impl GrowingFrame {
-    /// All of it, nanoseconds.
-    pub fn total_ns(&self) -> u64 {
-        self.insert_ns + self.cull_ns + self.draw_ns
+    fn total_us(&self) -> f64 {
+        (self.insert_ns + self.cull_ns + self.draw_ns) as f64 / 1000.0
     }
 }
 
@@ -194,19 +151,20 @@ fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
     ]
 }
 
-/// Plays the session; the rows, and the moments of the frames that were measured.
+/// Plays the session; the moments of the frames that were measured.
 pub(super) fn grow<I>(
+    rows: &mut Rows,
     input: &PaperInput<'_>,
     config: &PaperConfig,
     events: I,
     adapter: Option<&Adapter>,
-) -> Result<(Vec<GrowingRow>, Vec<Moment>), PaperError>
+) -> Result<Vec<Moment>, PaperError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
     let mut lanes = Vec::new();
     for tree in trees(input, config) {
-        let drawer = adapter.map(|adapter| adapter.drawer(Occlusion::None)).transpose()?;
+        let drawer = adapter.map(|adapter| adapter.drawer(Method::NONE)).transpose()?;
         lanes.push(Lane { tree, drawer, list: VisibleBlocks::new(), frames: Vec::new() });
     }
     let mut moments = Vec::new();
@@ -238,7 +196,8 @@ where
         }
         moments.extend(counts.then_some(moment));
     }
-    Ok((lanes.iter().flat_map(rows).collect(), moments))
+    add(rows, input, &lanes);
+    Ok(moments)
 }
 
 /// Whether a frame is measured, and whether it counts: stretches from the first frame to the last, evenly spaced, the first
@@ -255,47 +214,65 @@ fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     (at <= STRETCH).then_some(at > 0)
 }
 
-fn rows(lane: &Lane) -> Vec<GrowingRow> {
-    let of_part = |(part, polygons): &(&'static str, Range<u64>)| {
-        row(lane, part, lane.frames.iter().filter(|frame| polygons.contains(&frame.polygons)))
-    };
-    let still = row(lane, STILL, lane.frames.iter().filter(|frame| frame.changed == 0));
-    PARTS.iter().map(of_part).chain([still]).flatten().collect()
-}
+/// Whether a frame belongs to a part of the session.
+type IsIn = fn(&GrowingFrame) -> bool;
 
-fn row<'a>(
-    lane: &Lane,
-    part: &'static str,
-    frames: impl Iterator<Item = &'a GrowingFrame>,
-) -> Option<GrowingRow> {
-    let frames: Vec<GrowingFrame> = frames.copied().collect();
-    let estimate = |ns: fn(&GrowingFrame) -> u64| {
-        let mut us: Vec<f64> = frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
-        Estimate::of(&mut us).unwrap_or_default()
+fn add(rows: &mut Rows, input: &PaperInput<'_>, lanes: &[Lane]) {
+    rows.part(PART, "The paper: the model grows (Figs. 19, 21 to 23)");
+    let parts: [(&str, IsIn); 5] = [
+        ("whole session", |_| true),
+        ("up to 1,000 polygons", |frame| frame.polygons < 1000),
+        ("1,000 to 10,000", |frame| (1000..10_000).contains(&frame.polygons)),
+        ("over 10,000", |frame| frame.polygons >= 10_000),
+        (STILL, |frame| frame.changed == 0),
+    ];
+    // The last tree is osp; all have the same frames.
+    let Some(reference) = lanes.last() else { return };
+    for (part, is_in) in parts {
+        for lane in lanes {
+            let both = || lane.frames.iter().zip(&reference.frames).filter(|(_, other)| is_in(other));
+            let frames: Vec<GrowingFrame> = both().map(|(frame, _)| *frame).collect();
+            if frames.is_empty() {
+                continue;
+            }
+            let times: Vec<(f64, f64)> =
+                both().map(|(own, other)| (own.total_us(), other.total_us())).collect();
+            let us =
+                |ns: fn(&GrowingFrame) -> u64| frames.iter().map(|frame| ns(frame) as f64 / 1000.0).collect();
+            let sum = |count: fn(&GrowingFrame) -> u64| frames.iter().map(count).sum::<u64>();
+            let (changed, task) = (sum(|frame| frame.changed), format!("{PART}/{part}"));
+            let mut figures = rows.of(task, input.recording, lane.tree.index().name());
+            figures.against(&times).median("insert", "us", us(|frame| frame.insert_ns));
+            figures.median("cull", "us", us(|frame| frame.cull_ns));
+            if lane.drawer.is_some() {
+                let mut rates: Vec<f64> =
+                    frames.iter().map(|frame| 1.0e6 / frame.total_us().max(1.0e-3)).collect();
+                rates.sort_unstable_by(f64::total_cmp);
+                figures.median("draw", "us", us(|frame| frame.draw_ns));
+                figures.value("frames", "1/s", quantile(&rates, 0.5));
+            }
+            let counts_planes = lane.tree.filing().is_some() && changed > 0;
+            figures
+                .maybe(
+                    "planes",
+                    "1/polygon",
+                    counts_planes.then(|| sum(|frame| frame.planes) as f64 / changed as f64),
+                )
+                .value("drawn", "polygons", mean(sum(|frame| frame.drawn), frames.len()))
+                .value("in_view", "polygons", mean(sum(|frame| frame.in_view), frames.len()));
+        }
+    }
+    let line = |lane: &Lane| {
+        let points = lane.frames.iter().map(|frame| (frame.frame as f64, frame.total_us()));
+        (lane.tree.index().name().to_owned(), grouped(points.collect()))
     };
-    let sum = |count: fn(&GrowingFrame) -> u64| frames.iter().map(count).sum::<u64>();
-    let mut total: Vec<u64> = frames.iter().map(GrowingFrame::total_ns).collect();
-    total.sort_unstable();
-    let slowest = total.get((total.len() * 99).div_ceil(100).saturating_sub(1))?;
-    let changed = sum(|frame| frame.changed);
-    Some(GrowingRow {
-        tree: lane.tree.index().name(),
-        as_printed: lane.tree.filing().is_some(),
-        part,
-        insert_us: estimate(|frame| frame.insert_ns),
-        cull_us: estimate(|frame| frame.cull_ns),
-        draw_us: lane.drawer.as_ref().map(|_| estimate(|frame| frame.draw_ns)),
-        frame_us: estimate(GrowingFrame::total_ns),
-        frame_p99_us: *slowest as f64 / 1000.0,
-        planes_per_polygon: lane
-            .tree
-            .filing()
-            .filter(|_| changed > 0)
-            .map(|_| sum(|frame| frame.planes) as f64 / changed as f64),
-        drawn: mean(sum(|frame| frame.drawn), frames.len()),
-        in_view: mean(sum(|frame| frame.in_view), frames.len()),
-        frames,
-    })
+    rows.curves.push(Curves {
+        part: PART,
+        title: format!("{}: the OSP tree and the octree as the model grows", input.recording),
+        x: "frame",
+        y: "µs",
+        lines: lanes.iter().map(line).collect(),
+    });
 }
 
 #[cfg(test)]

@@ -4,32 +4,22 @@
 //! their eight corners, all polygons of a node drawn that the frustum cuts (Fig. 6). What of that culls visible polygons
 //! takes part here and in `osp verify` only, and its table says so.
 
-mod charts;
-mod csv;
 mod cubes;
 mod drawing;
 mod flight;
 mod growing;
 mod input;
-mod result;
-mod table;
 
-pub use cubes::CubeRow;
 pub use drawing::Adapter;
-pub use flight::FlightRow;
-pub use growing::GrowingRow;
 pub use input::{PaperConfig, PaperError, PaperInput};
-pub use result::PaperResult;
 
-pub(super) use charts::charts;
-pub(super) use table::{notes, tables};
-
+use crate::{report::short, rows::Rows};
 use osp_session::{
     recording::{Event, RecordingError},
     replay::{CameraChoice, CameraPath},
 };
 
-/// Plays a session through the paper's experiments; draws if there is an adapter. `progress` hears what comes next.
+/// Plays a session through the paper's experiments, the parts `paper-growing`, `paper-flight` and `paper-cube`; draws if there is an adapter. `progress` hears what comes next.
 ///
 /// # Errors
 /// The recording is damaged, or the adapter failed.
@@ -39,35 +29,44 @@ pub fn run_paper<I>(
     events: I,
     adapter: Option<&Adapter>,
     mut progress: impl FnMut(&str),
-) -> Result<PaperResult, PaperError>
+) -> Result<Rows, PaperError>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
     progress("growing");
-    let (growing, moments) = growing::grow(input, config, events, adapter)?;
+    let mut rows = Rows::default();
+    let moments = growing::grow(&mut rows, input, config, events, adapter)?;
     progress("flight");
     // The session's own walk, if there is one: else a turn in the middle of the model.
     let choice = if input.summary.heads > 0 { CameraChoice::Auto } else { CameraChoice::Inside };
     let path = CameraPath::new(choice, None, &input.summary.bounds);
     let views: Vec<_> = moments.iter().map(|moment| path.view(moment)).collect();
-    let flight = flight::fly(input, config, &views, adapter, &mut progress)?;
+    flight::fly(&mut rows, input, config, &views, adapter, &mut progress)?;
     progress("depths and cubes");
-    let cubes = cubes::measure(input, config, &views);
-    Ok(PaperResult {
-        recording: input.recording.to_owned(),
-        polygons: input.summary.counts.polygons,
-        frames: input.summary.frames,
-        pace: input.pace.to_string(),
-        camera: input.camera.1.to_owned(),
-        drawn_by: adapter.map(Adapter::name),
-        depth: config.depth(),
-        cube_m: input.cube(config.cube()).extent().max_element(),
-        occluders: config.occluders,
-        node_test: config.node_test.name(),
-        score: config.score.name(),
-        growing,
-        flight_camera: if input.summary.heads > 0 { "the recorded head" } else { choice.name() }.to_owned(),
-        flight,
-        cubes,
-    })
+    cubes::measure(&mut rows, input, config, &views);
+    let drawing = match adapter {
+        Some(adapter) => {
+            format!("Drawn by {}: a frame is insertion, culling, sending and drawing.", adapter.name())
+        }
+        None => {
+            "Nothing was drawn (--draw): a frame is insertion and culling, which is no frame rate.".to_owned()
+        }
+    };
+    let cube_m = short(f64::from(input.cube(config.cube()).extent().max_element()));
+    let flown = if input.summary.heads > 0 { "the recorded head" } else { choice.name() };
+    for note in [
+        drawing,
+        "Who is ahead can be compared with the paper; its frame rates cannot: they are those of its machine and renderer.".to_owned(),
+        format!(
+            "The paper's tree: {} levels over a cube of {cube_m} m. As in Fig. 6 osp-paper and octree-paper draw all polygons of a node \
+             that the frustum cuts; osp and octree-rebuild draw those in view.",
+            config.depth()
+        ),
+    ] {
+        rows.note("paper-growing", note);
+    }
+    let (camera, occluders) = (input.camera.1, config.occluders);
+    rows.note("paper-growing", format!("{}: {}, camera {camera}.", input.recording, input.pace));
+    rows.note("paper-flight", format!("{}: camera {flown}; {occluders} occluders.", input.recording));
+    Ok(rows)
 }

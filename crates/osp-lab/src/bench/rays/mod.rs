@@ -8,19 +8,20 @@
 mod model;
 mod moves;
 mod outline;
-pub(super) mod show;
 
 use osp_session::platform::time::Instant;
 
 use glam::Vec3;
-use serde::Serialize;
 
 use self::{
     model::Questions,
     outline::{Order, Outline, Steps, walk},
 };
-use super::{Contender, Estimate};
-use crate::clock::{resolution_ns, runs_for};
+use super::Contender;
+use crate::{
+    clock::{resolution_ns, runs_for},
+    rows::Rows,
+};
 use osp::{
     index::{SpatialIndex, WorkCounts},
     math::{Aabb, Ray},
@@ -29,10 +30,30 @@ use osp::{
 use osp_rivals::IndexKind;
 
 pub use model::RaysModel;
-pub use moves::MovedRow;
+
+const PART: &str = "rays";
+const TASKS: [&str; 6] = [
+    "rays/nearest outside",
+    "rays/nearest inside",
+    "rays/any inside",
+    "rays/box",
+    "rays/neighbours",
+    "rays/growing",
+];
+const WALKS: [&str; 2] = ["rays/walk in order", "rays/walk best first"];
+const NOTES: [&str; 4] = [
+    "nearest, any: hits of rays; box: what is in a tenth of the model's length; neighbours: the 8 nearest polygons of a point; \
+     growing: a frame that inserts 8 polygons and casts 8 rays.",
+    "walk: the nearest hit with one and the same walk over each tree, rays from outside and from inside: down into the nearest \
+     child first (in order), or always on with the nearest node that waits (best first).",
+    "moved: boxes that a ray tests after every polygon has drifted in its own direction, by half a per cent of the diagonal a move. \
+     sah-refitted: the tree as it was built at first, its boxes made to fit; sah-rebuilt: built after the last move; bvh-sah refits \
+     until its boxes have grown by half, then rebuilds.",
+    "time is that of the structure's own query; nodes and boxes of a walk tell the trees apart and not the code.",
+];
 
 /// Neighbours asked for.
-pub(super) const NEIGHBOURS: usize = 8;
+const NEIGHBOURS: usize = 8;
 /// Polygons that a frame of the growing model inserts, and rays that it casts.
 const BATCH: usize = 8;
 /// Frames of the growing model, at most.
@@ -56,118 +77,44 @@ pub struct RaysConfig {
     pub budget_secs: f64,
 }
 
-/// A question's time with a structure.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Asked {
-    /// Microseconds a question (of a growing model: a frame).
-    pub us: Estimate,
-    /// The reference's time for the same questions, microseconds.
-    pub reference_us: Estimate,
-    /// Divided by the reference's time for the same questions.
-    pub ratio: Estimate,
-    /// Polygons that the exact test was asked about, a question.
-    pub polygons_asked: f64,
-}
-
-impl Asked {
-    /// Millions of questions a second.
-    pub fn millions_a_second(&self) -> f64 {
-        1.0 / self.us.median.max(1.0e-9)
-    }
-}
-
-/// What a walk along the rays looks at, a ray.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Walked {
-    /// Nodes.
-    pub nodes: f64,
-    /// Boxes, of nodes and of polygons.
-    pub boxes: f64,
-    /// Polygons that the exact test was asked about.
-    pub polygons_asked: f64,
-    /// Millions of rays a second of this walk.
-    pub mrays_per_sec: f64,
-}
-
-/// One structure in one model.
-#[derive(Clone, Debug, Serialize)]
-pub struct RayRow {
-    /// Name of the structure.
-    pub index: String,
-    /// Nearest hit of rays from outside.
-    pub outside: Asked,
-    /// Nearest hit of rays from inside.
-    pub inside: Asked,
-    /// Any hit of rays from inside.
-    pub any: Asked,
-    /// What is in a box, without an exact test.
-    pub range: Asked,
-    /// Nodes and boxes that this looked at.
-    pub range_work: [f64; 2],
-    /// The nearest polygons of a point.
-    pub neighbours: Asked,
-    /// Nodes and boxes that this looked at.
-    pub neighbours_work: [f64; 2],
-    /// A frame that inserts polygons and casts as many rays from inside.
-    pub growing: Asked,
-    /// The walk in order, all rays.
-    pub in_order: Walked,
-    /// The walk best first, all rays.
-    pub best_first: Walked,
-}
-
-/// What was found in one model.
-#[derive(Clone, Debug, Serialize)]
-pub struct RaysResult {
-    /// Its name.
-    pub recording: String,
-    /// Polygons.
-    pub polygons: usize,
-    /// Share of the rays from outside that hit something, and of those from inside.
-    pub hit_share: [f64; 2],
-    /// One row for each structure.
-    pub rows: Vec<RayRow>,
-    /// Structures whose answers differ from the reference's: none, unless something is wrong.
-    pub disagree: Vec<String>,
-    /// What becomes of trees as polygons move.
-    pub moved: Vec<MovedRow>,
-}
-
-/// Measures every structure in a model. `progress` hears what comes next. `None` for a model without polygons.
-pub fn cast_rays(
-    config: &RaysConfig,
-    model: &RaysModel,
-    mut progress: impl FnMut(&str),
-) -> Option<RaysResult> {
+/// Measures every structure in a model; the part `rays`. `progress` hears what comes next. Nothing for a model without polygons.
+pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMut(&str)) -> Rows {
+    let mut rows = Rows::default();
     if model.boxes.is_empty() {
-        return None;
+        return rows;
     }
+    rows.part(PART, "Rays, ranges and neighbours, a question (exact tests included)");
+    NOTES.iter().for_each(|note| rows.note(PART, *note));
     let questions = Questions::new(model, config.questions.max(1));
     let reference = model.filled(Contender::Own(config.reference), model.boxes.len());
     let expected = answers(reference.as_ref(), model, &questions);
-    let (mut rows, mut disagree) = (Vec::new(), Vec::new());
+    let share = |rays: &[Ray]| {
+        let hits = rays.iter().filter(|ray| nearest_hit(reference.as_ref(), model, ray).is_some()).count();
+        100.0 * hits as f64 / rays.len() as f64
+    };
+    for (task, rays) in TASKS
+        .into_iter()
+        .zip([Some(&questions.outside), Some(&questions.inside)].into_iter().chain([None; 4]))
+    {
+        rows.of(task, &model.recording, "").value("polygons", "polygons", model.boxes.len() as f64).maybe(
+            "hit",
+            "%",
+            rays.map(|rays| share(rays)),
+        );
+    }
     for &kind in &config.kinds {
         progress(kind.name());
         let index = model.filled(kind, model.boxes.len());
         if answers(index.as_ref(), model, &questions) != expected {
-            disagree.push(kind.name().to_owned());
+            let (name, reference) = (kind.name(), config.reference.name());
+            rows.faults.push(format!("NOT THE SAME ANSWERS AS {reference} in {}: {name}.", model.recording));
         }
         let pair = Pair { index: index.as_ref(), reference: reference.as_ref(), model, config };
-        rows.push(pair.row(kind, &questions));
+        pair.measure(&mut rows, kind, &questions);
     }
     progress("moving polygons");
-    let share = |rays: &[Ray]| {
-        let hits = rays.iter().filter(|ray| nearest_hit(reference.as_ref(), model, ray).is_some()).count();
-        hits as f64 / rays.len() as f64
-    };
-    Some(RaysResult {
-        recording: model.recording.clone(),
-        polygons: model.boxes.len(),
-        hit_share: [share(&questions.outside), share(&questions.inside)],
-        rows,
-        disagree,
-        moved: moves::refit_against_rebuild(model, &questions),
-    })
+    moves::refit_against_rebuild(&mut rows, model, &questions);
+    rows
 }
 
 fn nearest_hit(index: &dyn SpatialIndex, model: &RaysModel, ray: &Ray) -> Option<(PolygonId, f32)> {
@@ -203,6 +150,13 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
     }
 }
 
+/// What a question cost: times with the structure and the reference, exact tests a question, nodes and boxes a question.
+struct Asked {
+    times: Vec<(f64, f64)>,
+    exact_tests: f64,
+    work: [f64; 2],
+}
+
 /// A structure and the reference, measured in turns.
 struct Pair<'a> {
     index: &'a dyn SpatialIndex,
@@ -211,75 +165,67 @@ struct Pair<'a> {
     config: &'a RaysConfig,
 }
 
-/// Times of the same work with a structure and with the reference, microseconds.
-#[derive(Default)]
-struct Times(Vec<(f64, f64)>);
-
-impl Times {
-    /// Measures in turns until the budget is spent; `one` does a share of the work (told its number) and says how many
-    /// questions it was, or 0 if there are no more.
-    fn measure(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> usize) -> Self {
-        let mut times = Vec::new();
-        let start = Instant::now();
-        for turn in 0..most {
-            if turn >= FEWEST && start.elapsed().as_secs_f64() > budget_secs {
-                break;
-            }
-            let mut us = [0.0; 2];
-            // Neither always comes first.
-            for is_reference in [turn % 2 == 0, turn % 2 != 0] {
-                let start = Instant::now();
-                let count = one(turn, is_reference);
-                us[usize::from(is_reference)] = start.elapsed().as_nanos() as f64 / 1000.0 / count as f64;
-            }
-            times.push((us[0], us[1]));
+/// Times of the same work with a structure and with the reference, microseconds: in turns until the budget is spent. `one` does a
+/// share of the work and returns the number of questions in it.
+fn in_turns(budget_secs: f64, most: usize, mut one: impl FnMut(usize, bool) -> usize) -> Vec<(f64, f64)> {
+    let mut times = Vec::new();
+    let start = Instant::now();
+    for turn in 0..most {
+        if turn >= FEWEST && start.elapsed().as_secs_f64() > budget_secs {
+            break;
         }
-        Self(times)
-    }
-
-    fn asked(&self, polygons_asked: f64) -> Asked {
-        let estimate = |value: fn(&(f64, f64)) -> f64| {
-            Estimate::of(&mut self.0.iter().map(value).collect::<Vec<_>>()).unwrap_or_default()
-        };
-        Asked {
-            us: estimate(|&(us, _)| us),
-            reference_us: estimate(|&(_, reference_us)| reference_us),
-            ratio: estimate(|&(us, reference_us)| us / reference_us.max(1.0e-3)),
-            polygons_asked,
+        let mut us = [0.0; 2];
+        // Neither always comes first.
+        for is_reference in [turn % 2 == 0, turn % 2 != 0] {
+            let start = Instant::now();
+            let count = one(turn, is_reference);
+            us[usize::from(is_reference)] = start.elapsed().as_nanos() as f64 / 1000.0 / count as f64;
         }
+        times.push((us[0], us[1]));
     }
+    times
 }
 
 impl Pair<'_> {
-    fn row(&self, kind: Contender, questions: &Questions) -> RayRow {
+    fn measure(&self, rows: &mut Rows, kind: Contender, questions: &Questions) {
         let Questions { outside, inside, boxes, points } = questions;
-        let (range, range_work) = self.time(boxes, |index, bounds, _| {
-            let mut found = Vec::new();
-            index.box_query(bounds, &mut found)
-        });
-        let (neighbours, neighbours_work) = self.time(points, |index, &point, asked| {
-            let mut found = Vec::new();
-            let mut distance_m = |id: PolygonId| {
-                *asked += 1;
-                self.model.polygons[id.index()].distance_m(point)
-            };
-            index.nearest(point, NEIGHBOURS, &mut distance_m, &mut found)
-        });
+        let name = self.model.recording.as_str();
+        let [from_outside, from_inside, any, in_box, near, growing] = TASKS;
+        let mut of = |task: &str, asked: &Asked| {
+            let mut figures = rows.of(task, name, kind.name());
+            figures.against(&asked.times).value("exact_tests", "1/question", asked.exact_tests);
+            if asked.work != [0.0; 2] {
+                figures.value("nodes", "1/question", asked.work[0]).value(
+                    "boxes",
+                    "1/question",
+                    asked.work[1],
+                );
+            }
+        };
+        of(from_outside, &self.time(outside, |index, ray, asked| self.nearest(index, ray, asked)));
+        of(from_inside, &self.time(inside, |index, ray, asked| self.nearest(index, ray, asked)));
+        of(any, &self.time(inside, |index, ray, asked| self.any(index, ray, asked)));
+        of(
+            in_box,
+            &self.time(boxes, |index, bounds, _| {
+                let mut found = Vec::new();
+                index.box_query(bounds, &mut found)
+            }),
+        );
+        of(
+            near,
+            &self.time(points, |index, &point, asked| {
+                let mut found = Vec::new();
+                let mut distance_m = |id: PolygonId| {
+                    *asked += 1;
+                    self.model.polygons[id.index()].distance_m(point)
+                };
+                index.nearest(point, NEIGHBOURS, &mut distance_m, &mut found)
+            }),
+        );
+        of(growing, &self.grow(kind, inside));
         let outline = Outline::of(self.index, &self.model.boxes);
-        let [in_order, best_first] = walk_both(&outline, self.model, questions);
-        RayRow {
-            index: kind.name().to_owned(),
-            outside: self.time(outside, |index, ray, asked| self.nearest(index, ray, asked)).0,
-            inside: self.time(inside, |index, ray, asked| self.nearest(index, ray, asked)).0,
-            any: self.time(inside, |index, ray, asked| self.any(index, ray, asked)).0,
-            range,
-            range_work,
-            neighbours,
-            neighbours_work,
-            growing: self.grow(kind, inside),
-            in_order,
-            best_first,
-        }
+        walk_both(rows, kind, &outline, self.model, questions);
     }
 
     fn nearest(&self, index: &dyn SpatialIndex, ray: &Ray, asked: &mut u64) -> WorkCounts {
@@ -301,11 +247,7 @@ impl Pair<'_> {
     }
 
     /// Times questions, and counts the nodes and boxes of one.
-    fn time<Q>(
-        &self,
-        questions: &[Q],
-        ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts,
-    ) -> (Asked, [f64; 2]) {
+    fn time<Q>(&self, questions: &[Q], ask: impl Fn(&dyn SpatialIndex, &Q, &mut u64) -> WorkCounts) -> Asked {
         let (mut work, mut asked) = (WorkCounts::default(), 0);
         for question in questions {
             work += ask(self.index, question, &mut asked);
@@ -325,13 +267,14 @@ impl Pair<'_> {
             start.elapsed().as_nanos() as f64
         });
         let runs = runs_for(ns[0].min(ns[1]), resolution_ns()) as usize;
-        let times = Times::measure(self.config.budget_secs, MOST, |turn, is_reference| {
+        let times = in_turns(self.config.budget_secs, MOST, |turn, is_reference| {
             let index = if is_reference { self.reference } else { self.index };
             let share = shares[turn % shares.len()];
             (0..runs).for_each(|_| ask_all(index, share));
             runs * share.len()
         });
-        (times.asked(asked as f64 / count), [work.nodes as f64 / count, work.boxes as f64 / count])
+        let work = [work.nodes as f64 / count, work.boxes as f64 / count];
+        Asked { times, exact_tests: asked as f64 / count, work }
     }
 
     /// Frames that each insert some of the last polygons and cast rays.
@@ -342,7 +285,7 @@ impl Pair<'_> {
         let mut subjects =
             [kind, Contender::Own(self.config.reference)].map(|kind| self.model.filled(kind, first));
         let mut asked = 0;
-        let times = Times::measure(self.config.budget_secs, frames, |turn, is_reference| {
+        let times = in_turns(self.config.budget_secs, frames, |turn, is_reference| {
             let index = subjects[usize::from(is_reference)].as_mut();
             let at = first + turn * BATCH;
             (at..at + BATCH).for_each(|at| self.model.insert(index, at));
@@ -354,13 +297,13 @@ impl Pair<'_> {
             }
             1
         });
-        let frames = times.0.len().max(1) as f64;
-        times.asked(asked as f64 / frames / BATCH as f64)
+        let exact_tests = asked as f64 / times.len().max(1) as f64 / BATCH as f64;
+        Asked { times, exact_tests, work: [0.0; 2] }
     }
 }
 
 /// What the two orders look at and how fast they are, in turns.
-fn walk_both(outline: &Outline, model: &RaysModel, questions: &Questions) -> [Walked; 2] {
+fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysModel, questions: &Questions) {
     const REPEATS: usize = 3;
     let count = (questions.outside.len() + questions.inside.len()) as f64;
     let mut best_secs = [f64::INFINITY; 2];
@@ -373,12 +316,13 @@ fn walk_both(outline: &Outline, model: &RaysModel, questions: &Questions) -> [Wa
             best_secs[at] = best_secs[at].min(start.elapsed().as_secs_f64());
         }
     }
-    [0, 1].map(|at| Walked {
-        nodes: steps[at].nodes as f64 / count,
-        boxes: steps[at].boxes as f64 / count,
-        polygons_asked: steps[at].asked as f64 / count,
-        mrays_per_sec: count * 1.0e-6 / best_secs[at].max(1.0e-9),
-    })
+    for ((task, steps), secs) in WALKS.into_iter().zip(steps).zip(best_secs) {
+        rows.of(task, &model.recording, kind.name())
+            .value("nodes", "1/ray", steps.nodes as f64 / count)
+            .value("boxes", "1/ray", steps.boxes as f64 / count)
+            .value("exact_tests", "1/ray", steps.asked as f64 / count)
+            .value("rays", "million/s", count * 1.0e-6 / secs.max(1.0e-9));
+    }
 }
 
 #[cfg(test)]
@@ -483,20 +427,21 @@ mod tests {
             budget_secs: 0.0,
         };
         let model = RaysModel::synthetic(700).expect("it is whole");
-        let result = cast_rays(&config, &model, |_| {}).expect("polygons");
-        assert_eq!(result.disagree, Vec::<String>::new());
-        assert_eq!(result.rows.len(), config.kinds.len());
-        for row in &result.rows {
-            assert!(
-                row.outside.polygons_asked > 0.0 && row.any.polygons_asked <= row.inside.polygons_asked,
-                "{row:?}"
-            );
-            assert!(
-                row.growing.us.values >= FEWEST && row.neighbours.polygons_asked >= NEIGHBOURS as f64,
-                "{row:?}"
-            );
+        let rows = cast_rays(&config, &model, |_| {});
+        assert_eq!(rows.faults, Vec::<String>::new());
+        for kind in &config.kinds {
+            let of = |task: &str, figure: &str| rows.value(task, "scribble-700", kind.name(), figure);
+            let tests = |at: usize| of(TASKS[at], "exact_tests").expect("it is measured");
+            assert!(tests(0) > 0.0 && tests(2) <= tests(1), "{}", kind.name());
+            assert!(tests(4) >= NEIGHBOURS as f64, "{}", kind.name());
+            for task in TASKS {
+                assert!(of(task, "values") >= Some(FEWEST as f64), "{}, {task}", kind.name());
+            }
+            // Whoever looks at the nearest first looks at no more; equal places may take turns.
+            let [in_order, best_first] = WALKS.map(|walk| of(walk, "nodes").expect("it is measured"));
+            assert!(best_first <= in_order * 1.05 + 0.5, "{}", kind.name());
         }
         let empty = RaysModel::new("nothing", Vec::new(), Aabb::cube(Vec3::ZERO, 1.0));
-        assert!(cast_rays(&config, &empty, |_| {}).is_none());
+        assert!(cast_rays(&config, &empty, |_| {}).rows.is_empty());
     }
 }

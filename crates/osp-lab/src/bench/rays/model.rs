@@ -2,12 +2,13 @@
 
 use glam::Vec3;
 
-use crate::{Contender, scenes::Random};
+use crate::{Contender, bench::curves::synthetic_name, scenes::Random};
 use osp::{
     index::{IndexConfig, SpatialIndex},
     math::{Aabb, Ray},
     polygon::{ConvexPolygon, PolygonId},
 };
+use osp_rivals::Bsp;
 use osp_session::{recording::RecordingError, scene::Scene};
 
 /// Polygons numbered in the order in which they were drawn.
@@ -37,7 +38,7 @@ impl RaysModel {
         let drawing = super::super::growth::Drawing::new(polygons, polygons as usize)?;
         let mut shapes = drawing.shapes;
         shapes.truncate(polygons as usize);
-        Ok(Self::new("scribble", shapes, IndexConfig::default().root))
+        Ok(Self::new(&synthetic_name(polygons), shapes, IndexConfig::default().root))
     }
 
     pub(super) fn new(recording: &str, polygons: Vec<ConvexPolygon>, root: Aabb) -> Self {
@@ -63,8 +64,8 @@ impl RaysModel {
         // The boxes of a scene are finite and each id comes once.
         let filed = index.insert(id, &self.boxes[at]);
         debug_assert_eq!(filed, Ok(()));
-        if index.wants_shapes() {
-            index.shape(id, &self.polygons[at]);
+        if let Some(tree) = Bsp::of(index) {
+            tree.shape(id, &self.polygons[at]);
         }
     }
 }

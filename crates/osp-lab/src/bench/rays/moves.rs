@@ -3,13 +3,16 @@
 use osp_session::platform::time::Instant;
 
 use glam::Vec3;
-use serde::Serialize;
 
 use super::{
     model::{Questions, RaysModel},
     outline::{Order, Outline, Steps, walk},
 };
-use crate::{Contender, scenes::Random};
+use crate::{
+    Contender,
+    rows::{Curves, Rows},
+    scenes::Random,
+};
 use osp::{
     math::Aabb,
     polygon::{ConvexPolygon, PolygonId},
@@ -23,31 +26,14 @@ const STEP: f32 = 0.005;
 /// Larger models are left out: a rebuild a move takes too long.
 const MOST_POLYGONS: usize = 300_000;
 
-/// Boxes that a walk tests in trees after so many moves.
-#[derive(Clone, Debug, Serialize)]
-pub struct MovedRow {
-    /// Moves of every polygon.
-    pub moves: u32,
-    /// How far each is from where it was, of the model's diagonal.
-    pub moved_share: f64,
-    /// Box tests a ray in a SAH tree as it was built at first, its boxes refitted.
-    pub refitted: f64,
-    /// In a SAH tree built after the last move.
-    pub rebuilt: f64,
-    /// In `bvh-sah`, which refits until its boxes have grown by half, and then rebuilds.
-    pub bvh_sah: f64,
-    /// In `dynamic-bvh`, each polygon taken out and filed again.
-    pub dynamic_bvh: f64,
-    /// In `osp`, each polygon updated.
-    pub osp: f64,
-    /// The last move of all polygons with `bvh-sah`, `dynamic-bvh` and `osp`, nanoseconds a polygon.
-    pub update_ns_per_polygon: [f64; 3],
-}
+/// The trees: those whose updates are timed come first.
+const TREES: [&str; 5] = ["bvh-sah", "dynamic-bvh", "osp", "sah-refitted", "sah-rebuilt"];
+const TASK: &str = "rays/moved";
 
 /// Moves all polygons and looks at the trees in between; nothing for models that are too large.
-pub(super) fn refit_against_rebuild(model: &RaysModel, questions: &Questions) -> Vec<MovedRow> {
+pub(super) fn refit_against_rebuild(rows: &mut Rows, model: &RaysModel, questions: &Questions) {
     if model.boxes.len() > MOST_POLYGONS {
-        return Vec::new();
+        return;
     }
     let kinds = [IndexKind::BvhSah, IndexKind::DynamicBvh, IndexKind::Osp].map(Contender::Own);
     let mut indexes = kinds.map(|kind| model.filled(kind, model.boxes.len()));
@@ -55,7 +41,7 @@ pub(super) fn refit_against_rebuild(model: &RaysModel, questions: &Questions) ->
     let mut random = Random::new(2);
     let step_m = model.around().extent().length() * STEP;
     let directions: Vec<Vec3> = model.boxes.iter().map(|_| random.direction().as_vec3() * step_m).collect();
-    let mut rows = Vec::new();
+    let mut boxes_a_ray: Vec<(u32, [f64; 5])> = Vec::new();
     let mut update_ns = [0.0; 3];
     for moves in 0..=LOOKS[LOOKS.len() - 1] {
         let by = |at: usize| directions[at] * moves as f32;
@@ -87,18 +73,28 @@ pub(super) fn refit_against_rebuild(model: &RaysModel, questions: &Questions) ->
         };
         let [bvh_sah, dynamic_bvh, osp] =
             indexes.each_ref().map(|index| tests(&Outline::of(index.as_ref(), &moved.boxes)));
-        rows.push(MovedRow {
-            moves,
-            moved_share: f64::from(STEP) * f64::from(moves),
-            refitted: tests(&refitted),
-            rebuilt: tests(&Outline::of(rebuilt.as_ref(), &moved.boxes)),
-            bvh_sah,
-            dynamic_bvh,
-            osp,
-            update_ns_per_polygon: update_ns,
-        });
+        let rebuilt = tests(&Outline::of(rebuilt.as_ref(), &moved.boxes));
+        boxes_a_ray.push((moves, [bvh_sah, dynamic_bvh, osp, tests(&refitted), rebuilt]));
     }
-    rows
+    for (at, tree) in TREES.into_iter().enumerate() {
+        let mut figures = rows.of(TASK, &model.recording, tree);
+        for (moves, boxes) in &boxes_a_ray {
+            figures.value(&format!("boxes_after_{moves}_moves"), "1/ray", boxes[at]);
+        }
+        figures.maybe("update", "ns/polygon", update_ns.get(at).copied());
+    }
+    let line = |at: usize| {
+        let points =
+            boxes_a_ray.iter().map(|&(moves, boxes)| (f64::from(moves * 100) * f64::from(STEP), boxes[at]));
+        (TREES[at].to_owned(), points.collect())
+    };
+    rows.curves.push(Curves {
+        part: "rays",
+        title: format!("{}: refit against rebuild as polygons move", model.recording),
+        x: "moved, % of the model's diagonal",
+        y: "boxes a ray",
+        lines: (0..TREES.len()).map(line).collect(),
+    });
 }
 
 #[cfg(test)]
@@ -108,13 +104,15 @@ mod tests {
     #[test]
     fn a_refitted_tree_gets_worse_and_a_rebuilt_one_does_not() {
         let model = RaysModel::synthetic(2000).expect("it is whole");
-        let rows = refit_against_rebuild(&model, &Questions::new(&model, 50));
-        assert_eq!(rows.iter().map(|row| row.moves).collect::<Vec<_>>(), LOOKS);
-        let (first, last) = (&rows[0], &rows[rows.len() - 1]);
-        assert_eq!(first.refitted, first.rebuilt);
-        assert!(last.refitted > 2.0 * last.rebuilt, "{last:?}");
+        let mut rows = Rows::default();
+        refit_against_rebuild(&mut rows, &model, &Questions::new(&model, 50));
+        let boxes = |tree: &str, moves: u32| {
+            rows.value(TASK, "scribble-2000", tree, &format!("boxes_after_{moves}_moves")).expect("a look")
+        };
+        assert_eq!(boxes("sah-refitted", 0), boxes("sah-rebuilt", 0));
+        assert!(boxes("sah-refitted", 32) > 2.0 * boxes("sah-rebuilt", 32));
         // A tree of good splits is not always the best for these very rays.
-        assert!(rows.iter().all(|row| row.rebuilt <= row.refitted * 1.1), "{rows:?}");
-        assert!(last.bvh_sah < last.refitted, "it is built anew in time: {last:?}");
+        assert!(LOOKS.iter().all(|&at| boxes("sah-rebuilt", at) <= boxes("sah-refitted", at) * 1.1));
+        assert!(boxes("bvh-sah", 32) < boxes("sah-refitted", 32), "it is built anew in time");
     }
 }

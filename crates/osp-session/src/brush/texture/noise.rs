@@ -41,13 +41,13 @@ pub(crate) fn mix(a: f32, b: f32, part: f32) -> f32 {
 }
 
 /// 0 at and below `from`, 1 at and above `to`, smooth between.
-pub(crate) fn step(from: f32, to: f32, x: f32) -> f32 {
+pub fn step(from: f32, to: f32, x: f32) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
 /// A value on straight lines between points, which are in order.
-pub(crate) fn on_line(points: &[(f32, f32)], x: f32) -> f32 {
+pub fn on_line(points: &[(f32, f32)], x: f32) -> f32 {
     let after = points.partition_point(|point| point.0 <= x);
     match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
         (Some(a), Some(b)) => mix(a.1, b.1, (x - a.0) / (b.0 - a.0)),

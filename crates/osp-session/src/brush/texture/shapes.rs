@@ -28,11 +28,45 @@ pub(super) fn leaf(u: f32, v: f32) -> f32 {
     solid(on_line(&width, u) - aside(v), 0.52)
 }
 
-/// A glow with blurred rims.
+/// A plump drop of light: the widths at which its alpha is 1, a half and next to nothing, as parts of the whole, and how
+/// bright its middle line is.
 pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
-    let width = on_line(&[(0.0, 0.75), (0.15, 0.9), (0.3, 0.85), (0.6, 0.65), (0.9, 0.25), (1.0, 0.0)], u);
-    let soft = step(width * 0.5 + 0.275, width * 0.5 - 0.275, aside(v) * 0.5 + width * 0.25);
-    soft * step(0.0, 0.2, u) * step(1.0, 0.85, u)
+    const MIDDLE: [(f32, f32); 10] = [
+        (0.0, 0.0),
+        (0.02, 0.07),
+        (0.05, 0.22),
+        (0.1, 0.69),
+        (0.15, 1.0),
+        (0.7, 1.0),
+        (0.85, 0.81),
+        (0.93, 0.26),
+        (0.98, 0.05),
+        (1.0, 0.0),
+    ];
+    const SOLID: [(f32, f32); 6] =
+        [(0.1, 0.0), (0.15, 0.29), (0.3, 0.44), (0.5, 0.35), (0.7, 0.22), (0.85, 0.0)];
+    const HALF: [(f32, f32); 7] =
+        [(0.05, 0.3), (0.1, 0.45), (0.15, 0.6), (0.3, 0.65), (0.5, 0.55), (0.7, 0.43), (0.93, 0.2)];
+    const RIM: [(f32, f32); 9] = [
+        (0.02, 0.4),
+        (0.05, 0.66),
+        (0.1, 0.84),
+        (0.15, 0.91),
+        (0.3, 0.95),
+        (0.5, 0.84),
+        (0.7, 0.73),
+        (0.85, 0.57),
+        (0.95, 0.4),
+    ];
+    let [solid, half, rim] = [on_line(&SOLID, u), on_line(&HALF, u), on_line(&RIM, u)];
+    let off = aside(v);
+    // Two halves of a smooth step, of unequal width.
+    let fall = if off < half {
+        1.0 - 0.5 * (((off - solid) / (half - solid)).clamp(0.0, 1.0)).powi(2)
+    } else {
+        0.5 * (1.0 - ((off - half) / (rim - half)).clamp(0.0, 1.0)).powf(1.6)
+    };
+    on_line(&MIDDLE, u) * fall
 }
 
 /// A row of an atlas of four, and the place in it.
@@ -114,14 +148,21 @@ pub(super) fn taffy(u: f32, v: f32) -> f32 {
     solid(band(u, v, &widths, 0.1, 9).min(holes), 0.5)
 }
 
-/// A dry stroke, ragged at its far end; red, green and blue vary along it.
+/// A dry stroke, ragged at its far end; red, green and blue are even inside, and fall off in a narrow rim.
 pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
-    let widths = [(0.0, 0.3), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
-    let line = (v * 40.0) as i32;
-    let dry = mix(0.6, 1.1, random(line, 1, 10)) - u;
-    let inside = (on_line(&widths, u) - aside(v)).min(dry * 4.0);
-    let shade = octaves(u, v, (4, 24), 3, 11);
+    let inside = hypercolor_inside(u, v);
+    let streaks = 0.08 * (octaves(u, v, (3, 32), 2, 11) - 0.5);
+    let shade = mix(0.3, 0.84, step(0.0, 0.1, inside)) + streaks;
     [shade, shade, shade, solid(inside, 0.5)]
+}
+
+/// How far inside that stroke a place lies.
+fn hypercolor_inside(u: f32, v: f32) -> f32 {
+    let widths = [(0.0, 0.5), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
+    let line = (v * 40.0) as i32;
+    let dry = mix(0.6, 0.95, random(line, 1, 10)) - u;
+    let rim = 0.1 * (noise(u, (v > 0.5) as u8 as f32 * 0.5, (10, 2), 51) - 0.5);
+    (on_line(&widths, u) + rim - aside(v)).min(dry * 2.0).min(u * 8.0)
 }
 
 /// One dry streak of light: hairs that set in one after the other, nearly solid from there on, rounded at the end.
@@ -145,18 +186,41 @@ fn cell(u: f32, v: f32) -> (i32, f32, f32) {
     (u as i32 + 2 * v as i32, u.fract() * 2.0 - 1.0, v.fract() * 2.0 - 1.0)
 }
 
-/// Four puffs.
+/// Four lumpy puffs with a bright, narrow core.
 pub(super) fn smoke(u: f32, v: f32) -> f32 {
+    const PLAIN: [f32; 10] = [0.42, 0.42, 0.41, 0.36, 0.29, 0.2, 0.11, 0.05, 0.02, 0.0];
+    const CORES: [[f32; 10]; 4] = [
+        PLAIN,
+        PLAIN,
+        [0.48, 0.49, 0.46, 0.38, 0.27, 0.15, 0.05, 0.01, 0.0, 0.0],
+        [0.66, 0.64, 0.55, 0.42, 0.3, 0.17, 0.07, 0.02, 0.0, 0.0],
+    ];
     let (number, x, y) = cell(u, v);
-    let r = x.hypot(y) / 0.78;
-    let puff = 0.42 * (1.0 - r * r).max(0.0).powf(1.2);
-    puff * (0.4 + 1.2 * octaves(u, v, (8, 8), 3, 13 + number as u32)).min(1.0)
+    // A value in the middle of each tenth.
+    let at = (x.hypot(y) * 10.0 - 0.5).max(0.0);
+    let of = |i: usize| CORES[number as usize % 4].get(i).copied().unwrap_or(0.0);
+    let puff = mix(of(at as usize), of(at as usize + 1), at.fract());
+    let lumps = octaves(u, v, (10, 10), 2, 13 + number as u32) - 0.5;
+    puff * (1.0 + 1.1 * lumps)
 }
 
 /// A hot core and a halo.
 pub(super) fn ember(u: f32, v: f32) -> f32 {
     let r = aside(u).hypot(aside(v));
-    if r < 0.43 { 0.95 } else { 0.35 * (1.0 - (r - 0.43) / 0.57).max(0.0) }
+    const HALO: [(f32, f32); 11] = [
+        (0.4, 0.95),
+        (0.43, 0.36),
+        (0.55, 0.36),
+        (0.67, 0.28),
+        (0.72, 0.24),
+        (0.77, 0.19),
+        (0.82, 0.14),
+        (0.87, 0.1),
+        (0.92, 0.06),
+        (1.0, 0.02),
+        (1.01, 0.0),
+    ];
+    on_line(&HALO, r)
 }
 
 /// A soft glow; alpha is the hot core.
@@ -166,50 +230,76 @@ pub(super) fn dot(u: f32, v: f32) -> [f32; 4] {
     [glow, glow, glow, (1.0 - r / 0.12).max(0.0)]
 }
 
-/// A ring, brighter at its upper left; alpha is two glints.
+/// A film that brightens towards its rim, most at the top; alpha is two glints.
 pub(super) fn bubble(u: f32, v: f32) -> [f32; 4] {
     let (x, y) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
     let r = x.hypot(y);
-    let ring = step(0.6, 0.93, r) * step(0.99, 0.93, r);
-    let side = 0.5 + 0.5 * (-x + y) / (r * std::f32::consts::SQRT_2).max(0.01);
-    let bright = ring * mix(0.15, 0.9, side);
-    let glint = |cx: f32, cy: f32, size: f32| (1.0 - (x - cx).hypot(y - cy) / size).max(0.0);
-    let alpha = glint(-0.45, 0.5, 0.16).max(0.5 * glint(0.45, -0.5, 0.1));
-    [bright, bright, bright, alpha.min(1.0)]
+    const FILM: [(f32, f32); 8] = [
+        (0.4, 0.06),
+        (0.5, 0.08),
+        (0.6, 0.12),
+        (0.7, 0.19),
+        (0.8, 0.28),
+        (0.9, 0.38),
+        (0.95, 0.5),
+        (0.99, 0.5),
+    ];
+    // Turns from the right, against the clock.
+    const RIM: [f32; 9] = [0.59, 0.66, 0.72, 0.66, 0.61, 0.24, 0.06, 0.26, 0.59];
+    let turn = (y.atan2(x) / TAU).rem_euclid(1.0) * 8.0;
+    let i = (turn as usize).min(7);
+    let side = mix(RIM[i], RIM[i + 1], turn - i as f32);
+    let film = 0.06 + (on_line(&FILM, r) - 0.06) * side / 0.5;
+    let bright = film * step(1.0, 0.97, r);
+    let half_moon = {
+        let (dx, dy) = ((u - 0.3) / 0.08, (v - 0.73) / 0.08);
+        step(1.0, 0.85, dx.hypot(dy)) * (0.5 + 0.5 * (dy - dx) * 0.707).clamp(0.0, 1.0)
+    };
+    let dot = 0.33 * step(1.0, 0.85, (u - 0.74).hypot(v - 0.26) / 0.042);
+    [bright, bright, bright, half_moon.max(dot)]
 }
 
-/// A cross, another, a star of five points, a disc.
+/// A star of five points, a disc with a halo, and two crosses of thin arms.
 pub(super) fn stars(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let r = x.hypot(y);
     let cross = |x: f32, y: f32| {
-        let arm =
-            |along: f32, aside: f32| (1.0 - along.abs() / 0.9).max(0.0) * (1.0 - aside.abs() / 0.12).max(0.0);
-        (arm(x, y) + arm(y, x) + (1.0 - r / 0.3).max(0.0)).min(1.0)
+        let arm = |along: f32, off: f32| {
+            let half_width = mix(0.06, 0.035, along.abs());
+            step(half_width + 0.015, half_width - 0.015, off.abs()) * step(0.86, 0.82, along.abs())
+        };
+        arm(x, y).max(arm(y, x))
     };
+    const DISC: [(f32, f32); 6] =
+        [(0.43, 1.0), (0.47, 0.62), (0.52, 0.36), (0.57, 0.19), (0.62, 0.08), (0.67, 0.0)];
     match number {
-        0 => cross((x + y) * 0.707, (x - y) * 0.707),
-        1 => cross(x, y),
-        2 => {
-            let turn = (y.atan2(x) / TAU * 5.0 + 0.25).rem_euclid(1.0);
-            step(0.04, -0.04, r - mix(0.8, 0.35, aside(turn)))
+        0 => {
+            // The straight side from a point to the next notch.
+            let turn = ((y.atan2(x) / TAU * 5.0 - 0.25).rem_euclid(1.0) - 0.5).abs() * 2.0;
+            let (sin, cos) = ((1.0 - turn) * TAU / 10.0).sin_cos();
+            let (point, notch) = (0.95, 0.52);
+            let (notch_x, notch_y) = (notch * (TAU / 10.0).cos(), notch * (TAU / 10.0).sin());
+            let beyond = notch_y * (r * cos - point) - (notch_x - point) * (r * sin);
+            step(0.02, -0.02, beyond / notch_y.hypot(notch_x - point))
         }
-        _ => (1.0 - r / 0.7).max(0.0).powf(0.7),
+        1 => on_line(&DISC, r),
+        2 => cross((x + y) * 0.707, (x - y) * 0.707),
+        _ => cross(x, y),
     }
 }
 
-/// A crystal of six arms.
+/// A crystal of six arms with buds near their tips and hollow diamonds between.
 pub(super) fn snow(u: f32, v: f32) -> f32 {
     let (x, y) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
     let r = x.hypot(y);
-    let turn = (y.atan2(x) / TAU * 6.0).rem_euclid(1.0) - 0.5;
-    let (along, off) = (r * (turn * TAU / 6.0).cos(), (r * (turn * TAU / 6.0).sin()).abs());
-    let arm = step(0.1, 0.04, off) * step(0.95, 0.85, along);
-    let branch = |at: f32| {
-        let d = (along - at - off * 0.6).abs();
-        step(0.09, 0.03, d) * step(0.32, 0.26, off)
-    };
-    arm.max(branch(0.35)).max(branch(0.6)).min(1.0)
+    let turn = (y.atan2(x) / TAU * 6.0 + 0.12).rem_euclid(1.0) - 0.5;
+    let (sin, cos) = (turn * TAU / 6.0).sin_cos();
+    let (along, off) = (r * cos, (r * sin).abs());
+    let arm = step(0.075, 0.045, off) * step(0.9, 0.85, along);
+    let bud = |at: f32| step(0.07, 0.04, (along - at - off * 0.6).abs()) * step(0.2, 0.15, off);
+    let diamond = ((along - 0.35).abs() / 0.11 + off / 0.15 - 1.0).abs();
+    let core = step(0.2, 0.15, r);
+    arm.max(bud(0.55)).max(bud(0.72)).max(step(0.4, 0.25, diamond)).max(core)
 }
 
 /// Four splats with droplets.
@@ -227,14 +317,26 @@ pub(super) fn splatter(u: f32, v: f32) -> f32 {
     solid(inside, 0.2)
 }
 
-/// Four bunches of hairs.
+/// Four bunches of hairs, which lean, fan out, and are of very different width.
 pub(super) fn bristles(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
-    let line = ((y * 0.5 + 0.5) * 22.0) as i32;
-    let at = |k: i32| random(line, k, 16 + number as u32);
-    let ends = (0.84 * mix(0.6, 1.0, at(0)) - x).min(x + 0.84 * mix(0.6, 1.0, at(1)));
-    let fine = 0.22 - ((y * 0.5 + 0.5) * 22.0).fract().mul_add(1.0, -0.5).abs();
-    solid((0.56 - y.abs()).min(ends).min(fine), 0.25)
+    let oval = 1.0 - (x / 0.9).powi(2);
+    let mut alpha = 0.025_f32;
+    for hair in 0..18 {
+        let at = |k: i32| random(hair, k, 16 + 8 * number as u32);
+        let place = (hair as f32 + at(0)) / 9.0 - 1.0;
+        let line =
+            0.58 * place * (1.0 + 0.25 * x) + 0.14 * x + 0.12 * (at(1) - 0.5) * (x * 2.5 + 6.0 * at(2)).sin();
+        let half_width = mix(0.008, 0.055, at(3).powi(3));
+        let (from, to) = (-0.9 * mix(0.5, 1.0, at(4)), 0.9 * mix(0.5, 1.0, at(5)));
+        let taper = ((x - from).min(to - x) * 3.0).clamp(0.0, 1.0);
+        let inside = half_width * taper - (y - line).abs();
+        let covered = (inside * 32.0 + 0.5).clamp(0.0, 1.0)
+            * mix(0.45, 1.0, at(6))
+            * taper.min(oval.max(0.0) * 4.0).min(1.0);
+        alpha = alpha.max(covered);
+    }
+    alpha
 }
 
 /// Four leaves with lobes.
@@ -251,14 +353,44 @@ pub(super) fn disc(u: f32, v: f32) -> f32 {
     solid(0.985 - aside(u).hypot(aside(v)), 0.5)
 }
 
-/// Wisps of flames; alpha is denser.
+/// Thin curls of flames on black; alpha has them, too, and a faint net everywhere, which tears them as it moves.
 pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
-    let rims = step(0.0, 0.12, u) * step(1.0, 0.5, u) * step(0.95, 0.5, aside(v));
-    let bent = v + 0.08 * (octaves(u, v, (3, 3), 2, 17) - 0.5);
-    let wisps = 1.0 - (octaves(u, bent, (2, 7), 3, 18) - 0.5).abs() * 9.0;
-    let dense = octaves(u, v, (4, 6), 3, 19);
-    let bright = wisps.clamp(0.0, 1.0) * rims * 0.9;
-    [bright, bright, bright, (dense * rims * 1.6).min(1.0)]
+    const ALONG: [(f32, f32); 9] = [
+        (0.0, 0.0),
+        (0.06, 0.25),
+        (0.19, 0.75),
+        (0.31, 1.0),
+        (0.44, 1.2),
+        (0.56, 1.2),
+        (0.66, 0.75),
+        (0.75, 0.3),
+        (0.85, 0.0),
+    ];
+    const ACROSS: [(f32, f32); 9] = [
+        (0.0, 0.0),
+        (0.07, 0.25),
+        (0.19, 0.85),
+        (0.31, 1.0),
+        (0.44, 1.1),
+        (0.69, 1.1),
+        (0.8, 0.85),
+        (0.92, 0.1),
+        (1.0, 0.0),
+    ];
+    let heat = on_line(&ALONG, u) * on_line(&ACROSS, v);
+    let bent_u = u + 0.06 * (octaves(u, v, (3, 3), 2, 17) - 0.5);
+    let bent_v = v + 0.22 * (octaves(u, v, (4, 4), 2, 50) - 0.5);
+    let line = |level: f32, width: f32| (1.0 - (level - 0.5).abs() / (0.115 * width + 1.0e-6)).max(0.0);
+    let level = octaves(bent_u, bent_v, (3, 9), 2, 18);
+    let curls = line(level, heat).max(0.8 * line(octaves(bent_u + 0.3, bent_v, (4, 7), 2, 60), 0.8 * heat));
+    let torn = step(0.25, 0.5, octaves(u, v, (5, 6), 2, 70));
+    let patch = 0.9 * step(1.2, 0.5, ((u - 0.6) / 0.06).hypot((v - 0.35) / 0.05)) * torn;
+    // A faint glow around the curls.
+    let glow = 0.05 * line(level, 1.9 * heat) * step(0.0, 0.3, heat);
+    let bright = ((curls * torn).powf(2.2) * heat.min(1.0).powf(0.4)).max(patch).max(glow);
+    let net = line(octaves(u, v, (6, 6), 3, 80), 1.0);
+    let alpha = (0.24 * net + 0.03 + 0.08 * noise(u, v, (8, 8), 90)).max(bright.powf(0.7));
+    [bright, bright, bright, alpha.min(1.0)]
 }
 
 /// A torn strip, without ends.
@@ -274,11 +406,31 @@ pub(super) fn tape(u: f32, v: f32) -> [f32; 4] {
     [weave, weave, weave, solid(0.92 - frayed - aside(v), 0.2)]
 }
 
-/// Slabs of a palette knife with cracks, without ends.
+/// Plates of a palette knife with narrow cracks between them and flames at both sides, without ends.
 pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
-    let rim = octaves(u, (v > 0.5) as u8 as f32 * 0.5, (7, 2), 2, 23) - 0.5;
-    let cracks = octaves(u + 0.4 * v, v, (9, 13), 3, 24) - 0.36;
-    solid((0.76 + 0.4 * rim - aside(v)).min(cracks), 0.5)
+    solid(thick_paint_inside(u, v), 0.5)
+}
+
+/// How far inside a plate a place lies.
+fn thick_paint_inside(u: f32, v: f32) -> f32 {
+    // Spikes lean.
+    let lean = u + 0.12 * aside(v);
+    let spikes = octaves(lean, (v > 0.5) as u8 as f32 * 0.5, (11, 2), 2, 23) - 0.5;
+    let outline = 0.72 + 0.6 * spikes - aside(v);
+    // Plates are the places nearest to a point each, of which there are four by three.
+    let bent = |x: f32, y: f32, seed: u32| 0.06 * (octaves(x, y, (8, 8), 2, seed) - 0.5);
+    let (x, y) = ((u + bent(u, v, 53)) * 4.0, (v + bent(u, v, 54)) * 3.6 - 0.3);
+    let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
+    for i in -1..=1 {
+        for j in -1..=1 {
+            let (column, row) = (x.floor() as i32 + i, y.floor() as i32 + j);
+            let at = |k: u32| 0.15 + 0.7 * random(column.rem_euclid(4), row, 55 + k);
+            let d = (column as f32 + at(0) - x).hypot(row as f32 + at(1) - y);
+            (first, second) = if d < first { (d, first) } else { (first, second.min(d)) };
+        }
+    }
+    let crack = 0.045 * noise(u, v, (6, 6), 57).powi(2);
+    outline.min((second - first) * 0.25 - crack)
 }
 
 /// Chips with ragged rims, without ends.
@@ -319,12 +471,26 @@ pub(super) fn wing(u: f32, v: f32) -> f32 {
     solid(0.93 + 0.06 * (noise(u, v, (24, 24), 30) - 0.5) - aside(v), 0.9)
 }
 
-/// A thin tracer with a bright head.
+/// Two hairlines that brighten towards a bar which joins them.
 pub(super) fn streamer(u: f32, v: f32) -> [f32; 4] {
-    let head = step(0.6, 0.66, u) * step(0.78, 0.72, u);
-    let tail = step(0.1, 0.65, u) * step(0.7, 0.6, u) * 0.15;
-    let bright = (head.max(tail) * step(0.25, 0.08, aside(v) * 0.5)).min(1.0);
-    [bright, bright, bright, bright]
+    const LINES: [(f32, f32); 11] = [
+        (0.07, 0.0),
+        (0.1, 0.035),
+        (0.2, 0.07),
+        (0.3, 0.13),
+        (0.4, 0.22),
+        (0.5, 0.33),
+        (0.6, 0.43),
+        (0.65, 0.58),
+        (0.7, 0.9),
+        (0.73, 0.9),
+        (0.735, 0.0),
+    ];
+    let within =
+        |x: f32, from: f32, to: f32| step(from - 0.005, from + 0.005, x) * step(to + 0.005, to - 0.005, x);
+    let lines = within(v, 0.457, 0.472).max(within(v, 0.562, 0.58)) * on_line(&LINES, u);
+    let bright = lines.max(within(u, 0.66, 0.73) * within(v, 0.457, 0.577));
+    [bright, bright, bright, 1.0]
 }
 
 /// Soft blobs of red, green and blue.

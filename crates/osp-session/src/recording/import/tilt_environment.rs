@@ -46,15 +46,7 @@ struct Preset {
 #[derive(Debug, Deserialize)]
 enum Sky {
     Gradient(Vec3, Vec3),
-    Picture {
-        down: [u8; 3],
-        up: [u8; 3],
-        tint: Vec3,
-        exposure: f32,
-        /// Details of the sky that a gradient does not show.
-        #[serde(default)]
-        shows: Option<String>,
-    },
+    Picture { down: [u8; 3], up: [u8; 3], tint: Vec3, exposure: f32 },
 }
 
 static PRESETS: LazyLock<Vec<Preset>> = LazyLock::new(|| {
@@ -127,14 +119,10 @@ pub(super) fn read(
         Some(preset) => preset.environment(),
         None => Environment { preset: String::new(), floor: None, ..usual().environment() },
     };
-    let mut shows_preset_sky = true;
     if let Some(sky) = &sky {
         let changed = sky.change(&environment);
         match changed.check() {
-            Ok(()) => {
-                environment = changed;
-                shows_preset_sky = sky.gradient_colors.is_none();
-            }
+            Ok(()) => environment = changed,
             Err(expected) => fields.warn(format_args!("expected {expected} in `Environment`; found others")),
         }
         if let Some(name) = sky.skybox.as_ref().filter(|name| !name.is_empty()) {
@@ -149,12 +137,8 @@ pub(super) fn read(
         }
     }
     if let Some(preset) = preset {
-        let shown = match &preset.sky {
-            Sky::Picture { shows, .. } if shows_preset_sky => shows.as_ref(),
-            _ => None,
-        };
-        let missing = shown.into_iter().chain(&preset.scenery);
-        left_out.extend(missing.map(|what| format!("{what} of the environment {}", preset.name)));
+        left_out
+            .extend(preset.scenery.iter().map(|what| format!("{what} of the environment {}", preset.name)));
     }
     let environment = in_canvas(environment, scene_from_canvas);
     match environment.check() {
@@ -192,7 +176,7 @@ impl Preset {
     fn environment(&self) -> Environment {
         let sky = match self.sky {
             Sky::Gradient(down, up) => [down, up],
-            Sky::Picture { down, up, tint, exposure, .. } => {
+            Sky::Picture { down, up, tint, exposure } => {
                 [down, up].map(|bytes| color(bytes) * tint * exposure)
             }
         };

@@ -1,0 +1,83 @@
+//! `osp race`: structures on one session in turns, frame by frame.
+
+use super::{
+    bench::command,
+    outcome::Outcome,
+    output::{complain, say},
+    outputs::Outputs,
+    race_args::RaceArgs,
+    race_view::RaceView,
+    session::{OpenSession, Reader},
+    version,
+};
+use osp_lab::{
+    Machine,
+    bench::{RaceError, RaceInput, RaceReport, race},
+};
+use osp_session::{
+    output_file::OutputKind,
+    recording::{Event, Header, RecordingError, SynthKind, synthesize},
+    replay::{CameraPath, Summary, root_cube, summarize},
+};
+
+pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
+    args.check()?;
+    let mut outputs = Outputs::new(args.force).reads(&args.file);
+    let csv = outputs.add_any("--csv", args.csv.as_ref(), OutputKind::Csv)?;
+    let report = match (&args.file, args.synth) {
+        (Some(file), _) => {
+            // A thread that reads ahead would take a core from the structures, or their own.
+            let open = || OpenSession::read_by(Reader::Here, file, &args.reading);
+            let mut session = open()?;
+            let (summary, _, read) = summarize(&mut session, args.pace);
+            session.notes().warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+            read?;
+            args.reading.check_frames(file, &summary, args.pace)?;
+            let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+            race_on(args, &name, &session.header, summary, open()?)
+        }
+        (None, polygons) => {
+            let open = || synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
+            let session = open();
+            let header = session.header.clone();
+            let (summary, _, read) = summarize(session, args.pace);
+            read?;
+            race_on(args, &header.source, &header, summary, open())
+        }
+    };
+    let report = match report {
+        Ok(report) => report,
+        Err(error @ RaceError::Differ { .. }) => {
+            complain(&error.to_string());
+            return Ok(Outcome::CheckFailed);
+        }
+        Err(RaceError::Recording(error)) => return Err(error.into()),
+    };
+    if let Some(output) = csv {
+        output.write(report.rows.to_csv().as_bytes())?;
+    }
+    say(&if args.json { report.to_json() } else { report.to_text() })?;
+    Ok(Outcome::Done)
+}
+
+fn race_on(
+    args: &RaceArgs,
+    name: &str,
+    header: &Header,
+    summary: Summary,
+    events: impl Iterator<Item = Result<Event, RecordingError>>,
+) -> Result<RaceReport, RaceError> {
+    let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
+    let input = RaceInput {
+        recording: name.to_owned(),
+        summary,
+        pace: args.pace,
+        camera: (camera, args.camera.name()),
+        root: root_cube(header, &summary.bounds),
+        kinds: args.index.clone(),
+    };
+    let mut view = RaceView::new();
+    let race = race(&input, events, |race| view.show(race))?;
+    view.finish();
+    Ok(RaceReport::new(&race, Machine::here(version::COMMIT), command()))
+}

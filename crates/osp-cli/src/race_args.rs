@@ -1,0 +1,73 @@
+//! The arguments of `osp race`.
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use clap::Args;
+
+use super::{bench_args::contender_parser, parsers::camera_parser, reading::ReadArgs};
+use osp_lab::Contender;
+use osp_session::{recording::Pace, replay::CameraChoice};
+
+/// Race structures on one session, frame by frame, and see which of them keep up with 90 frames a second.
+///
+/// Each structure gets the same polygons and the same view in every frame. One thread runs all of them in turns, and
+/// another one begins each frame. A frame is insertion, commit and culling; nothing is drawn. All structures must have
+/// the same polygons in view in every frame.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp race recordings/portrait.ron
+  osp race --synth 150000
+  osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
+
+On a terminal each structure shows the time of the latest frame, a strip chart of the frames before
+(its full height is 11.1 ms, a frame at 90 Hz; longer frames are red), its longest frame, and how many
+frames took longer than 11.1 ms. At the end comes the verdict in one sentence, and a table.
+The exit code is 1 if two structures saw different polygons.
+`osp replay --help` describes the indexes.")]
+pub(super) struct RaceArgs {
+    /// The session, of any format that replay reads.
+    #[arg(required_unless_present = "synth", conflicts_with = "synth")]
+    pub(super) file: Option<PathBuf>,
+    /// Race on a synthetic session of loose strokes with so many polygons instead.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub(super) synth: Option<u32>,
+    /// Two to four structures, separated by commas.
+    #[arg(long, value_delimiter = ',', default_value = "osp,octree-rebuild", value_parser = contender_parser())]
+    pub(super) index: Vec<Contender>,
+    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    pub(super) camera: CameraChoice,
+    /// Write every figure to a CSV file, one per line.
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<PathBuf>,
+    /// Print one JSON object instead of the verdict and the table.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Let an output replace a file of another kind, even a session, but never the file that is read.
+    #[arg(long)]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) reading: ReadArgs,
+}
+
+impl RaceArgs {
+    /// Refuses numbers of structures that make no race.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        let found = self.index.len();
+        ensure!((2..=4).contains(&found), "--index: expected two to four structures; found {found}");
+        for (at, kind) in self.index.iter().enumerate() {
+            let name = kind.name();
+            ensure!(
+                !self.index[..at].contains(kind),
+                "--index: expected each structure once; found {name} twice"
+            );
+        }
+        Ok(())
+    }
+}

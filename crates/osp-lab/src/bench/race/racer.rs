@@ -1,0 +1,67 @@
+use osp::frame::FrameRecord;
+use osp_session::recording::Pace;
+
+/// A structure in a race, and how long its frames took.
+#[derive(Clone, Debug)]
+pub struct Racer {
+    name: &'static str,
+    times_ns: Vec<u64>,
+    missed: u64,
+    first_missed: Option<u64>,
+    longest_ns: u64,
+    bytes: usize,
+}
+
+impl Racer {
+    /// Time of a frame at 90 Hz, the rate of common headsets, nanoseconds.
+    pub const MOST_NS: u64 = (1.0e9 / Pace::FRAMES_A_SECOND) as u64;
+
+    pub(super) fn new(name: &'static str) -> Self {
+        Self { name, times_ns: Vec::new(), missed: 0, first_missed: None, longest_ns: 0, bytes: 0 }
+    }
+
+    /// Takes the time of a frame.
+    pub(super) fn add(&mut self, record: &FrameRecord) {
+        let ns = record.total_ns();
+        self.times_ns.push(ns);
+        self.longest_ns = self.longest_ns.max(ns);
+        if ns > Self::MOST_NS {
+            self.missed += 1;
+            self.first_missed.get_or_insert(record.polygons);
+        }
+    }
+
+    /// Takes the memory of the structure after the last frame.
+    pub(super) fn ends(&mut self, bytes: usize) {
+        self.bytes = bytes;
+    }
+
+    /// Its name on the command line.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Insertion, commit and culling of each frame, nanoseconds.
+    pub fn times_ns(&self) -> &[u64] {
+        &self.times_ns
+    }
+
+    /// Frames that took longer than [`Racer::MOST_NS`].
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Polygons in the model at the first such frame.
+    pub fn first_missed(&self) -> Option<u64> {
+        self.first_missed
+    }
+
+    /// The longest frame, nanoseconds.
+    pub fn longest_ns(&self) -> u64 {
+        self.longest_ns
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes
+    }
+}

@@ -1,0 +1,151 @@
+use serde::Serialize;
+
+use super::{Race, Racer};
+use crate::{
+    Machine,
+    report::{one_line, short, thousands},
+    rows::Rows,
+};
+
+const PART: &str = "race";
+
+/// What a run of `osp race` found.
+#[derive(Clone, Debug, Serialize)]
+pub struct RaceReport {
+    /// The outcome in one sentence.
+    pub verdict: String,
+    /// Where it was measured.
+    pub machine: Machine,
+    /// The arguments that repeat it.
+    pub command: String,
+    /// What was measured.
+    #[serde(flatten)]
+    pub rows: Rows,
+}
+
+impl RaceReport {
+    /// The report on a race that has ended.
+    pub fn new(race: &Race, machine: Machine, command: String) -> Self {
+        Self { verdict: verdict(race), machine, command, rows: rows(race) }
+    }
+
+    /// The report as one JSON object on one line.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+    }
+
+    /// The report as text: the verdict, a table, the machine.
+    pub fn to_text(&self) -> String {
+        format!("{}\n{}\n\n{}", self.verdict, self.rows.all_tables(|_| true), self.machine.text())
+    }
+}
+
+/// One sentence on all structures.
+fn verdict(race: &Race) -> String {
+    let of = |racer: &Racer| {
+        let (name, longest) = (racer.name(), milliseconds(racer.longest_ns()));
+        match racer.first_missed() {
+            None => format!("{name} never took longer than {longest} ms"),
+            Some(polygons) => format!(
+                "{name} missed 90 Hz in {} {}, first at {} polygons, and took {longest} ms in the longest",
+                thousands(racer.missed()),
+                if racer.missed() == 1 { "frame" } else { "frames" },
+                thousands(polygons)
+            ),
+        }
+    };
+    let said = match race.frames {
+        0 => "there is nothing to measure".to_owned(),
+        _ => race.racers.iter().map(of).collect::<Vec<_>>().join("; "),
+    };
+    let (polygons, frames) = (thousands(race.polygons), thousands(race.frames));
+    format!("On {} ({polygons} polygons, {frames} frames) {said}.", one_line(&race.recording))
+}
+
+/// A time in milliseconds: three digits, or whole microseconds.
+fn milliseconds(ns: u64) -> String {
+    match ns as f64 / 1.0e6 {
+        ms if ms < 1.0 => format!("{ms:.3}"),
+        ms => short(ms),
+    }
+}
+
+fn rows(race: &Race) -> Rows {
+    let mut rows = Rows::default();
+    rows.part(PART, "Race: insertion, commit and culling of each frame");
+    rows.note(
+        PART,
+        "One thread, thus one core, runs all structures in turns; another one begins each frame.",
+    );
+    rows.note(
+        PART,
+        "Missed: frames of more than 11.1 ms (90 Hz). What other programs take of the core is in the times.",
+    );
+    rows.note(PART, "All structures saw the same polygons in every frame.");
+    let name = race.recording.as_str();
+    rows.note(PART, format!("{name}: {}, camera {}.", race.pace, race.camera));
+    rows.of(PART, name, "").value("polygons", "polygons", race.polygons as f64).value(
+        "frames",
+        "frames",
+        race.frames as f64,
+    );
+    for racer in &race.racers {
+        let us = racer.times_ns().iter().map(|&ns| ns as f64 / 1000.0).collect();
+        rows.of(PART, name, racer.name())
+            .spread("frame", us)
+            .value("missed", "frames", racer.missed() as f64)
+            .maybe("first_missed_at", "polygons", racer.first_missed().map(|polygons| polygons as f64))
+            .value("memory", "bytes/polygon", racer.bytes() as f64 / race.present.max(1) as f64);
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::frame::{FrameRecord, Stage};
+    use osp_session::recording::Pace;
+
+    fn race(frames_us: [&[u64]; 2]) -> Race {
+        let racer = |(name, us): (&'static str, &[u64])| {
+            let mut racer = Racer::new(name);
+            for (frame, us) in us.iter().enumerate() {
+                let cull = Stage { ns: us * 1000, allocations: 0 };
+                let polygons = 1000 * (frame as u64 + 1);
+                racer.add(&FrameRecord { frame: frame as u64, polygons, cull, ..FrameRecord::default() });
+            }
+            racer
+        };
+        Race {
+            recording: "a\u{7}.ron".to_owned(),
+            pace: Pace::Samples(16),
+            camera: "auto",
+            frames: frames_us[0].len() as u64,
+            polygons: 3000,
+            present: 3000,
+            racers: [("osp", frames_us[0]), ("octree-rebuild", frames_us[1])].map(racer).into(),
+        }
+    }
+
+    #[test]
+    fn the_verdict_is_one_sentence_on_each_structure() {
+        let slow = race([&[8, 84, 7], &[11_111, 11_112, 15_240]]);
+        assert_eq!(
+            verdict(&slow),
+            "On a\\u{7}.ron (3,000 polygons, 3 frames) osp never took longer than 0.084 ms; octree-rebuild missed \
+             90 Hz in 2 frames, first at 2,000 polygons, and took 15.2 ms in the longest."
+        );
+        let value = |index, figure| rows(&slow).value(PART, "a\u{7}.ron", index, figure);
+        assert_eq!([value("osp", "missed"), value("octree-rebuild", "missed")], [Some(0.0), Some(2.0)]);
+        assert_eq!(value("osp", "first_missed_at"), None);
+        assert_eq!(value("octree-rebuild", "first_missed_at"), Some(2000.0));
+        assert_eq!(value("octree-rebuild", "frame_max"), Some(15_240.0));
+        let one = verdict(&race([&[12_000], &[250]]));
+        assert!(
+            one.contains("osp missed 90 Hz in 1 frame, first at 1,000 polygons, and took 12.0 ms"),
+            "{one}"
+        );
+        assert!(one.contains("octree-rebuild never took longer than 0.250 ms."), "{one}");
+        assert!(verdict(&race([&[], &[]])).ends_with("there is nothing to measure."));
+    }
+}

@@ -1,0 +1,259 @@
+use thiserror::Error;
+
+use super::Racer;
+use crate::Contender;
+use osp::{
+    frame::{Pipeline, StageClock},
+    index::{IndexConfig, SpatialIndex},
+    math::Aabb,
+};
+use osp_session::{
+    recording::{Event, Pace, RecordingError},
+    replay::{Budget, CameraPath, Lane, Player, Replay, Summary},
+};
+
+/// A session that structures race on.
+#[derive(Clone, Debug)]
+pub struct RaceInput {
+    /// Name of the recording.
+    pub recording: String,
+    /// What it holds at this pace.
+    pub summary: Summary,
+    /// How much of it a frame takes.
+    pub pace: Pace,
+    /// The camera's path, and its name.
+    pub camera: (CameraPath, &'static str),
+    /// The modelling volume.
+    pub root: Aabb,
+    /// The structures.
+    pub kinds: Vec<Contender>,
+}
+
+/// Why a race has no end.
+#[derive(Debug, Error)]
+pub enum RaceError {
+    /// The recording is damaged.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Two structures do not have the same polygons in view.
+    #[error("{recording}: {first} and {second} saw different polygons in frame {frame}")]
+    Differ {
+        /// Name of the recording.
+        recording: String,
+        /// A structure.
+        first: &'static str,
+        /// The structure that differs from it.
+        second: &'static str,
+        /// The first frame in which they differ, from 0.
+        frame: u64,
+    },
+}
+
+/// A race after some of its frames.
+#[derive(Clone, Debug)]
+pub struct Race {
+    pub(super) recording: String,
+    pub(super) pace: Pace,
+    pub(super) camera: &'static str,
+    /// Frames and polygons of the whole session.
+    pub(super) frames: u64,
+    pub(super) polygons: u64,
+    /// Polygons in the model now.
+    pub(super) present: u64,
+    pub(super) racers: Vec<Racer>,
+}
+
+impl Race {
+    fn new(input: &RaceInput, names: impl Iterator<Item = &'static str>) -> Self {
+        Self {
+            recording: input.recording.clone(),
+            pace: input.pace,
+            camera: input.camera.1,
+            frames: input.summary.frames,
+            polygons: input.summary.counts.polygons,
+            present: 0,
+            racers: names.map(Racer::new).collect(),
+        }
+    }
+
+    /// Name of the recording.
+    pub fn recording(&self) -> &str {
+        &self.recording
+    }
+
+    /// Frames of the whole session.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Polygons in the model after the last frame that was played.
+    pub fn present(&self) -> u64 {
+        self.present
+    }
+
+    /// The structures in the order of the input.
+    pub fn racers(&self) -> &[Racer] {
+        &self.racers
+    }
+}
+
+/// Plays a session through the structures. `progress` is called after every frame. A frame is insertion, commit and culling for the
+/// session's own view; nothing is drawn. One thread does everything, and another structure begins each frame.
+///
+/// # Errors
+/// The recording is damaged, or two structures do not see the same polygons.
+pub fn race<I>(input: &RaceInput, events: I, progress: impl FnMut(&Race)) -> Result<Race, RaceError>
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
+    let config = IndexConfig { root: input.root, capacity };
+    let indexes = input.kinds.iter().map(|kind| kind.create(&config)).collect();
+    race_of(input, indexes, events, progress)
+}
+
+/// The race of these structures, which are empty.
+fn race_of<I>(
+    input: &RaceInput,
+    indexes: Vec<Box<dyn SpatialIndex>>,
+    events: I,
+    mut progress: impl FnMut(&Race),
+) -> Result<Race, RaceError>
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
+    let mut race = Race::new(input, indexes.iter().map(|index| index.name()));
+    let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
+    // Every frame is measured, however long it takes.
+    let budget = Budget { ns: u64::MAX, frames: input.summary.frames };
+    let lane = |index| Lane::new(Pipeline::new(index, capacity, StageClock::default()), budget);
+    let lanes = indexes.into_iter().map(lane).collect();
+    let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
+    while let Some(outcomes) = replay.step()? {
+        let mut first = None;
+        for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
+            let Some(frame) = outcome else { continue };
+            racer.add(&frame.record);
+            race.present = frame.record.polygons;
+            let &mut (name, in_view) = first.get_or_insert((racer.name(), frame.in_view));
+            if frame.in_view != in_view {
+                return Err(RaceError::Differ {
+                    recording: race.recording,
+                    first: name,
+                    second: racer.name(),
+                    frame: frame.record.frame,
+                });
+            }
+        }
+        progress(&race);
+    }
+    for (racer, lane) in race.racers.iter_mut().zip(replay.lanes()) {
+        racer.ends(lane.pipeline().bytes());
+    }
+    Ok(race)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::{
+        index::{BruteForce, DrawList, IndexError, Visitor, WorkCounts},
+        math::Frustum,
+        polygon::PolygonId,
+    };
+    use osp_rivals::IndexKind;
+    use osp_session::{
+        recording::{Header, SynthKind, synthesize},
+        replay::{CameraChoice, root_cube, summarize},
+    };
+
+    fn events() -> impl Iterator<Item = Result<Event, RecordingError>> {
+        synthesize(SynthKind::Scribble, 200, 1)
+    }
+
+    fn input() -> RaceInput {
+        let pace = Pace::Samples(16);
+        let (summary, _, read) = summarize(events(), pace);
+        read.expect("a whole session");
+        let camera = CameraPath::new(CameraChoice::Orbit, None, &summary.bounds);
+        RaceInput {
+            recording: "s".to_owned(),
+            summary,
+            pace,
+            camera: (camera, CameraChoice::Orbit.name()),
+            root: root_cube(&Header::new("", ""), &summary.bounds),
+            kinds: vec![Contender::Own(IndexKind::Osp), Contender::Own(IndexKind::OctreeRebuild)],
+        }
+    }
+
+    /// Has all polygons but one.
+    #[derive(Debug)]
+    struct Loses(BruteForce, PolygonId);
+
+    impl SpatialIndex for Loses {
+        fn name(&self) -> &'static str {
+            "loses"
+        }
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+        fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+            if id == self.1 { Ok(()) } else { self.0.insert(id, bounds) }
+        }
+        fn remove(&mut self, id: PolygonId) -> Result<(), IndexError> {
+            self.0.remove(id)
+        }
+        fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
+            if id == self.1 { Ok(()) } else { self.0.update(id, bounds) }
+        }
+        fn commit(&mut self) {
+            self.0.commit();
+        }
+        fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
+            self.0.frustum_cull(frustum, draw_list)
+        }
+        fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
+            self.0.traverse(frustum, visitor)
+        }
+        fn validate(&self) -> Result<(), String> {
+            self.0.validate()
+        }
+        fn bytes(&self) -> usize {
+            self.0.bytes()
+        }
+        fn clear(&mut self) {
+            self.0.clear();
+        }
+    }
+
+    #[test]
+    fn every_structure_is_measured_in_every_frame() {
+        let input = input();
+        let mut played = Vec::new();
+        let race = race(&input, events(), |race| {
+            let frames = race.racers().iter().map(|racer| racer.times_ns().len()).collect::<Vec<_>>();
+            played.push((frames, race.present()));
+        });
+        let race = race.expect("all see the same");
+        assert_eq!(played.len() as u64, input.summary.frames);
+        for (at, (frames, present)) in played.iter().enumerate() {
+            assert_eq!(frames, &[at + 1, at + 1]);
+            assert!(*present > 0 || at == 0, "frame {at}");
+        }
+        assert!(race.racers().iter().all(|racer| racer.times_ns().iter().all(|&ns| ns > 0)));
+    }
+
+    #[test]
+    fn a_structure_that_loses_a_polygon_is_found_in_the_frame_in_which_it_does() {
+        let input = input();
+        let of = |lost| -> Vec<Box<dyn SpatialIndex>> {
+            vec![Box::new(BruteForce::default()), Box::new(Loses(BruteForce::default(), PolygonId(lost)))]
+        };
+        let mut frames = 0;
+        let error = race_of(&input, of(100), events(), |_| frames += 1).expect_err("one is lost");
+        let said = format!("s: brute-force and loses saw different polygons in frame {frames}");
+        assert_eq!(error.to_string(), said);
+        assert!(frames > 1, "the frames before are those of a race");
+        assert!(race_of(&input, of(u32::MAX), events(), |_| ()).is_ok(), "there is none with this number");
+    }
+}

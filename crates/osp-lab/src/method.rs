@@ -1,0 +1,126 @@
+use osp::{
+    frame::{PassConfig, Pipeline},
+    occlusion::{Occlusion, OcclusionCuller, Soundness},
+};
+#[cfg(feature = "render")]
+use osp_render::GpuOcclusion;
+use osp_rivals::RivalOcclusion;
+
+/// Every method of occlusion culling that a frame can have: the culler's own, and those of the rivals and of the renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Method {
+    /// The culler's own.
+    Own(Occlusion),
+    /// One that the culler's own are compared with.
+    Rival(RivalOcclusion),
+    /// While drawing, by a depth pyramid on the GPU; the CPU culls by the frustum only.
+    Hzb,
+    /// While drawing, by hardware occlusion queries; the CPU culls by the frustum only.
+    Queries,
+}
+
+impl From<Occlusion> for Method {
+    fn from(own: Occlusion) -> Self {
+        Self::Own(own)
+    }
+}
+
+impl From<RivalOcclusion> for Method {
+    fn from(rival: RivalOcclusion) -> Self {
+        Self::Rival(rival)
+    }
+}
+
+impl Method {
+    /// Frustum culling alone.
+    pub const NONE: Self = Self::Own(Occlusion::None);
+
+    /// The methods that build an [`OcclusionCuller`] from the largest occluders of each frame, and none.
+    pub const CULLERS: &'static [Self] = &[
+        Self::NONE,
+        Self::Rival(RivalOcclusion::Frusta),
+        Self::Rival(RivalOcclusion::Svbsp),
+        Self::Own(Occlusion::Msvbsp),
+        Self::Rival(RivalOcclusion::MsvbspPaper),
+        Self::Own(Occlusion::Depth),
+        Self::Rival(RivalOcclusion::DepthCenters),
+    ];
+
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
+        let others = [Occlusion::PreviousFrame, Occlusion::Auto].map(Self::Own).into_iter();
+        Self::CULLERS.iter().copied().chain(others).chain([Self::Hzb, Self::Queries])
+    }
+
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own(own) => own.name(),
+            Self::Rival(rival) => rival.name(),
+            Self::Hzb => "hzb",
+            Self::Queries => "queries",
+        }
+    }
+
+    /// The method with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|method| method.name() == name)
+    }
+
+    /// The cullers that are conservative and hide something.
+    pub fn conservative_cullers() -> Vec<Self> {
+        let cullers = Self::CULLERS.iter().copied().filter(|method| *method != Self::NONE);
+        cullers.filter(|method| method.soundness() == Soundness::Conservative).collect()
+    }
+
+    /// Whether it never culls what is visible.
+    pub fn soundness(self) -> Soundness {
+        match self {
+            Self::Rival(_) => self.create(1).soundness(),
+            Self::Own(_) | Self::Hzb | Self::Queries => Soundness::Conservative,
+        }
+    }
+
+    /// Whether only the renderer finds what is hidden: the CPU culls by the frustum alone.
+    pub fn is_while_drawing(self) -> bool {
+        matches!(self, Self::Hzb | Self::Queries)
+    }
+
+    /// Whether [`Method::add_to`] adds something.
+    pub fn is_on_cpu(self) -> bool {
+        self != Self::NONE && !self.is_while_drawing()
+    }
+
+    /// The culler of this method, with room for this many occluders ([`Occlusion::create`]).
+    pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
+        match self {
+            Self::Own(own) => own.create(occluders),
+            Self::Rival(rival) => rival.culler()(occluders),
+            Self::Hzb | Self::Queries => Occlusion::None.create(occluders),
+        }
+    }
+
+    /// The pipeline with what this method does on the CPU, by these settings but for their choice. A method that culls while
+    /// drawing does nothing there.
+    #[must_use]
+    pub fn add_to(self, pipeline: Pipeline, config: PassConfig) -> Pipeline {
+        match self {
+            Self::Own(choice) => pipeline.with_occlusion(PassConfig { choice, ..config }),
+            Self::Rival(rival) => {
+                pipeline.with_culler(rival.culler(), PassConfig { choice: Occlusion::Msvbsp, ..config })
+            }
+            Self::Hzb | Self::Queries => pipeline,
+        }
+    }
+
+    /// What it does while drawing.
+    #[cfg(feature = "render")]
+    pub fn while_drawing(self) -> GpuOcclusion {
+        match self {
+            Self::Hzb => GpuOcclusion::Hzb,
+            Self::Queries => GpuOcclusion::Queries,
+            Self::Own(Occlusion::Auto) => GpuOcclusion::Auto,
+            Self::Own(_) | Self::Rival(_) => GpuOcclusion::None,
+        }
+    }
+}

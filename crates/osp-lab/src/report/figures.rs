@@ -1,0 +1,162 @@
+//! A replay as rows.
+
+use super::{ReplayReport, RunReport};
+use crate::rows::Rows;
+
+const PART: &str = "replay";
+const VIEWS: &str = "replay/views";
+
+impl ReplayReport {
+    /// The figures of the runs, the important ones first; on a rig also those of each screen and eye. Ratios are those to the
+    /// fastest run, see [`ReplayReport::fastest`].
+    pub fn rows(&self) -> Rows {
+        let mut rows = Rows::default();
+        rows.part(PART, "Replay");
+        let fastest = self.fastest();
+        for run in &self.runs {
+            let ratio = fastest.and_then(|fastest| ratio(fastest, run));
+            run.add_to(&mut rows, &self.recording, ratio);
+        }
+        let Some(rig) = &self.rig else { return rows };
+        for run in &self.runs {
+            let mut figures = rows.of(VIEWS, &*self.recording, run.name());
+            for (number, view) in rig.views.iter().enumerate() {
+                let means = run.view_means(number);
+                let name = view.name().replacen(", ", " ", 1);
+                figures.maybe(&name, "in view", means.map(|means| means.in_view)).maybe(
+                    &name,
+                    "drawn",
+                    means.map(|means| means.drawn),
+                );
+            }
+            if let Some(of) = run.against_one_view() {
+                figures
+                    .value("all_views", "us", of.all_views_us)
+                    .value("views_x_one", "us", of.views_times_one_us)
+                    .value("all_against_one", "", of.ratio);
+            }
+        }
+        rows
+    }
+
+    /// The run that took the least time over all frames. `None` if there is nothing to compare, or if occlusion culling makes it a
+    /// question of drawing, too.
+    pub fn fastest(&self) -> Option<&RunReport> {
+        let runs = || self.runs.iter().filter(|run| run.measured_frames() > 0);
+        if runs().count() < 2 || runs().any(|run| run.occlusion.is_some() || run.draw.is_some()) {
+            return None;
+        }
+        // One that was too slow for all frames is not the fastest.
+        let complete = runs().filter(|run| run.is_complete());
+        complete.min_by(|a, b| a.frame_us(0.5).total_cmp(&b.frame_us(0.5)))
+    }
+}
+
+impl RunReport {
+    fn add_to(&self, rows: &mut Rows, recording: &str, ratio: Option<f64>) {
+        let mut figures = rows.of(PART, recording, self.name());
+        figures
+            .value("insert", "ns/polygon", self.insert_ns_per_polygon())
+            .value("cull", "us", self.cull_us())
+            .value("frame_p50", "us", self.frame_us(0.5))
+            .value("p99", "us", self.frame_us(0.99));
+        if let Some(occlusion) = &self.occlusion {
+            figures
+                .value("occluded", "polygons", self.occluded_mean())
+                .value("occlusion", "us", self.occlusion_total_us())
+                .value("used", "%", self.occlusion_used_percent())
+                .value("with_drawing", "us", self.drawn_frame_us(0.5, occlusion.polygon_ns));
+        }
+        if let Some(draw) = &self.draw {
+            figures.value("draw_p50", "us", draw.draw_us(0.5)).value("draw_p99", "us", draw.draw_us(0.99));
+            if draw.has_culling() {
+                figures
+                    .value("groups_tested", "", draw.culling_mean(|drawn| drawn.groups_tested))
+                    .value("depth_pass", "polygons", draw.culling_mean(|drawn| drawn.first_pass))
+                    .value("colour_pass", "polygons", draw.culling_mean(|drawn| drawn.second_pass));
+                let passes = draw.gpu_us().unwrap_or_default();
+                for (figure, us) in ["gpu_depth", "gpu_test", "gpu_colours"].into_iter().zip(passes) {
+                    figures.value(figure, "us", us);
+                }
+            }
+        }
+        figures
+            .value("max", "us", self.frame_us(1.0))
+            .maybe("ratio", "", ratio)
+            .value("p95", "us", self.frame_us(0.95))
+            .value("visible", "polygons", self.visible_mean())
+            .value("culled", "polygons", self.culled_mean())
+            .value("memory", "KiB", (self.bytes / 1024) as f64)
+            .value("frames_measured", "", self.measured_frames() as f64);
+    }
+}
+
+/// The median of a run divided by that of the fastest, over the frames that both were measured in.
+fn ratio(fastest: &RunReport, other: &RunReport) -> Option<f64> {
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut all = fastest.curve().iter().peekable();
+    for of_other in other.curve() {
+        while all.next_if(|of_fastest| of_fastest.frame < of_other.frame).is_some() {}
+        if let Some(of_fastest) = all.next_if(|of_fastest| of_fastest.frame == of_other.frame) {
+            ours.push(of_fastest.total_ns);
+            theirs.push(of_other.total_ns);
+        }
+    }
+    let median = |mut times: Vec<u64>| {
+        times.sort_unstable();
+        times.get(times.len() / 2).copied()
+    };
+    Some(median(theirs)? as f64 / median(ours)?.max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osp::frame::{FrameRecord, Stage};
+    use osp_session::replay::LaneFrame;
+
+    /// A run in which each of these frames took so many microseconds.
+    fn run(name: &str, session_frames: u64, frames: &[(u64, u64)]) -> RunReport {
+        let mut run = RunReport::new(name, session_frames);
+        for &(frame, us) in frames {
+            let cull = Stage { ns: us * 1000, allocations: 0 };
+            let record = FrameRecord { frame, cull, ..FrameRecord::default() };
+            run.add(&LaneFrame {
+                record,
+                in_view: 0,
+                drawn: 0,
+                fingerprinting: Stage::default(),
+                catches_up: false,
+            });
+        }
+        run
+    }
+
+    fn report(runs: Vec<RunReport>) -> ReplayReport {
+        ReplayReport {
+            recording: "r".to_owned(),
+            strokes: 0,
+            points: 0,
+            polygons: 0,
+            frames: 4,
+            pace: String::new(),
+            camera: String::new(),
+            rig: None,
+            runs,
+        }
+    }
+
+    #[test]
+    fn times_are_compared_over_the_frames_that_both_were_measured_in() {
+        let fast = run("fast", 4, &[(1, 10), (2, 10), (3, 30), (4, 30)]);
+        let slow = run("slow", 4, &[(1, 40), (2, 40), (3, 60), (4, 60)]);
+        // Measured in the short frames alone, where its median would flatter it.
+        let partial = run("partial", 4, &[(1, 15), (2, 15)]);
+        let report = report(vec![slow, partial, fast]);
+        assert_eq!(report.fastest().map(RunReport::name).as_deref(), Some("fast"));
+        let rows = report.rows();
+        let said = "r: fast is the fastest; partial takes 1.50 times as long, slow 2.0 times.";
+        assert_eq!(rows.verdict("fast"), [said]);
+        assert!(ReplayReport { runs: vec![run("alone", 4, &[(1, 10)])], ..report }.fastest().is_none());
+    }
+}

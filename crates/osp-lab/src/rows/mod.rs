@@ -1,0 +1,235 @@
+//! What the harnesses measure, as long rows: each is one figure of one structure or method. Text, CSV, JSON, verdict and page
+//! are made of the rows alone, so a harness only names its figures.
+
+mod estimate;
+mod table;
+mod text;
+mod verdict;
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+pub use estimate::Estimate;
+pub(crate) use estimate::quantile;
+#[cfg(feature = "bench")]
+pub(crate) use table::{Cells, RIVAL, Summary, Table, is_of};
+
+/// The least time that enters a ratio, microseconds: a clock may say that nothing took any.
+const LEAST_US: f64 = 1.0e-3;
+
+/// One figure.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Part of the report; a task of a part comes after a slash: `rays/box`.
+    pub part: String,
+    /// The session, or the synthetic model.
+    pub recording: String,
+    /// The structure or method; empty for a figure of the recording itself.
+    pub index: String,
+    /// The figure: `time` (a median), `p99`, `reference` (the reference's median for the same work), `ratio`, and others.
+    pub figure: String,
+    /// Its unit; empty for a number without one.
+    pub unit: &'static str,
+    /// The value.
+    pub value: f64,
+    /// Lower end of the interval that holds a median in 95 of 100 cases, if it has one.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+}
+
+/// A part of the report in words.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Part {
+    /// The name that rows have before the slash.
+    pub part: &'static str,
+    /// A heading.
+    pub title: &'static str,
+    /// What has to be known to read it, and what was left out.
+    pub notes: Vec<String>,
+}
+
+/// Values along a path or a session, for a chart of the page.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// The part that they belong to.
+    pub part: &'static str,
+    /// A heading.
+    pub title: String,
+    /// Name of the axis of places.
+    pub x: &'static str,
+    /// Name of the axis of values, which is logarithmic.
+    pub y: &'static str,
+    /// The lines: name, places and values.
+    pub lines: Vec<(String, Vec<(f64, f64)>)>,
+}
+
+/// All that was measured.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Rows {
+    /// The figures, in the order in which they were measured.
+    pub rows: Vec<Row>,
+    /// The parts.
+    pub parts: Vec<Part>,
+    /// What is wrong: answers that differ, visible polygons that were culled. None, unless something is broken.
+    pub faults: Vec<String>,
+    /// Charts that need more than the rows.
+    #[serde(skip)]
+    pub curves: Vec<Curves>,
+}
+
+impl Rows {
+    /// Begins a part, unless it has begun.
+    pub fn part(&mut self, part: &'static str, title: &'static str) {
+        if self.parts.iter().all(|other| other.part != part) {
+            self.parts.push(Part { part, title, notes: Vec::new() });
+        }
+    }
+
+    /// Adds a note to a part that has begun; the same note comes once.
+    pub fn note(&mut self, part: &str, note: impl Into<String>) {
+        let note = note.into();
+        if let Some(part) = self.parts.iter_mut().find(|other| other.part == part)
+            && !part.notes.contains(&note)
+        {
+            part.notes.push(note);
+        }
+    }
+
+    /// Takes the figures of a structure; of the recording itself where `index` is empty.
+    pub fn of(
+        &mut self,
+        part: impl Into<String>,
+        recording: impl Into<String>,
+        index: impl Into<String>,
+    ) -> Figures<'_> {
+        let (part, recording, index) = (part.into(), recording.into(), index.into());
+        let (figure, unit, value) = (String::new(), "", 0.0);
+        let of = Row { part, recording, index, figure, unit, value, low: None, high: None };
+        Figures { rows: &mut self.rows, of }
+    }
+
+    /// Adds what another measurement found.
+    pub fn append(&mut self, mut other: Self) {
+        for Part { part, title, notes } in other.parts {
+            self.part(part, title);
+            notes.into_iter().for_each(|note| self.note(part, note));
+        }
+        self.rows.append(&mut other.rows);
+        self.faults.append(&mut other.faults);
+        self.curves.append(&mut other.curves);
+    }
+
+    /// A figure's value.
+    pub fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
+        let is_it = |row: &&Row| {
+            row.figure == figure && row.index == index && row.part == part && row.recording == recording
+        };
+        self.rows.iter().find(is_it).map(|row| row.value)
+    }
+
+    /// The rows as CSV with a line of column names.
+    pub fn to_csv(&self) -> String {
+        let mut csv = "part,recording,index,figure,unit,value,low,high\n".to_owned();
+        for Row { part, recording, index, figure, unit, value, low, high } in &self.rows {
+            let [part, recording, index, figure] = [part, recording, index, figure].map(|text| quoted(text));
+            let [low, high] = [low, high].map(|end| end.map_or(String::new(), |end| end.to_string()));
+            // Writing to a string does not fail.
+            let _ = writeln!(csv, "{part},{recording},{index},{figure},{unit},{value},{low},{high}");
+        }
+        csv
+    }
+}
+
+/// A cell of CSV: in quotes where it holds what separates cells.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+/// Takes the figures of one structure.
+#[derive(Debug)]
+pub struct Figures<'a> {
+    rows: &'a mut Vec<Row>,
+    of: Row,
+}
+
+impl Figures<'_> {
+    fn push(&mut self, figure: &str, unit: &'static str, value: f64, ends: Option<(f64, f64)>) -> &mut Self {
+        let (low, high) = ends.unzip();
+        self.rows.push(Row { figure: figure.to_owned(), unit, value, low, high, ..self.of.clone() });
+        self
+    }
+
+    /// A number.
+    pub fn value(&mut self, figure: &str, unit: &'static str, value: f64) -> &mut Self {
+        self.push(figure, unit, value, None)
+    }
+
+    /// A number, if it was measured.
+    pub fn maybe(&mut self, figure: &str, unit: &'static str, value: Option<f64>) -> &mut Self {
+        value.map(|value| self.push(figure, unit, value, None));
+        self
+    }
+
+    /// The median of some values with its interval; nothing for no value.
+    pub fn median(&mut self, figure: &str, unit: &'static str, mut values: Vec<f64>) -> &mut Self {
+        if let Some(Estimate { median, low, high, .. }) = Estimate::of(&mut values) {
+            self.push(figure, unit, median, Some((low, high)));
+        }
+        self
+    }
+
+    /// Median, 99th percentile and maximum of some times in microseconds; nothing for no value.
+    pub fn spread(&mut self, figure: &str, mut us: Vec<f64>) -> &mut Self {
+        us.sort_unstable_by(f64::total_cmp);
+        for (name, q) in [("p50", 0.5), ("p99", 0.99), ("max", 1.0)].into_iter().filter(|_| !us.is_empty()) {
+            self.value(&format!("{figure}_{name}"), "us", quantile(&us, q));
+        }
+        self
+    }
+
+    /// Times of the same work with a structure and with the reference, microseconds: `time`, `p99`, `max`, `reference`, `ratio`
+    /// and the number of `values`. The ratio is the median of the ratios; it need not be the quotient of the two medians.
+    pub fn against(&mut self, pairs: &[(f64, f64)]) -> &mut Self {
+        let mut own: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
+        self.median("time", "us", own.clone());
+        own.sort_unstable_by(f64::total_cmp);
+        for (figure, q) in [("p99", 0.99), ("max", 1.0)].into_iter().filter(|_| !own.is_empty()) {
+            self.value(figure, "us", quantile(&own, q));
+        }
+        let ratio = |&(own, reference): &(f64, f64)| own.max(LEAST_US) / reference.max(LEAST_US);
+        self.median("reference", "us", pairs.iter().map(|pair| pair.1).collect());
+        self.median("ratio", "", pairs.iter().map(ratio).collect());
+        self.value("values", "", pairs.len() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_cells_of_csv_whatever_they_hold() {
+        let mut rows = Rows::default();
+        rows.of("a/b", "x, \"y\"\n", "osp").value("time", "us", 1.5).median("ratio", "", vec![1.0, 3.0, 2.0]);
+        let expected = "part,recording,index,figure,unit,value,low,high\n\
+                        a/b,\"x, \"\"y\"\"\n\",osp,time,us,1.5,,\n\
+                        a/b,\"x, \"\"y\"\"\n\",osp,ratio,,2,1,3\n";
+        assert_eq!(rows.to_csv(), expected);
+    }
+
+    #[test]
+    fn a_ratio_is_that_of_the_same_work_and_a_clock_that_stands_still_makes_none_infinite() {
+        let mut rows = Rows::default();
+        rows.of("a", "r", "x").against(&[(4.0, 2.0), (9.0, 3.0), (1.0, 0.0), (0.0, 0.0)]);
+        let of = |figure| rows.value("a", "r", "x", figure);
+        assert_eq!([of("time"), of("reference"), of("max")], [Some(2.5), Some(1.0), Some(9.0)]);
+        assert_eq!([of("ratio"), of("values")], [Some(2.5), Some(4.0)]);
+        rows.of("a", "r", "none").against(&[]);
+        assert_eq!(rows.value("a", "r", "none", "ratio"), None);
+    }
+}

@@ -1,0 +1,236 @@
+//! Rows as tables: a line for each structure, a column for each figure.
+
+use std::collections::HashMap;
+
+use super::{Row, Rows};
+use crate::report::{one_line, short, thousands};
+
+/// The paper's rival, which is always shown and named.
+pub(crate) const RIVAL: &str = "octree-rebuild";
+/// Decimals of what is less than a tenth.
+const DECIMALS: usize = 4;
+
+/// Whether a task belongs to a part.
+pub(crate) fn is_of(task: &str, part: &str) -> bool {
+    task.split('/').next() == Some(part)
+}
+
+/// What appears in these texts, each once, in their order.
+pub(super) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut found: Vec<&str> = Vec::new();
+    for text in texts {
+        if !found.contains(&text) {
+            found.push(text);
+        }
+    }
+    found
+}
+
+/// A number in three digits; a whole one as it is.
+fn number(value: f64) -> String {
+    match value {
+        x if x.fract() == 0.0 && (0.0..1.0e15).contains(&x) => thousands(x as u64),
+        x if x.abs() < 0.1 => format!("{x:.DECIMALS$}"),
+        x => short(x),
+    }
+}
+
+/// A table as it is shown: names of columns, and cells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Cells {
+    pub(crate) head: Vec<String>,
+    pub(crate) rows: Vec<Vec<String>>,
+    /// The column by which the rows are sorted, least first.
+    pub(crate) sorted_by: Option<usize>,
+}
+
+/// The rows of one task with one recording.
+pub(crate) struct Table<'a> {
+    pub(crate) part: &'a str,
+    pub(crate) recording: &'a str,
+    rows: Vec<&'a Row>,
+}
+
+impl<'a> Table<'a> {
+    /// The structures.
+    pub(crate) fn indexes(&self) -> Vec<&'a str> {
+        distinct(self.rows.iter().map(|row| row.index.as_str()).filter(|index| !index.is_empty()))
+    }
+
+    fn row(&self, index: &str, figure: &str) -> Option<&'a Row> {
+        self.rows.iter().find(|row| row.index == index && row.figure == figure).copied()
+    }
+
+    /// A figure of a structure.
+    pub(crate) fn value(&self, index: &str, figure: &str) -> Option<f64> {
+        Some(self.row(index, figure)?.value)
+    }
+
+    /// Whether the interval of a structure's ratio holds 1.
+    pub(super) fn is_level(&self, index: &str) -> bool {
+        let ends = self.row(index, "ratio").and_then(|row| row.low.zip(row.high));
+        ends.is_some_and(|(low, high)| low <= 1.0 && high >= 1.0)
+    }
+
+    /// Figures of the recording itself, in a line.
+    pub(crate) fn about(&self) -> String {
+        let own = self.rows.iter().filter(|row| row.index.is_empty());
+        let own = own.map(|row| match named(row).split_once('\n') {
+            Some((figure, unit)) => format!("{figure} {} {unit}", number(row.value)),
+            None => format!("{} {}", number(row.value), named(row)),
+        });
+        own.collect::<Vec<_>>().join(", ")
+    }
+
+    /// A line for each structure with all figures; sorted by the ratio, if there is one.
+    pub(crate) fn cells(&self) -> Cells {
+        let heads = self.rows.iter().filter(|row| !row.index.is_empty()).copied();
+        let figures = distinct(heads.clone().map(|row| row.figure.as_str()));
+        let head =
+            |figure: &&str| heads.clone().find(|row| row.figure == *figure).map_or(String::new(), named);
+        let cell = |index: &str, figure: &str| match self.row(index, figure) {
+            Some(&Row { value, low: Some(low), high: Some(high), .. }) if figure == "ratio" => {
+                format!("{} ({}..{})", number(value), number(low), number(high))
+            }
+            Some(row) => number(row.value),
+            None => "-".to_owned(),
+        };
+        let mut indexes = self.indexes();
+        let sorted_by = figures.iter().position(|figure| *figure == "ratio").map(|at| at + 1);
+        if sorted_by.is_some() {
+            let ratio = |index: &str| self.value(index, "ratio").unwrap_or(f64::INFINITY);
+            indexes.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+        }
+        let line = |index: &&str| {
+            let name = (*index).to_owned();
+            [name].into_iter().chain(figures.iter().map(|figure| cell(index, figure))).collect()
+        };
+        Cells {
+            head: ["index".to_owned()].into_iter().chain(figures.iter().map(head)).collect(),
+            rows: indexes.iter().map(line).collect(),
+            sorted_by,
+        }
+    }
+}
+
+/// The name of a figure, and its unit in a second line.
+fn named(row: &Row) -> String {
+    let figure = one_line(&row.figure).replace('_', " ");
+    match row.unit {
+        "" => figure,
+        unit if unit == figure => figure,
+        unit => format!("{figure}\n{unit}"),
+    }
+}
+
+/// A part in short: of each structure the time, 99th percentile and ratio of the first task, and the ratio of each other task, as
+/// geometric means over the recordings.
+pub(crate) struct Summary {
+    pub(crate) cells: Cells,
+    /// Recordings of the task that has most of them.
+    pub(crate) recordings: usize,
+    /// The task that median and 99th percentile are of; empty if there is one task alone.
+    pub(crate) times_of: String,
+}
+
+impl Rows {
+    /// The tables, in the order in which they were begun.
+    pub(crate) fn tables(&self) -> Vec<Table<'_>> {
+        let mut tables: Vec<Table<'_>> = Vec::new();
+        let mut places = HashMap::new();
+        for row in &self.rows {
+            let (part, recording) = (row.part.as_str(), row.recording.as_str());
+            let place = *places.entry((part, recording)).or_insert_with(|| {
+                tables.push(Table { part, recording, rows: Vec::new() });
+                tables.len() - 1
+            });
+            tables[place].rows.push(row);
+        }
+        tables
+    }
+}
+
+impl Summary {
+    /// The summary of a part; `None` for one without ratios. Tables are of this part.
+    pub(crate) fn of(tables: &[&Table<'_>]) -> Option<Self> {
+        let has_ratio =
+            |table: &&&Table<'_>| table.indexes().iter().any(|index| table.value(index, "ratio").is_some());
+        let tables: Vec<&Table<'_>> = tables.iter().filter(has_ratio).copied().collect();
+        let tasks = distinct(tables.iter().map(|table| table.part));
+        let of = |task: &str| tables.iter().filter(|table| table.part == task).copied().collect::<Vec<_>>();
+        let name = |task: &str| task.split_once('/').map_or(String::new(), |(_, name)| name.to_owned());
+        let times_of = name(tasks.first()?);
+        let first = of(tasks.first()?);
+        let mut columns = vec![
+            ("median\nus".to_owned(), first.clone(), "time"),
+            ("p99\nus".to_owned(), first.clone(), "p99"),
+        ];
+        for task in &tasks {
+            let name = name(task);
+            let head = if name.is_empty() { "ratio".to_owned() } else { in_two_lines(&name) };
+            columns.push((head, of(task), "ratio"));
+        }
+        let recordings = tasks.iter().map(|task| of(task).len()).max()?;
+        let mut indexes = distinct(tables.iter().flat_map(|table| table.indexes()));
+        let ratio = |index: &str| mean(&first, index, "ratio").unwrap_or(f64::INFINITY);
+        indexes.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+        let cell = |index: &str, (_, tables, figure): &(String, Vec<&Table<'_>>, &str)| {
+            mean(tables, index, figure).map_or("-".to_owned(), number)
+        };
+        let line = |index: &&str| {
+            let name = (*index).to_owned();
+            [name].into_iter().chain(columns.iter().map(|column| cell(index, column))).collect()
+        };
+        let head = ["index".to_owned()].into_iter().chain(columns.iter().map(|(head, ..)| head.clone()));
+        let cells =
+            Cells { head: head.collect(), rows: indexes.iter().map(line).collect(), sorted_by: Some(3) };
+        Some(Self { cells, recordings, times_of })
+    }
+}
+
+/// A name with its middle space as a line end.
+fn in_two_lines(name: &str) -> String {
+    let middle = name.len() / 2;
+    let spaces = name.match_indices(' ').map(|(at, _)| at);
+    match spaces.min_by_key(|at| at.abs_diff(middle)) {
+        Some(at) => format!("{}\n{}", &name[..at], &name[at + 1..]),
+        None => name.to_owned(),
+    }
+}
+
+/// The geometric mean of a figure over tables, which no recording weighs down; `None` where one of them lacks it.
+pub(super) fn mean(tables: &[&Table<'_>], index: &str, figure: &str) -> Option<f64> {
+    let logarithm = |table: &&Table<'_>| Some(table.value(index, figure)?.max(super::LEAST_US).ln());
+    let logarithms: Vec<f64> = tables.iter().map(logarithm).collect::<Option<_>>()?;
+    let count = logarithms.len();
+    (count > 0).then(|| (logarithms.iter().sum::<f64>() / count as f64).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_best_first_and_a_summary_is_of_all_recordings() {
+        let mut rows = Rows::default();
+        for (recording, slow) in [("a", 2.0), ("b", 9.0)] {
+            rows.of("p", recording, "").value("polygons", "polygons", 1234.0);
+            rows.of("p", recording, "x").against(&[(slow, 1.0)]).value("boxes", "1/frame", 7.25);
+            rows.of("p", recording, "osp").against(&[(1.0, 1.0)]);
+        }
+        rows.of("p", "b", "late").against(&[(1.0, 1.0)]);
+        let tables = rows.tables();
+        assert_eq!(tables[0].about(), "1,234 polygons");
+        let cells = tables[0].cells();
+        assert_eq!(cells.head[5], "ratio");
+        let names: Vec<&str> = cells.rows.iter().map(|row| row[0].as_str()).collect();
+        assert_eq!((names, &*cells.rows[1][5]), (vec!["osp", "x"], "2 (2..2)"));
+        assert_eq!((&*cells.rows[0][7], &*cells.rows[1][7]), ("-", "7.25"));
+        let summary = Summary::of(&tables.iter().collect::<Vec<_>>()).expect("ratios");
+        assert_eq!(summary.recordings, 2);
+        assert_eq!(summary.cells.head, ["index", "median\nus", "p99\nus", "ratio"]);
+        assert_eq!(summary.cells.rows[1], ["x", "4.24", "4.24", "4.24"]);
+        // It was not measured everywhere.
+        assert_eq!(summary.cells.rows[2], ["late", "-", "-", "-"]);
+    }
+}

@@ -1,0 +1,39 @@
+use super::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp};
+use osp::occlusion::{DepthConfig, MakeCuller, kernels::node_budget};
+
+/// The methods of occlusion culling that [`Occlusion`](osp::occlusion::Occlusion)'s are compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum RivalOcclusion {
+    /// The shadow volume of each occluder alone: [`ShadowFrusta`].
+    Frusta,
+    /// A shadow-volume BSP tree of the occluders: [`Svbsp`].
+    Svbsp,
+    /// The modified tree as the paper prints it: [`MsvbspPaper`] with caps. Not conservative.
+    MsvbspPaper,
+    /// A software depth buffer sampled at pixel centres: [`DepthCenters`]. Not conservative.
+    DepthCenters,
+}
+
+impl RivalOcclusion {
+    /// Its name on the command line and in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frusta => "frusta",
+            Self::Svbsp => "svbsp",
+            Self::MsvbspPaper => "msvbsp-paper",
+            Self::DepthCenters => "depth-centers",
+        }
+    }
+
+    /// What makes its culler of a frame's largest polygons, for [`Pipeline::with_culler`](osp::frame::Pipeline::with_culler).
+    pub fn culler(self) -> MakeCuller {
+        match self {
+            Self::Frusta => |occluders| Box::new(ShadowFrusta::new(occluders)),
+            Self::Svbsp => |occluders| Box::new(Svbsp::new(node_budget(occluders))),
+            Self::MsvbspPaper => {
+                |occluders| Box::new(MsvbspPaper::new(PaperCaps::Supporting, node_budget(occluders)))
+            }
+            Self::DepthCenters => |_| Box::new(DepthCenters::new(DepthConfig::default())),
+        }
+    }
+}

@@ -1,0 +1,177 @@
+use glam::{DMat4, DVec3, DVec4};
+use thiserror::Error;
+
+use crate::{
+    math::{Frustum, Ray},
+    view::{ClipDepth, View, ViewWindow},
+};
+
+/// The mask with which a camera sees every layer.
+pub const ALL_LAYERS: u32 = u32::MAX;
+
+/// How much a near plane may be inclined to the direction of view, as the slope of depth sideways: what rounding to `f32` does.
+/// Larger: a window whose near plane lies elsewhere by more than its margin.
+const MOST_INCLINED: f64 = 5.0e-6;
+
+/// Which depths a matrix gives to what is drawn, after the division by w.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// 0 at the near plane, 1 at the far one: WebGPU, Vulkan, Direct3D, Metal.
+    ZeroToOne,
+    /// 1 at the near plane, 0 at the far one or at infinity: reversed depth.
+    OneToZero,
+    /// -1 at the near plane, 1 at the far one: OpenGL.
+    MinusOneToOne,
+}
+
+/// Why a matrix is no camera's.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// A number is infinite or NaN.
+    #[error("clip_from_world: expected finite numbers, found {found} in column {column}, row {row}")]
+    NotFinite {
+        /// From 0 on.
+        column: usize,
+        /// From 0 on.
+        row: usize,
+        /// The number.
+        found: f64,
+    },
+    /// It maps space to a plane, or to less.
+    #[error("clip_from_world: expected a matrix that has an inverse")]
+    Singular,
+}
+
+/// What a camera, or a light, sees of world space, and how its view is culled.
+///
+/// ```
+/// use osp::{Camera, Depth};
+///
+/// // Looks along -z from the origin, 90 degrees wide; near plane at 0.1, depth reversed, no far plane. Columns.
+/// let clip_from_world = [
+///     1.0, 0.0, 0.0, 0.0, //
+///     0.0, 1.0, 0.0, 0.0, //
+///     0.0, 0.0, 0.0, -1.0, //
+///     0.0, 0.0, 0.1, 0.0_f32,
+/// ];
+/// let camera = Camera::from_matrix(clip_from_world, Depth::OneToZero)?.hide_by_occluders();
+/// let ray = camera.ray(0.0, 0.0);
+/// assert_eq!(ray.direction.to_array(), [0.0, 0.0, -1.0]);
+/// # Ok::<(), osp::CameraError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    frustum: Frustum,
+    /// What occlusion is culled for; none for a parallel projection.
+    window: Option<ViewWindow>,
+    world_from_clip: DMat4,
+    /// Depths of the near and the far plane.
+    near: f64,
+    far: f64,
+    hides: bool,
+    layers: u32,
+}
+
+impl Camera {
+    /// The camera of a matrix from world space to clip space, columns one after the other, x and y from -w to w: perspective or
+    /// parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far plane or without.
+    /// `f32` or `f64`; an `f64` matrix is taken as exact, however far from the origin the eye is. Of a perspective, `depth` may have the
+    /// wrong direction.
+    ///
+    /// # Errors
+    /// [`CameraError`]: a number is not finite, or there is no inverse.
+    pub fn from_matrix<N: Into<f64> + Copy>(
+        clip_from_world: [N; 16],
+        depth: Depth,
+    ) -> Result<Self, CameraError> {
+        let numbers = clip_from_world.map(Into::into);
+        if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(CameraError::NotFinite { column: at / 4, row: at % 4, found: numbers[at] });
+        }
+        let clip_from_world = DMat4::from_cols_array(&numbers);
+        let world_from_clip = clip_from_world.inverse();
+        if !world_from_clip.is_finite() {
+            return Err(CameraError::Singular);
+        }
+        let (near, far, range) = match depth {
+            Depth::ZeroToOne => (0.0, 1.0, ClipDepth::ZeroToOne),
+            Depth::OneToZero => (1.0, 0.0, ClipDepth::ZeroToOne),
+            Depth::MinusOneToOne => (-1.0, 1.0, ClipDepth::MinusOneToOne),
+        };
+        // A perspective tells by itself which plane is nearer: what is nearer has the larger w in world space.
+        let w_of = |depth| (world_from_clip * DVec4::new(0.0, 0.0, depth, 1.0)).w;
+        let is_turned = w_of(near) < w_of(far) * (1.0 - 1.0e-9);
+        let (near, far) = if is_turned { (far, near) } else { (near, far) };
+        let window = ViewWindow::from_double_matrix(&clip_from_world, range);
+        Ok(Self {
+            frustum: Frustum::from_double_matrix(&clip_from_world, near.min(far)),
+            window: window.filter(|_| has_square_near_plane(&clip_from_world)),
+            world_from_clip,
+            near,
+            far,
+            hides: false,
+            layers: ALL_LAYERS,
+        })
+    }
+
+    /// The same camera, for which what the occluders hide is left out. Changes nothing for a parallel projection, an oblique near
+    /// plane and a sheared screen: what hides there is not looked for.
+    #[must_use]
+    pub fn hide_by_occluders(self) -> Self {
+        Self { hides: true, ..self }
+    }
+
+    /// The same camera, which sees only what is on one of these layers, a bit each. At first it sees [`ALL_LAYERS`].
+    #[must_use]
+    pub fn on_layers(self, layers: u32) -> Self {
+        Self { layers, ..self }
+    }
+
+    /// The ray through a point of the screen: from -1 to 1, as the matrix has it. It starts at the near plane; its parameter is the
+    /// distance from there, metres.
+    pub fn ray(&self, x: f32, y: f32) -> Ray {
+        let at = |depth| self.world_from_clip * DVec4::new(f64::from(x), f64::from(y), depth, 1.0);
+        let (near, far) = (at(self.near), at(self.far));
+        let along = far.truncate() * near.w - near.truncate() * far.w;
+        let start: DVec3 = near.truncate() / near.w;
+        Ray::new(start.as_vec3(), along.normalize_or_zero().as_vec3())
+    }
+
+    /// Six planes around what it sees, world space.
+    pub fn frustum(&self) -> &Frustum {
+        &self.frustum
+    }
+
+    /// What occluders are looked for in, if they are.
+    pub(super) fn hiding_window(&self) -> Option<&ViewWindow> {
+        self.window.as_ref().filter(|_| self.hides)
+    }
+
+    pub(super) fn layers(&self) -> u32 {
+        self.layers
+    }
+}
+
+impl From<&View> for Camera {
+    /// Its layers are all, and nothing is hidden.
+    fn from(view: &View) -> Self {
+        Self {
+            frustum: view.frustum(),
+            window: view.window(),
+            world_from_clip: view.clip_from_world().as_dmat4().inverse(),
+            near: 1.0,
+            far: 0.0,
+            hides: false,
+            layers: ALL_LAYERS,
+        }
+    }
+}
+
+/// Whether the near plane is square to the direction of view, as that of a window is.
+fn has_square_near_plane(clip_from_world: &DMat4) -> bool {
+    let (depth, distance) = (clip_from_world.row(2).truncate(), clip_from_world.row(3).truncate());
+    let Some(forward) = distance.try_normalize() else { return false };
+    let sideways = depth - forward * depth.dot(forward);
+    sideways.length() <= MOST_INCLINED * depth.length().max(distance.length())
+}

@@ -1,0 +1,270 @@
+use std::fmt;
+
+use thiserror::Error;
+
+use super::{
+    camera::Camera,
+    filed::Filed,
+    frame::{Frame, Views},
+    hiding::Hiding,
+    keys::{Key, Places, Slot},
+    layers::Layers,
+    occluder::Occluder,
+    waiting::Waiting,
+};
+use crate::{
+    index::SpatialIndex,
+    math::{Aabb, Frustum, Ray, Sphere},
+    polygon::PolygonId,
+};
+
+/// Refusals that are remembered from one frame to the next, at most.
+const MOST_REFUSED: usize = 4096;
+
+/// Why a culler left an object, or its occluder, out.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The box is empty, infinite or not a number. The object is left out until it has another one.
+    #[error("bounds: expected finite corners with min <= max, found {0:?}")]
+    Bounds([[f32; 3]; 2]),
+    /// A [`Dense`](super::Dense) number is too large, or there are too many keys.
+    #[error("key: expected a number below {limit}, and at most as many objects", limit = PolygonId::LIMIT)]
+    Key,
+    /// All occluders together have too many polygons. The object has none.
+    #[error("occluder: expected at most {limit} polygons of all occluders together", limit = PolygonId::LIMIT)]
+    Occluder,
+}
+
+/// A culler of an engine's objects, each known by a key of the engine's and a box.
+///
+/// It takes no capacity and no limits of the world: both grow. Objects come, move and go at any time; nothing is ever rebuilt.
+/// See the [crate](crate) for an example.
+///
+/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]; what has gone is found by no query from then on that
+/// it has gone. Several threads may ask queries at once. No call panics, and nothing visible is ever left out.
+///
+/// Costs: `set` and `remove` O(1) until the commit, which takes O(changes), and O(log world) for each object that comes or leaves
+/// its neighbourhood. A camera takes O(what is in view), and with occluders O(candidates), at most some thousand.
+pub struct Culler<K: Key> {
+    keys: K::Places,
+    waiting: Waiting,
+    filed: Filed,
+    layers: Layers,
+    /// Made for the first occluder.
+    hiding: Option<Box<Hiding>>,
+    /// Of the last frame, and since.
+    refused: Vec<(K, Refusal)>,
+    refused_since: Vec<(K, Refusal)>,
+    frusta: Vec<Frustum>,
+    views: Views,
+}
+
+impl<K: Key> Default for Culler<K> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<K: Key> fmt::Debug for Culler<K> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Culler").field("objects", &self.len()).finish_non_exhaustive()
+    }
+}
+
+impl<K: Key> Culler<K> {
+    /// A culler without objects.
+    pub fn new() -> Self {
+        Self {
+            keys: K::Places::default(),
+            waiting: Waiting::default(),
+            filed: Filed::new(),
+            layers: Layers::default(),
+            hiding: None,
+            refused: Vec::new(),
+            refused_since: Vec::new(),
+            frusta: Vec::new(),
+            views: Views::default(),
+        }
+    }
+
+    /// Inserts an object, or moves it: its box from the least corner to the largest, world space, metres; the tight box of all that
+    /// is drawn of it. A box that is empty or not finite is [refused](Culler::refused), and the object left out.
+    ///
+    /// An object that moves leaves its occluder behind: unless the new box holds the one before, give it its
+    /// [occluder](Culler::set_occluder) anew, at the new place.
+    pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
+        let [min, max] = bounds.map(Into::into);
+        let Some(slot) = self.slot(key) else { return };
+        let bounds = Aabb::new(min.into(), max.into());
+        if !self.waiting.set(slot, bounds) {
+            self.refuse(key, Refusal::Bounds([min, max]));
+            self.take_box(slot);
+        } else if let Some(hiding) = &mut self.hiding {
+            hiding.follow_object(slot, &bounds);
+        }
+    }
+
+    /// Takes an object out, with its occluder and its layers. Nothing happens if there is none.
+    pub fn remove(&mut self, key: K) {
+        let Some(slot) = self.keys.take(key) else { return };
+        self.take_box(slot);
+        self.layers.forget(slot);
+    }
+
+    /// Gives an object something that hides what is behind it, in place of what it had. The occluder is in world space: it stays
+    /// where it is, until the object moves or goes. It has to be drawn itself, or lie inside of what is drawn.
+    ///
+    /// A key without a box is a stand-in: it hides, and is never drawn.
+    pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
+        let Some(slot) = self.slot(key) else { return };
+        let bounds = self.bounds_of(slot);
+        let hiding = self.hiding.get_or_insert_with(|| Box::new(Hiding::new()));
+        if hiding.set(slot, bounds, &occluder).is_err() {
+            self.refuse(key, Refusal::Occluder);
+        }
+    }
+
+    /// Takes an object's occluder away. Nothing happens if there is none.
+    pub fn remove_occluder(&mut self, key: K) {
+        if let (Some(hiding), Some(slot)) = (&mut self.hiding, self.keys.slot(key)) {
+            hiding.remove(slot);
+        }
+    }
+
+    /// Puts an object on layers, a bit each: a camera sees it if both share one ([`Camera::on_layers`]). Objects are on the first
+    /// layer, the mask 1, unless they are put elsewhere; on none, nobody sees them.
+    pub fn set_layers(&mut self, key: K, layers: u32) {
+        if let Some(slot) = self.slot(key) {
+            self.layers.set(slot, layers);
+        }
+    }
+
+    /// Objects in the culler: those with a box that was not refused.
+    pub fn len(&self) -> usize {
+        self.waiting.count()
+    }
+
+    /// Whether there is no object.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The box of an object, as it was set last.
+    pub fn bounds(&self, key: K) -> Option<[[f32; 3]; 2]> {
+        let bounds = self.bounds_of(self.keys.slot(key)?)?;
+        Some([bounds.min.into(), bounds.max.into()])
+    }
+
+    /// What was refused between the last two calls of [`Culler::cull`], and why; of very much the beginning.
+    pub fn refused(&self) -> impl Iterator<Item = (K, Refusal)> {
+        self.refused.iter().copied()
+    }
+
+    /// Makes all changes known to the queries. [`Culler::cull`] does it, too.
+    pub fn commit(&mut self) {
+        if !self.waiting.is_empty() {
+            self.views.begin(0);
+        }
+        self.waiting.take_all(|changes| self.filed.take_all::<K>(&mut self.keys, changes));
+        self.filed.commit::<K>(&mut self.keys);
+        self.keys.settle();
+        if let Some(hiding) = &mut self.hiding {
+            hiding.follow();
+        }
+    }
+
+    /// Finds what each camera sees: whatever of an object may be on its screen, and not behind the occluders where it
+    /// [asks for that](Camera::hide_by_occluders). All cameras are culled in one walk, as two eyes, a camera and its lights, or the
+    /// sides of a cube.
+    pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
+        self.commit();
+        std::mem::swap(&mut self.refused, &mut self.refused_since);
+        self.refused_since.clear();
+        let Self { filed, keys, layers, hiding, views, .. } = self;
+        views.begin(cameras.len());
+        self.frusta.clear();
+        self.frusta.extend(cameras.iter().map(Camera::frustum));
+        filed.index().frustum_cull_views(&self.frusta, &mut views.in_view);
+        for (i, camera) in cameras.iter().enumerate() {
+            let mask = camera.layers();
+            if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
+                let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
+                let view = (window, camera.frustum());
+                views.is_thinned[i] = hiding.cull(filed, (layers, mask), view, in_view, drawn);
+            }
+            if !layers.sees_all(mask) {
+                let is_seen = |number| keys.slot_of(number).is_some_and(|slot| layers.sees(slot, mask));
+                views.keep(i, is_seen);
+            }
+        }
+        self.frame()
+    }
+
+    /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
+    /// changes.
+    pub fn frame(&self) -> Frame<'_, K> {
+        Frame::new(&self.keys, self.views.iter())
+    }
+
+    /// The nearest object that a ray meets, and where. `hit` says where the ray meets an object itself, if it does, in lengths of
+    /// the ray's direction; it is asked about objects whose boxes the ray enters, in any order.
+    pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
+        let mut meet = |number| hit(self.key(number)?, &ray);
+        let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
+        Some((self.key(number)?, t))
+    }
+
+    /// The objects whose boxes share a point with a box, touching included, in any order.
+    pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
+        let [min, max] = bounds.map(|corner| corner.into().into());
+        let mut found = Vec::new();
+        self.filed.index().box_query(&Aabb::new(min, max), &mut found);
+        found.into_iter().filter_map(|number| self.key(number))
+    }
+
+    /// The objects whose boxes share a point with a sphere, in any order.
+    pub fn in_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> impl Iterator<Item = K> {
+        let sphere = Sphere { center: center.into().into(), radius_m };
+        let mut found = Vec::new();
+        let mut is_in = |number| {
+            let bounds = self.filed.get(number);
+            bounds.is_some_and(|bounds| bounds.distance_squared(sphere.center) <= radius_m * radius_m)
+        };
+        self.filed.index().sphere_query(&sphere, &mut is_in, &mut found);
+        found.into_iter().filter_map(|number| self.key(number))
+    }
+
+    /// The key of an object that is there now.
+    fn key(&self, number: PolygonId) -> Option<K> {
+        let slot = self.keys.slot_of(number)?;
+        if self.waiting.has_box(slot) { self.keys.key(number) } else { None }
+    }
+
+    fn slot(&mut self, key: K) -> Option<Slot> {
+        let slot = self.keys.slot_or_new(key);
+        if slot.is_none() {
+            self.refuse(key, Refusal::Key);
+        }
+        slot
+    }
+
+    /// The box of an object, as it was set last.
+    fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
+        let waits = self.waiting.waits(slot);
+        waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())
+    }
+
+    fn refuse(&mut self, key: K, why: Refusal) {
+        if self.refused_since.len() < MOST_REFUSED {
+            self.refused_since.push((key, why));
+        }
+    }
+
+    fn take_box(&mut self, slot: Slot) {
+        self.waiting.remove(slot);
+        if let Some(hiding) = &mut self.hiding {
+            hiding.remove(slot);
+        }
+    }
+}

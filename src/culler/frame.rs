@@ -1,0 +1,169 @@
+use std::{fmt, ops::Index};
+
+use super::keys::{Key, Places};
+use crate::polygon::{PolygonId, VisibleBlocks};
+
+/// Cameras whose answers a frame holds without allocating.
+const FEW: usize = 8;
+
+static NOTHING: VisibleBlocks = VisibleBlocks::new();
+
+/// What each camera sees, in their order: `frame[0]` is the first one's.
+///
+/// # Panics
+/// Indexing panics beyond the last camera, as a slice does; [`Frame::get`] does not.
+#[derive(Clone, Debug)]
+pub struct Frame<'a, K: Key> {
+    first: [Seen<'a, K>; FEW],
+    more: Vec<Seen<'a, K>>,
+    len: usize,
+}
+
+/// What one camera sees: the objects to draw, each once, in no particular order.
+pub struct Seen<'a, K: Key> {
+    in_view: &'a VisibleBlocks,
+    drawn: &'a VisibleBlocks,
+    keys: &'a K::Places,
+}
+
+impl<'a, K: Key> Frame<'a, K> {
+    /// Each camera's objects in view, and those that are left of them where occluders hide some.
+    pub(super) fn new(
+        keys: &'a K::Places,
+        views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks)>,
+    ) -> Self {
+        let nothing = Seen { in_view: &NOTHING, drawn: &NOTHING, keys };
+        let mut frame = Self { first: [nothing; FEW], more: Vec::new(), len: 0 };
+        for (in_view, drawn) in views {
+            let seen = Seen { in_view, drawn, keys };
+            match frame.first.get_mut(frame.len) {
+                Some(place) => *place = seen,
+                None => frame.more.push(seen),
+            }
+            frame.len += 1;
+        }
+        frame
+    }
+
+    /// Cameras.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there was no camera.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// What a camera sees.
+    pub fn get(&self, camera: usize) -> Option<&Seen<'a, K>> {
+        self.first[..self.len.min(FEW)].get(camera).or_else(|| self.more.get(camera.checked_sub(FEW)?))
+    }
+
+    /// What each camera sees.
+    pub fn iter(&self) -> impl Iterator<Item = &Seen<'a, K>> {
+        self.first[..self.len.min(FEW)].iter().chain(&self.more)
+    }
+}
+
+impl<'a, K: Key> Index<usize> for Frame<'a, K> {
+    type Output = Seen<'a, K>;
+
+    fn index(&self, camera: usize) -> &Self::Output {
+        match self.get(camera) {
+            Some(seen) => seen,
+            None => panic!("camera {camera} of {}", self.len),
+        }
+    }
+}
+
+impl<'a, K: Key> Seen<'a, K> {
+    /// The keys of the objects to draw.
+    pub fn iter(&self) -> impl Iterator<Item = K> + 'a {
+        let keys = self.keys;
+        self.drawn.ids().filter_map(move |number| keys.key(number))
+    }
+
+    /// Objects to draw.
+    pub fn len(&self) -> usize {
+        self.drawn.len()
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.drawn.is_empty()
+    }
+
+    /// Objects in view that are left out, because occluders hide them.
+    pub fn hidden(&self) -> usize {
+        self.in_view.len() - self.drawn.len()
+    }
+
+    /// Whether an object is to be drawn.
+    pub fn contains(&self, key: K) -> bool {
+        self.number(key).is_some_and(|number| self.drawn.contains(number))
+    }
+
+    /// Whether an object is in view, hidden or not.
+    pub fn is_in_view(&self, key: K) -> bool {
+        self.number(key).is_some_and(|number| self.in_view.contains(number))
+    }
+
+    fn number(&self, key: K) -> Option<PolygonId> {
+        self.keys.number(self.keys.slot(key)?)
+    }
+
+    /// The objects to draw as masks of sixteen: with [`Dense`](super::Dense) keys these are the keys.
+    pub fn blocks(&self) -> &'a VisibleBlocks {
+        self.drawn
+    }
+}
+
+impl<K: Key> Copy for Seen<'_, K> {}
+
+impl<K: Key> Clone for Seen<'_, K> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<K: Key> fmt::Debug for Seen<'_, K> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Seen").field("drawn", &self.len()).field("hidden", &self.hidden()).finish()
+    }
+}
+
+/// What the cameras of a frame see, kept for its memory.
+#[derive(Debug, Default)]
+pub(super) struct Views {
+    pub(super) in_view: Vec<VisibleBlocks>,
+    pub(super) drawn: Vec<VisibleBlocks>,
+    /// By camera: whether occluders hide some of what is in view.
+    pub(super) is_thinned: Vec<bool>,
+    spare: VisibleBlocks,
+}
+
+impl Views {
+    pub(super) fn begin(&mut self, cameras: usize) {
+        self.in_view.iter_mut().for_each(VisibleBlocks::clear);
+        self.in_view.resize_with(cameras.max(self.in_view.len()), VisibleBlocks::new);
+        self.drawn.resize_with(self.in_view.len(), VisibleBlocks::new);
+        self.is_thinned.clear();
+        self.is_thinned.resize(cameras, false);
+    }
+
+    /// Leaves out what a camera does not see.
+    pub(super) fn keep(&mut self, camera: usize, is_seen: impl Fn(PolygonId) -> bool) {
+        let sets = [&mut self.in_view[camera], &mut self.drawn[camera]];
+        for set in sets.into_iter().take(1 + usize::from(self.is_thinned[camera])) {
+            self.spare.clear();
+            self.spare.extend(set.ids().filter(|&number| is_seen(number)));
+            std::mem::swap(set, &mut self.spare);
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks)> {
+        let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_thinned);
+        drawn.map(|((in_view, drawn), &is_thinned)| (in_view, if is_thinned { drawn } else { in_view }))
+    }
+}

@@ -1,0 +1,191 @@
+use std::collections::BTreeMap;
+
+use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
+use crate::{
+    math::{Aabb, Frustum},
+    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionConfig, ViewOcclusion, remove_hidden},
+    polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+    view::ViewWindow,
+};
+
+/// Changes that wait for the next frame, at most.
+const MOST_WAITING: usize = 1 << 16;
+
+/// The occluders of all objects, and what they hide. Their polygons have numbers of their own.
+#[derive(Debug)]
+pub(super) struct Hiding {
+    surfaces: Surfaces,
+    of_object: BTreeMap<Slot, Own>,
+    has_occluder: ById<bool>,
+    changes: Vec<Change>,
+    pool: OccluderPool,
+    view: ViewOcclusion,
+}
+
+/// What an object hides by.
+#[derive(Debug, Default)]
+struct Own {
+    /// The numbers of its polygons.
+    numbers: Vec<PolygonId>,
+    /// The object's box, if it has one.
+    bounds: Option<Aabb>,
+}
+
+/// No room is left for so many polygons.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NoRoom;
+
+impl Hiding {
+    pub(super) fn new() -> Self {
+        let config = OcclusionConfig::default();
+        Self {
+            surfaces: Surfaces::default(),
+            of_object: BTreeMap::new(),
+            has_occluder: ById::new(false),
+            changes: Vec::new(),
+            pool: OccluderPool::new(config.pool),
+            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
+            view: ViewOcclusion::new(Occlusion::Msvbsp, &config),
+        }
+    }
+
+    /// Follows an object that has another box now. What it hid by is where it was, so it hides nothing any more, unless it has grown.
+    #[inline]
+    pub(super) fn follow_object(&mut self, object: Slot, bounds: &Aabb) {
+        if !self.has_occluder.get(object) {
+            return;
+        }
+        let Some(own) = self.of_object.get_mut(&object) else { return };
+        let before = own.bounds.replace(*bounds);
+        if before.is_some_and(|before| !bounds.contains(&before)) {
+            self.remove(object);
+        }
+    }
+
+    /// Gives an object with this box an occluder in place of the one that it had.
+    pub(super) fn set(
+        &mut self,
+        object: Slot,
+        bounds: Option<Aabb>,
+        occluder: &Occluder,
+    ) -> Result<(), NoRoom> {
+        let polygons = occluder.polygons();
+        let own = self.of_object.entry(object).or_default();
+        own.bounds = bounds;
+        let numbers = &mut own.numbers;
+        self.has_occluder.set(object, true);
+        if polygons.len() > numbers.len() + self.surfaces.room() {
+            self.remove(object);
+            return Err(NoRoom);
+        }
+        for number in numbers.drain(polygons.len().min(numbers.len())..) {
+            self.surfaces.remove(number);
+            self.changes.push(Change::Remove(number));
+        }
+        for (&number, polygon) in numbers.iter().zip(polygons) {
+            self.surfaces.polygons[number.index()] = Some(*polygon);
+            self.changes.push(Change::Update(number));
+        }
+        for polygon in &polygons[numbers.len()..] {
+            let number = self.surfaces.add(*polygon);
+            numbers.push(number);
+            self.changes.push(Change::Insert(number));
+        }
+        if self.changes.len() > MOST_WAITING {
+            self.follow();
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub(super) fn remove(&mut self, object: Slot) {
+        if !self.has_occluder.get(object) {
+            return;
+        }
+        self.has_occluder.set(object, false);
+        for number in self.of_object.remove(&object).unwrap_or_default().numbers {
+            self.surfaces.remove(number);
+            self.changes.push(Change::Remove(number));
+        }
+    }
+
+    /// Makes candidates of what came; before the views of a frame.
+    pub(super) fn follow(&mut self) {
+        self.pool.follow(&self.surfaces, &self.changes);
+        self.changes.clear();
+    }
+
+    /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. What is hidden by an object that a camera on these
+    /// layers does not see would be missing: then nothing is hidden.
+    pub(super) fn cull(
+        &mut self,
+        filed: &Filed,
+        (layers, mask): (&Layers, u32),
+        (window, frustum): (&ViewWindow, &Frustum),
+        in_view: &VisibleBlocks,
+        drawn: &mut VisibleBlocks,
+    ) -> bool {
+        let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
+        if self.of_object.is_empty() || !sees_all() {
+            return false;
+        }
+        self.view.select(&self.pool, &self.surfaces, window);
+        if self.view.selector().chosen().is_empty() {
+            return false;
+        }
+        self.view.build(window);
+        let culler = self.view.culler();
+        remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
+        true
+    }
+}
+
+/// The polygons of all occluders, by number.
+#[derive(Debug, Default)]
+struct Surfaces {
+    polygons: Vec<Option<ConvexPolygon>>,
+    free: Vec<PolygonId>,
+}
+
+impl Surfaces {
+    /// How many more there is room for.
+    fn room(&self) -> usize {
+        PolygonId::LIMIT as usize - self.polygons.len() + self.free.len()
+    }
+
+    fn add(&mut self, polygon: ConvexPolygon) -> PolygonId {
+        let number = self.free.pop().unwrap_or_else(|| {
+            self.polygons.push(None);
+            PolygonId(self.polygons.len() as u32 - 1)
+        });
+        self.polygons[number.index()] = Some(polygon);
+        number
+    }
+
+    fn remove(&mut self, number: PolygonId) {
+        self.polygons[number.index()] = None;
+        self.free.push(number);
+    }
+}
+
+impl Geometry for Surfaces {
+    fn id_end(&self) -> usize {
+        self.polygons.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        self.polygon(id).is_some()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.polygon(id).map_or(Aabb::EMPTY, |polygon| polygon.bounds())
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        self.polygons.get(id.index()).copied().flatten()
+    }
+
+    fn may_occlude(&self, id: PolygonId) -> bool {
+        self.is_present(id)
+    }
+}

@@ -1,0 +1,289 @@
+//! Where in the culler's lists, and under which number of the index, the object with a key is.
+
+use std::{
+    collections::HashMap,
+    fmt::Debug,
+    hash::{BuildHasherDefault, Hash, Hasher},
+};
+
+use crate::polygon::{PolygonId, bits};
+
+/// The place of an object in the culler's own lists. It has the type of a number of the index, because the same lists serve.
+pub(super) type Slot = PolygonId;
+
+/// What an engine may call its objects: anything `Copy + Eq + Hash`, which costs a look into a map for each call, or [`Dense`]
+/// numbers, which cost none.
+///
+/// Objects with keys that come together are numbered in the order of space, which the index likes best; [`Dense`] numbers are what the
+/// engine makes them.
+pub trait Key: Copy {
+    /// Where the key of each object is kept.
+    #[doc(hidden)]
+    type Places: Places<Self>;
+}
+
+/// A number as a key. Small numbers without gaps cost least; objects that are drawn together should have neighbouring numbers,
+/// because sixteen of them make a block of the index. Numbers from [`PolygonId::LIMIT`] on are refused.
+///
+/// It is not `Hash`: a map is what it saves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Dense(pub u32);
+
+impl Key for Dense {
+    type Places = Numbers;
+}
+
+impl<K: Copy + Eq + Hash> Key for K {
+    type Places = Map<K>;
+}
+
+/// See [`Key::Places`]: from keys to slots, which an object has while the engine knows it, and to the numbers that it has while it
+/// is in the index.
+pub trait Places<K>: Default {
+    /// Whether the numbers are given in the order of [`Places::give_number`].
+    const ARE_NUMBERED: bool;
+
+    /// The slot of a key.
+    fn slot(&self, key: K) -> Option<Slot>;
+
+    /// The slot of a key, which is given one if it has none; none if there is no slot left.
+    fn slot_or_new(&mut self, key: K) -> Option<Slot>;
+
+    /// Takes the slot of a key, which nobody else is given before [`Places::settle`].
+    fn take(&mut self, key: K) -> Option<Slot>;
+
+    /// The index has followed all changes: slots that were taken may be given away.
+    fn settle(&mut self);
+
+    /// The number of what is in a slot, if it may be in the index.
+    fn number(&self, slot: Slot) -> Option<PolygonId>;
+
+    /// Gives what is in a slot a number, as it goes into the index.
+    fn give_number(&mut self, slot: Slot) -> PolygonId;
+
+    /// So many come together: the next numbers are given in ascending order, if it does not take long to see to that.
+    fn sort_numbers(&mut self, coming: usize);
+
+    /// Takes the number of what is in a slot, as it leaves the index.
+    fn free(&mut self, slot: Slot);
+
+    /// The key that has a number; none if it was taken.
+    fn key(&self, number: PolygonId) -> Option<K>;
+
+    /// The slot that has a number.
+    fn slot_of(&self, number: PolygonId) -> Option<Slot>;
+}
+
+/// A number is its own slot.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    /// A bit for each number in the index.
+    filed: Vec<u64>,
+}
+
+impl Places<Dense> for Numbers {
+    const ARE_NUMBERED: bool = false;
+
+    #[inline]
+    fn slot(&self, Dense(number): Dense) -> Option<Slot> {
+        (number < PolygonId::LIMIT).then_some(PolygonId(number))
+    }
+
+    #[inline]
+    fn slot_or_new(&mut self, key: Dense) -> Option<Slot> {
+        self.slot(key)
+    }
+
+    #[inline]
+    fn take(&mut self, key: Dense) -> Option<Slot> {
+        self.slot(key)
+    }
+
+    fn settle(&mut self) {}
+
+    #[inline]
+    fn number(&self, slot: Slot) -> Option<PolygonId> {
+        bits::contains(&self.filed, slot.index()).then_some(slot)
+    }
+
+    fn give_number(&mut self, slot: Slot) -> PolygonId {
+        if bits::words_for(slot.index() + 1) > self.filed.len() {
+            self.filed.resize(bits::words_for(slot.index() + 1), 0);
+        }
+        bits::insert(&mut self.filed, slot.index());
+        slot
+    }
+
+    fn sort_numbers(&mut self, _: usize) {}
+
+    fn free(&mut self, slot: Slot) {
+        if self.number(slot).is_some() {
+            bits::remove(&mut self.filed, slot.index());
+        }
+    }
+
+    #[inline]
+    fn key(&self, number: PolygonId) -> Option<Dense> {
+        Some(Dense(number.0))
+    }
+
+    #[inline]
+    fn slot_of(&self, number: PolygonId) -> Option<Slot> {
+        Some(number)
+    }
+}
+
+/// No slot, and no number.
+const NONE: PolygonId = PolygonId(u32::MAX);
+
+/// Free numbers are sorted if there are at most this many times as many as objects that come. Larger: frames in which few come take
+/// longer; smaller: what comes after much has gone lies in more blocks.
+const FREE_TO_COMING: usize = 8;
+
+/// Keys, their slots, and their numbers.
+#[derive(Clone, Debug)]
+pub struct Map<K> {
+    slots: HashMap<K, Slot, BuildHasherDefault<KeyHasher>>,
+    /// By slot: the key, and the number, or [`NONE`].
+    objects: Vec<(Option<K>, PolygonId)>,
+    free_slots: Vec<Slot>,
+    /// Taken since the index was brought up to date.
+    taken: Vec<Slot>,
+    /// By number: the key, none where it was taken, and the slot.
+    keys: Vec<Option<(K, Slot)>>,
+    free_numbers: Vec<PolygonId>,
+}
+
+impl<K> Default for Map<K> {
+    fn default() -> Self {
+        Self {
+            slots: HashMap::default(),
+            objects: Vec::new(),
+            free_slots: Vec::new(),
+            taken: Vec::new(),
+            keys: Vec::new(),
+            free_numbers: Vec::new(),
+        }
+    }
+}
+
+impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
+    const ARE_NUMBERED: bool = true;
+
+    fn slot(&self, key: K) -> Option<Slot> {
+        self.slots.get(&key).copied()
+    }
+
+    fn slot_or_new(&mut self, key: K) -> Option<Slot> {
+        if let Some(slot) = self.slot(key) {
+            return Some(slot);
+        }
+        let slot = match self.free_slots.pop() {
+            Some(slot) => slot,
+            None if self.objects.len() >= PolygonId::LIMIT as usize => return None,
+            None => {
+                self.objects.push((None, NONE));
+                PolygonId(self.objects.len() as u32 - 1)
+            }
+        };
+        self.objects[slot.index()].0 = Some(key);
+        self.slots.insert(key, slot);
+        Some(slot)
+    }
+
+    fn take(&mut self, key: K) -> Option<Slot> {
+        let slot = self.slots.remove(&key)?;
+        let (key, number) = &mut self.objects[slot.index()];
+        *key = None;
+        if let Some(of_number) = self.keys.get_mut(number.index()) {
+            *of_number = None;
+        }
+        self.taken.push(slot);
+        Some(slot)
+    }
+
+    fn settle(&mut self) {
+        self.free_slots.append(&mut self.taken);
+    }
+
+    fn number(&self, slot: Slot) -> Option<PolygonId> {
+        Some(self.objects[slot.index()].1).filter(|&number| number != NONE)
+    }
+
+    fn give_number(&mut self, slot: Slot) -> PolygonId {
+        let number = self.free_numbers.pop().unwrap_or_else(|| {
+            self.keys.push(None);
+            PolygonId(self.keys.len() as u32 - 1)
+        });
+        let object = &mut self.objects[slot.index()];
+        object.1 = number;
+        self.keys[number.index()] = object.0.map(|key| (key, slot));
+        number
+    }
+
+    fn sort_numbers(&mut self, coming: usize) {
+        if self.free_numbers.len() <= coming.saturating_mul(FREE_TO_COMING) {
+            // The last one is given first.
+            self.free_numbers.sort_unstable_by(|a, b| b.cmp(a));
+        }
+    }
+
+    fn free(&mut self, slot: Slot) {
+        let number = std::mem::replace(&mut self.objects[slot.index()].1, NONE);
+        if let Some(of_number) = self.keys.get_mut(number.index()) {
+            *of_number = None;
+            self.free_numbers.push(number);
+        }
+    }
+
+    fn key(&self, number: PolygonId) -> Option<K> {
+        self.keys.get(number.index()).copied().flatten().map(|(key, _)| key)
+    }
+
+    fn slot_of(&self, number: PolygonId) -> Option<Slot> {
+        self.keys.get(number.index()).copied().flatten().map(|(_, slot)| slot)
+    }
+}
+
+/// Hashes keys of some bytes: a product for every eight bytes, whose two halves are mixed. Much faster than the hash of the standard
+/// library, which also withstands keys that an enemy chooses.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct KeyHasher(u64);
+
+/// Odd, and without a pattern: 2^64 divided by the golden ratio.
+const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;
+
+impl Hasher for KeyHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for part in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..part.len()].copy_from_slice(part);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+
+    fn write_u8(&mut self, number: u8) {
+        self.write_u64(number.into());
+    }
+
+    fn write_u16(&mut self, number: u16) {
+        self.write_u64(number.into());
+    }
+
+    fn write_u32(&mut self, number: u32) {
+        self.write_u64(number.into());
+    }
+
+    fn write_u64(&mut self, number: u64) {
+        let product = u128::from(self.0.rotate_left(32) ^ number ^ FACTOR) * u128::from(FACTOR);
+        self.0 = product as u64 ^ (product >> 64) as u64;
+    }
+
+    fn write_usize(&mut self, number: usize) {
+        self.write_u64(number as u64);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}

@@ -1,0 +1,48 @@
+use crate::polygon::ById;
+
+use super::keys::Slot;
+
+/// The layer that objects are on unless the engine puts them on others.
+const FIRST_LAYER: u32 = 1;
+
+/// Which layers objects are on.
+#[derive(Debug)]
+pub(super) struct Layers {
+    masks: ById<u32>,
+    /// Whether an object has had other layers than [`FIRST_LAYER`].
+    is_used: bool,
+    /// Objects on no layer.
+    unseen: usize,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self { masks: ById::new(FIRST_LAYER), is_used: false, unseen: 0 }
+    }
+}
+
+impl Layers {
+    pub(super) fn set(&mut self, slot: Slot, layers: u32) {
+        let before = self.masks.get(slot);
+        self.masks.set(slot, layers);
+        self.is_used |= layers != FIRST_LAYER;
+        self.unseen = self.unseen + usize::from(layers == 0) - usize::from(before == 0);
+    }
+
+    /// Puts an object that has gone on the first layer.
+    pub(super) fn forget(&mut self, slot: Slot) {
+        if self.is_used {
+            self.set(slot, FIRST_LAYER);
+        }
+    }
+
+    /// Whether a camera on these layers may see an object.
+    pub(super) fn sees(&self, slot: Slot, layers: u32) -> bool {
+        self.masks.get(slot) & layers != 0
+    }
+
+    /// Whether a camera on these layers may see every object.
+    pub(super) fn sees_all(&self, layers: u32) -> bool {
+        if self.is_used { layers == u32::MAX && self.unseen == 0 } else { layers & FIRST_LAYER != 0 }
+    }
+}

@@ -1,0 +1,23 @@
+//! The engine's door: a culler that takes the engine's own keys, boxes, occluders and cameras.
+//!
+//! [`Culler`] keeps what [`Geometry`](crate::polygon::Geometry), [`Pipeline`](crate::frame::Pipeline) and the structures of
+//! [`occlusion`](crate::occlusion) want an engine to keep for them. Whoever has polygons of his own in a form of his own, groups that
+//! move as a whole, or another index, takes those. Knows all other modules but
+//! [`frame`](crate::frame).
+
+mod camera;
+#[expect(clippy::module_inception, reason = "a culler is a culler")]
+mod culler;
+mod filed;
+mod frame;
+mod hiding;
+mod keys;
+mod layers;
+mod occluder;
+mod waiting;
+
+pub use camera::{ALL_LAYERS, Camera, CameraError, Depth};
+pub use culler::{Culler, Refusal};
+pub use frame::{Frame, Seen};
+pub use keys::{Dense, Key};
+pub use occluder::{Occluder, OccluderError};

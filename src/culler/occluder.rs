@@ -1,0 +1,124 @@
+use glam::Vec3;
+use thiserror::Error;
+
+use crate::{
+    math::{Aabb, is_flat_and_convex},
+    polygon::ConvexPolygon,
+};
+
+/// Why something cannot hide what is behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum OccluderError {
+    /// A coordinate is infinite or NaN.
+    #[error("corner {0}: expected finite coordinates")]
+    NotFinite(usize),
+    /// A quad is bent, turns inwards, crosses itself or has no area.
+    #[error(
+        "corners: expected a flat, convex quad, its corners in order around it; `Occluder::mesh` takes other shapes"
+    )]
+    NotFlatAndConvex,
+    /// The indices are no triangles.
+    #[error("indices: expected three for each triangle, found {0}")]
+    NotTriangles(usize),
+    /// An index has no vertex.
+    #[error("indices[{at}]: expected less than {vertices}, found {found}")]
+    NoVertex {
+        /// Its place.
+        at: usize,
+        /// The index.
+        found: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// No triangle has an area, or the box is empty.
+    #[error("expected a surface with an area")]
+    NoArea,
+}
+
+/// A surface that hides what is behind it, world space, metres: opaque, and seen from both sides.
+///
+/// It may be a part of what is drawn, or a stand-in that is never drawn, as long as it lies inside of something drawn and opaque: then
+/// whatever it hides, that hides too. A few large polygons hide more in less time than many small ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Occluder(Shape);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
+    Polygon(ConvexPolygon),
+    Polygons(Vec<ConvexPolygon>),
+}
+
+impl Occluder {
+    /// A flat, convex quad, its corners in order around it, either way.
+    ///
+    /// # Errors
+    /// [`OccluderError::NotFinite`], [`OccluderError::NotFlatAndConvex`].
+    pub fn quad<P: Into<[f32; 3]>>(corners: [P; 4]) -> Result<Self, OccluderError> {
+        let corners = corners.map(point);
+        check_finite(&corners)?;
+        if !is_flat_and_convex(corners) {
+            return Err(OccluderError::NotFlatAndConvex);
+        }
+        Ok(Self(Shape::Polygon(ConvexPolygon::quad(corners))))
+    }
+
+    /// A mesh of triangles, three indices each. Triangles without area are left out.
+    ///
+    /// # Errors
+    /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`], [`OccluderError::NoArea`].
+    pub fn mesh<P: Into<[f32; 3]> + Copy>(vertices: &[P], indices: &[u32]) -> Result<Self, OccluderError> {
+        let (triangles, rest) = indices.as_chunks::<3>();
+        if !rest.is_empty() {
+            return Err(OccluderError::NotTriangles(indices.len()));
+        }
+        let vertices: Vec<Vec3> = vertices.iter().map(|&vertex| point(vertex)).collect();
+        check_finite(&vertices)?;
+        let is_beyond = |index: &u32| *index as usize >= vertices.len();
+        if let Some(at) = indices.iter().position(is_beyond) {
+            return Err(OccluderError::NoVertex { at, found: indices[at], vertices: vertices.len() });
+        }
+        let corners = triangles.iter().map(|triangle| triangle.map(|index| vertices[index as usize]));
+        Self::of_polygons(corners.map(|[a, b, c]| ConvexPolygon::triangle(a, b, c)))
+    }
+
+    /// The six sides of a box, `[min, max]`: the stand-in for a house.
+    ///
+    /// # Errors
+    /// [`OccluderError::NotFinite`], [`OccluderError::NoArea`].
+    pub fn cuboid<P: Into<[f32; 3]>>(bounds: [P; 2]) -> Result<Self, OccluderError> {
+        let corners = bounds.map(point);
+        check_finite(&corners)?;
+        let bounds = Aabb::new(corners[0], corners[1]);
+        if bounds.is_empty() {
+            return Err(OccluderError::NoArea);
+        }
+        let corners = bounds.corners();
+        let sides = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+        Self::of_polygons(sides.map(|side| ConvexPolygon::quad(side.map(|corner: usize| corners[corner]))))
+    }
+
+    fn of_polygons(polygons: impl IntoIterator<Item = ConvexPolygon>) -> Result<Self, OccluderError> {
+        let has_area = |polygon: &ConvexPolygon| polygon.area_m2() > 0.0;
+        let polygons: Vec<_> = polygons.into_iter().filter(has_area).collect();
+        if polygons.is_empty() { Err(OccluderError::NoArea) } else { Ok(Self(Shape::Polygons(polygons))) }
+    }
+
+    pub(super) fn polygons(&self) -> &[ConvexPolygon] {
+        match &self.0 {
+            Shape::Polygon(polygon) => std::slice::from_ref(polygon),
+            Shape::Polygons(polygons) => polygons,
+        }
+    }
+}
+
+fn point(corner: impl Into<[f32; 3]>) -> Vec3 {
+    Vec3::from(corner.into())
+}
+
+fn check_finite(corners: &[Vec3]) -> Result<(), OccluderError> {
+    match corners.iter().position(|corner| !corner.is_finite()) {
+        Some(at) => Err(OccluderError::NotFinite(at)),
+        None => Ok(()),
+    }
+}

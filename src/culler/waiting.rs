@@ -1,0 +1,108 @@
+use super::keys::Slot;
+use crate::{math::Aabb, polygon::ById};
+
+/// What is known of an object besides what the index knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct State {
+    /// The place of its change, if there is one of its slot.
+    change: u32,
+    /// Whether it has a box, by the last change.
+    has_box: bool,
+}
+
+/// Of a slot without an object.
+const VACANT: State = State { change: u32::MAX, has_box: false };
+
+/// The changes that wait for the next commit: of each object the last one.
+#[derive(Debug)]
+pub(super) struct Waiting {
+    states: ById<State>,
+    /// The new box of an object; [`Aabb::EMPTY`] of one that has gone.
+    changes: Vec<(Slot, Aabb)>,
+    /// Of these, how many objects have gone.
+    gone: usize,
+    /// Objects with a box.
+    count: usize,
+}
+
+impl Default for Waiting {
+    fn default() -> Self {
+        Self { states: ById::new(VACANT), changes: Vec::new(), gone: 0, count: 0 }
+    }
+}
+
+impl Waiting {
+    /// Gives an object another box; false, and nothing happens, if it is none ([`Aabb::is_valid`]).
+    pub(super) fn set(&mut self, slot: Slot, bounds: Aabb) -> bool {
+        if !bounds.is_valid() {
+            return false;
+        }
+        let before = self.states.get(slot);
+        let change = self.put(before, slot, bounds);
+        let state = State { change, has_box: true };
+        if state != before {
+            self.count += usize::from(!before.has_box);
+            self.states.set(slot, state);
+        }
+        true
+    }
+
+    /// Takes an object's box away.
+    pub(super) fn remove(&mut self, slot: Slot) {
+        let before = self.states.get(slot);
+        if before.has_box {
+            self.count -= 1;
+            self.gone += 1;
+            let change = self.put(before, slot, Aabb::EMPTY);
+            self.states.set(slot, State { change, has_box: false });
+        }
+    }
+
+    /// Where the change of an object is now.
+    #[inline]
+    fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
+        match self.changes.get_mut(before.change as usize) {
+            Some(waiting) if waiting.0 == slot => {
+                // It had gone, and comes again.
+                self.gone -= usize::from(waiting.1.is_empty());
+                waiting.1 = bounds;
+                before.change
+            }
+            _ => {
+                self.changes.push((slot, bounds));
+                self.changes.len() as u32 - 1
+            }
+        }
+    }
+
+    pub(super) fn has_box(&self, slot: Slot) -> bool {
+        self.states.get(slot).has_box
+    }
+
+    /// The box that waits for an object, or [`Aabb::EMPTY`] if it is to go.
+    pub(super) fn waits(&self, slot: Slot) -> Option<Aabb> {
+        let change = self.changes.get(self.states.get(slot).change as usize);
+        change.filter(|waiting| waiting.0 == slot).map(|(_, bounds)| *bounds)
+    }
+
+    /// Objects with a box.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.changes.is_empty()
+    }
+
+    /// Hands all changes over, in the order in which they began.
+    pub(super) fn take_all(&mut self, take: impl FnOnce(&[(Slot, Aabb)])) {
+        take(&self.changes);
+        if self.gone > 0 {
+            for (slot, _) in self.changes.iter().filter(|(_, bounds)| bounds.is_empty()) {
+                self.states.set(*slot, VACANT);
+            }
+        }
+        self.changes.clear();
+        self.gone = 0;
+    }
+}

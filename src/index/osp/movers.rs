@@ -1,0 +1,463 @@
+//! Polygons that move again and again, in flat rows beside the tree. To give one a new box writes six numbers; a query tests
+//! all of them, sixteen at a time. `settle.rs` says which come here, and when they go back.
+//!
+//! A block of sixteen ids of which many move has a group of its own, with a lane for each id: what follows each other by
+//! number is written and found together. Those of other blocks share groups in the order in which they came.
+
+use super::pool::NONE;
+use crate::{
+    index::simd::{Boxes, Wide},
+    math::Aabb,
+    polygon::{BLOCK, ById, PolygonId, bits},
+};
+
+/// Moving polygons of a block from which on it has a group of its own. Fewer: such groups have more empty lanes, which are
+/// tested in vain.
+const OWN_GROUP: usize = 8;
+
+/// A group of a block is given up when fewer than this are left in it. Less than half of [`OWN_GROUP`], so that what stops
+/// and starts at the border is not copied in turn.
+const FEW_LEFT: u32 = 4;
+
+/// Marks a slot in a group of one block.
+const OWN: u32 = 1 << 31;
+
+/// Moving polygons by number, with their boxes.
+#[derive(Clone, Debug)]
+pub(super) struct Movers {
+    /// By id its slot, group times 16 plus lane, with [`OWN`] in the groups of one block; [`NONE`] if it is not here.
+    slots: ById<u32>,
+    /// Groups of one block each, and those blocks.
+    own: Groups,
+    blocks: Vec<u32>,
+    /// Groups of polygons from anywhere, all full but the last, and their ids.
+    shared: Groups,
+    ids: Vec<[u32; BLOCK]>,
+    len: usize,
+    /// No id from here on has been here since the last time that nothing was.
+    ids_end: usize,
+    /// Shared groups and groups of a block that were not looked at in this round, from the first on.
+    unlooked: [usize; 2],
+}
+
+/// Groups of sixteen lanes.
+#[derive(Clone, Debug, Default)]
+struct Groups {
+    boxes: Vec<Boxes<BLOCK>>,
+    /// Per group the lanes in use. Other lanes hold anything.
+    lanes: Vec<u16>,
+    /// Per group the lanes that have come or moved since they were last looked at.
+    moved: Vec<u16>,
+}
+
+impl Groups {
+    fn push(&mut self) {
+        self.boxes.push(Boxes::EMPTY);
+        self.lanes.push(0);
+        self.moved.push(0);
+    }
+
+    #[inline(always)]
+    fn set(&mut self, group: usize, lane: usize, bounds: &Aabb) {
+        self.boxes[group].set(lane % BLOCK, bounds);
+        self.lanes[group] |= 1 << lane;
+        self.moved[group] |= 1 << lane;
+    }
+
+    fn swap_remove(&mut self, group: usize) {
+        self.boxes.swap_remove(group);
+        self.lanes.swap_remove(group);
+        self.moved.swap_remove(group);
+    }
+
+    fn clear(&mut self) {
+        self.boxes.clear();
+        self.lanes.clear();
+        self.moved.clear();
+    }
+
+    fn bytes(&self) -> usize {
+        self.boxes.capacity() * size_of::<Boxes<BLOCK>>()
+            + (self.lanes.capacity() + self.moved.capacity()) * size_of::<u16>()
+    }
+}
+
+/// Where a moving polygon is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slot(u32);
+
+impl Slot {
+    #[inline(always)]
+    const fn is_own(self) -> bool {
+        self.0 & OWN != 0
+    }
+
+    #[inline(always)]
+    const fn group(self) -> usize {
+        (self.0 & !OWN) as usize / BLOCK
+    }
+
+    #[inline(always)]
+    const fn lane(self) -> usize {
+        self.0 as usize % BLOCK
+    }
+}
+
+/// A group of sixteen lanes and the ids that they stand for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group<'a> {
+    pub(super) boxes: &'a Boxes<BLOCK>,
+    pub(super) lanes: u16,
+    pub(super) ids: GroupIds<'a>,
+}
+
+/// The ids of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum GroupIds<'a> {
+    /// Those of a block, lane by lane.
+    Block(u32),
+    Each(&'a [u32; BLOCK]),
+}
+
+impl GroupIds<'_> {
+    #[inline]
+    pub(super) fn id(self, lane: usize) -> PolygonId {
+        PolygonId(match self {
+            Self::Block(block) => block * BLOCK as u32 + lane as u32,
+            Self::Each(ids) => ids[lane % BLOCK],
+        })
+    }
+}
+
+/// The id of a block's lane.
+fn id_in(block: u32, lane: usize) -> PolygonId {
+    GroupIds::Block(block).id(lane)
+}
+
+/// The lanes that are set.
+fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
+    bits::bits_of(u64::from(mask))
+}
+
+impl Movers {
+    pub(super) fn new() -> Self {
+        Self {
+            slots: ById::new(NONE),
+            own: Groups::default(),
+            blocks: Vec::new(),
+            shared: Groups::default(),
+            ids: Vec::new(),
+            len: 0,
+            ids_end: 0,
+            unlooked: [0; 2],
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.slots.clear();
+        self.own.clear();
+        self.blocks.clear();
+        self.shared.clear();
+        self.ids.clear();
+        (self.len, self.ids_end, self.unlooked) = (0, 0, [0; 2]);
+    }
+
+    /// Polygons here.
+    #[inline]
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The numbers of all polygons here lie below.
+    pub(super) fn ids_end(&self) -> usize {
+        self.ids_end
+    }
+
+    /// Memory reserved, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.slots.bytes()
+            + self.own.bytes()
+            + self.shared.bytes()
+            + self.blocks.capacity() * size_of::<u32>()
+            + self.ids.capacity() * size_of::<[u32; BLOCK]>()
+    }
+
+    /// Where a polygon is, if it is here.
+    #[inline(always)]
+    pub(super) fn slot(&self, id: PolygonId) -> Option<Slot> {
+        if self.len == 0 {
+            return None;
+        }
+        let slot = self.slots.get(id);
+        (slot != NONE).then_some(Slot(slot))
+    }
+
+    /// The box of a polygon.
+    pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
+        let slot = self.slot(id)?;
+        let groups = if slot.is_own() { &self.own } else { &self.shared };
+        Some(groups.boxes[slot.group()].get(slot.lane()))
+    }
+
+    /// Gives the polygon at a slot a new box.
+    #[inline(always)]
+    pub(super) fn set(&mut self, slot: Slot, bounds: &Aabb) {
+        let groups = if slot.is_own() { &mut self.own } else { &mut self.shared };
+        groups.set(slot.group(), slot.lane(), bounds);
+    }
+
+    /// Gives polygons new boxes, in their order, up to the first that is not here or not valid; returns how many have theirs.
+    pub(super) fn update_first(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
+        let mut at = 0;
+        while let Some((id, bounds)) = updates.get(at) {
+            match self.slot(*id) {
+                Some(slot) if slot.is_own() => {
+                    let count = self.update_own(slot.group(), &updates[at..]);
+                    at += count;
+                    if count == 0 {
+                        break;
+                    }
+                }
+                Some(slot) if Wide::from_box(bounds).is_valid() => {
+                    self.shared.boxes[slot.group()].set(slot.lane(), bounds);
+                    self.shared.moved[slot.group()] |= 1 << slot.lane();
+                    at += 1;
+                }
+                _ => break,
+            }
+        }
+        at
+    }
+
+    /// The same for the polygons of the block that a group is for.
+    #[inline(always)]
+    fn update_own(&mut self, group: usize, updates: &[(PolygonId, Aabb)]) -> usize {
+        let (boxes, there, block) = (&mut self.own.boxes[group], self.own.lanes[group], self.blocks[group]);
+        let (mut moved, mut count) = (0, 0);
+        for (id, bounds) in updates {
+            let lane = id.index() % BLOCK;
+            let is_there = id.0 / BLOCK as u32 == block && there >> lane & 1 == 1;
+            if !(is_there && Wide::from_box(bounds).is_valid()) {
+                break;
+            }
+            boxes.set(lane, bounds);
+            moved |= 1 << lane;
+            count += 1;
+        }
+        self.own.moved[group] |= moved;
+        count
+    }
+
+    /// Takes in a polygon that is not here.
+    pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) {
+        let block = id.index() / BLOCK;
+        self.len += 1;
+        self.ids_end = self.ids_end.max((block + 1) * BLOCK);
+        let of_block = self.slots_of(block).filter(|(_, slot)| *slot != NONE);
+        let (count, any) = of_block.fold((1, NONE), |(count, _), (_, slot)| (count + 1, slot));
+        if any != NONE && Slot(any).is_own() {
+            self.own.set(Slot(any).group(), id.index() % BLOCK, bounds);
+            self.slots.set(id, any / BLOCK as u32 * BLOCK as u32 + id.0 % BLOCK as u32);
+            return;
+        }
+        self.share(id, bounds);
+        if count >= OWN_GROUP {
+            self.give_own_group(block);
+        }
+    }
+
+    /// The ids of a block and their slots.
+    fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, u32)> {
+        let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
+        ids.map(|id| (id, self.slots.get(id)))
+    }
+
+    /// Puts a polygon into the last shared group.
+    fn share(&mut self, id: PolygonId, bounds: &Aabb) {
+        if self.shared.lanes.last().is_none_or(|&lanes| lanes == u16::MAX) {
+            self.shared.push();
+            self.ids.push([0; BLOCK]);
+        }
+        let group = self.ids.len() - 1;
+        let lane = self.shared.lanes[group].count_ones() as usize % BLOCK;
+        self.shared.set(group, lane, bounds);
+        self.ids[group][lane] = id.0;
+        self.slots.set(id, (group * BLOCK + lane) as u32);
+    }
+
+    /// Takes a polygon out of the shared groups. The last one takes its place.
+    fn unshare(&mut self, slot: Slot) {
+        let last = self.ids.len() - 1;
+        let lane = self.shared.lanes[last].count_ones() as usize - 1;
+        let (to, to_lane) = (slot.group(), slot.lane());
+        if (to, to_lane) != (last, lane) {
+            let id = self.ids[last][lane];
+            let bounds = self.shared.boxes[last].get(lane);
+            self.shared.boxes[to].set(to_lane, &bounds);
+            let moved = self.shared.moved[last] >> lane & 1;
+            self.shared.moved[to] = self.shared.moved[to] & !(1 << to_lane) | moved << to_lane;
+            self.ids[to][to_lane] = id;
+            self.slots.set(PolygonId(id), slot.0);
+        }
+        self.shared.lanes[last] &= !(1 << lane);
+        self.shared.moved[last] &= !(1 << lane);
+        if lane == 0 {
+            self.shared.swap_remove(last);
+            self.ids.pop();
+        }
+    }
+
+    /// Moves the polygons of a block from the shared groups to one of its own.
+    fn give_own_group(&mut self, block: usize) {
+        let group = self.blocks.len();
+        self.own.push();
+        self.blocks.push(block as u32);
+        for lane in 0..BLOCK {
+            // Read again each time: what is taken out moves another one, perhaps of this block.
+            let id = PolygonId((block * BLOCK + lane) as u32);
+            let slot = Slot(self.slots.get(id));
+            if slot.0 != NONE {
+                self.own.set(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
+                self.unshare(slot);
+                self.slots.set(id, (group * BLOCK + lane) as u32 | OWN);
+            }
+        }
+    }
+
+    /// Gives a block's own group up. What is left in it is put into the shared groups.
+    fn give_up_group(&mut self, group: usize) {
+        let (block, lanes, boxes) = (self.blocks[group], self.own.lanes[group], self.own.boxes[group]);
+        self.blocks.swap_remove(group);
+        self.own.swap_remove(group);
+        if let Some(&moved) = self.blocks.get(group) {
+            for lane in lanes_of(self.own.lanes[group]) {
+                self.slots.set(id_in(moved, lane), (group * BLOCK + lane) as u32 | OWN);
+            }
+        }
+        for lane in lanes_of(lanes) {
+            self.share(id_in(block, lane), &boxes.get(lane));
+        }
+    }
+
+    /// Takes a polygon out; its box, if it was here.
+    pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
+        let (slot, bounds) = (self.slot(id)?, self.bounds(id));
+        self.len -= 1;
+        self.slots.set(id, NONE);
+        if slot.is_own() {
+            let group = slot.group();
+            self.own.lanes[group] &= !(1 << slot.lane());
+            self.own.moved[group] &= !(1 << slot.lane());
+            if self.own.lanes[group].count_ones() < FEW_LEFT {
+                self.give_up_group(group);
+            }
+        } else {
+            self.unshare(slot);
+        }
+        if self.len == 0 {
+            self.ids_end = 0;
+        }
+        bounds
+    }
+
+    /// Groups, the shared ones first.
+    #[inline(always)]
+    pub(super) fn group_count(&self) -> usize {
+        self.ids.len() + self.blocks.len()
+    }
+
+    /// A group by its place in [`Movers::groups`].
+    #[inline(always)]
+    pub(super) fn group(&self, at: usize) -> Group<'_> {
+        match at.checked_sub(self.ids.len()) {
+            None => Group {
+                boxes: &self.shared.boxes[at],
+                lanes: self.shared.lanes[at],
+                ids: GroupIds::Each(&self.ids[at]),
+            },
+            Some(at) => Group {
+                boxes: &self.own.boxes[at],
+                lanes: self.own.lanes[at],
+                ids: GroupIds::Block(self.blocks[at]),
+            },
+        }
+    }
+
+    /// All groups.
+    #[inline(always)]
+    pub(super) fn groups(&self) -> impl Iterator<Item = Group<'_>> {
+        (0..self.group_count()).map(|at| self.group(at))
+    }
+
+    /// The groups of a block each: block, lanes in use, boxes.
+    #[inline(always)]
+    pub(super) fn own_groups(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
+        let groups = self.blocks.iter().zip(&self.own.lanes).zip(&self.own.boxes);
+        groups.map(|((&block, &lanes), boxes)| (block, lanes, boxes))
+    }
+
+    /// The shared groups: ids, lanes in use, boxes.
+    #[inline(always)]
+    pub(super) fn shared_groups(&self) -> impl Iterator<Item = (&[u32; BLOCK], u16, &Boxes<BLOCK>)> {
+        let groups = self.ids.iter().zip(&self.shared.lanes).zip(&self.shared.boxes);
+        groups.map(|((ids, &lanes), boxes)| (ids, lanes, boxes))
+    }
+
+    /// Begins to look at all groups once more.
+    pub(super) fn begin_round(&mut self) {
+        self.unlooked = [self.ids.len(), self.blocks.len()];
+    }
+
+    /// Whether all groups were looked at in this round.
+    pub(super) fn is_round_over(&self) -> bool {
+        self.unlooked == [0; 2]
+    }
+
+    /// Looks at the next group: those of its polygons that have not moved since it was looked at before, and how many.
+    pub(super) fn next_resting(&mut self) -> ([PolygonId; BLOCK], usize) {
+        let mut resting = [PolygonId(0); BLOCK];
+        let mut count = 0;
+        // From the last to the first: what takes the place of something removed was looked at before.
+        let [shared, own] = self.unlooked;
+        let (groups, at) =
+            if own > 0 { (&mut self.own, own - 1) } else { (&mut self.shared, shared.max(1) - 1) };
+        self.unlooked = if own > 0 { [shared, own - 1] } else { [at, 0] };
+        let Some(moved) = groups.moved.get_mut(at) else { return (resting, 0) };
+        let ids = if own > 0 { GroupIds::Block(self.blocks[at]) } else { GroupIds::Each(&self.ids[at]) };
+        for lane in lanes_of(groups.lanes[at] & !std::mem::take(moved)) {
+            resting[count] = ids.id(lane);
+            count += 1;
+        }
+        (resting, count)
+    }
+
+    /// What is wrong; for tests.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let mut found = 0;
+        for (at, group) in self.groups().enumerate() {
+            found += group.lanes.count_ones() as usize;
+            let is_shared = at < self.ids.len();
+            let least = if is_shared { 1 } else { FEW_LEFT };
+            if group.lanes.count_ones() < least {
+                return Err(format!("group {at} of what moves has the lanes {:b}", group.lanes));
+            }
+            if is_shared && at + 1 < self.ids.len() && group.lanes != u16::MAX {
+                return Err(format!("shared group {at} is not full and not the last"));
+            }
+            for lane in lanes_of(group.lanes) {
+                let id = group.ids.id(lane);
+                let slot = if is_shared { at * BLOCK + lane } else { (at - self.ids.len()) * BLOCK + lane };
+                if self.slot(id) != Some(Slot(slot as u32 | if is_shared { 0 } else { OWN })) {
+                    return Err(format!("polygon {} moves at another place", id.0));
+                }
+                if !group.boxes.get(lane).is_valid() || id.index() >= self.ids_end {
+                    return Err(format!("polygon {} moves with a wrong box or number", id.0));
+                }
+            }
+        }
+        if found != self.len {
+            return Err(format!("{found} polygons in groups of what moves, {} counted", self.len));
+        }
+        Ok(())
+    }
+}
