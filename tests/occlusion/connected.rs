@@ -321,3 +321,17 @@ fn surfaces_go_on_across_the_near_plane() {
     assert!(!hides(&last, &Aabb::cube(Vec3::new(0.0, 0.2, 4.0), 0.3)), "above it");
     assert!(!hides(&last, &Aabb::cube(Vec3::new(0.0, -0.44, 0.52), 0.01)), "where nothing is drawn");
 }
+
+/// A bent quad whose diagonal the near plane cuts ends there where its two triangles end, not on a straight line.
+#[test]
+fn a_bent_quad_ends_at_the_near_plane_where_its_triangles_do() {
+    let window = straight(1.0);
+    let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+    let quad = vec![at(0.0, -0.5, 0.0), at(-3.0, -0.5, 2.0), at(0.0, 0.0, 3.0), at(3.0, -0.5, 2.0)];
+    let [beside, behind] = [at(0.0, -0.42, 1.0) * 5.0, at(0.0, -0.2, 1.0) * 5.0];
+    let polygons = [quad];
+    assert!(!is_blocked(&window, &polygons, beside.as_dvec3()), "nothing is drawn before it");
+    let last = Polygons::new(&polygons).picture(&window, [64, 64]);
+    assert!(!hides(&last, &Aabb::new(beside, beside)), "between the diagonal and the line");
+    assert!(hides(&last, &Aabb::new(behind, behind)), "behind both triangles, on the diagonal");
+}
