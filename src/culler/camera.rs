@@ -6,14 +6,14 @@ use crate::{
     view::{ClipDepth, View, ViewWindow},
 };
 
-/// The mask with which a camera sees every layer.
+/// Mask of all layers.
 pub const ALL_LAYERS: u32 = u32::MAX;
 
-/// How much a near plane may be inclined to the direction of view, as the slope of depth sideways: what rounding to `f32` does.
-/// Larger: a window whose near plane lies elsewhere by more than its margin.
+/// Largest slope of a near plane against the direction of view: that of a matrix rounded to `f32`. Larger: the near plane of the
+/// window is wrong by more than its margin.
 const MOST_INCLINED: f64 = 5.0e-6;
 
-/// Which depths a matrix gives to what is drawn, after the division by w.
+/// Range of depths in clip space, after the division by w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
     /// 0 at the near plane, 1 at the far one: WebGPU, Vulkan, Direct3D, Metal.
@@ -24,7 +24,7 @@ pub enum Depth {
     MinusOneToOne,
 }
 
-/// Why a matrix is no camera's.
+/// Why a matrix defines no camera.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CameraError {
@@ -43,7 +43,7 @@ pub enum CameraError {
     Singular,
 }
 
-/// What a camera, or a light, sees of world space, and how its view is culled.
+/// The frustum of a camera or a light in world space, with its options for culling.
 ///
 /// ```
 /// use osp::{Camera, Depth};
@@ -115,14 +115,13 @@ impl Camera {
         })
     }
 
-    /// The same camera, for which what the occluders hide is left out. Changes nothing for a parallel projection, an oblique near
-    /// plane and a sheared screen: what hides there is not looked for.
+    /// The same camera, with occlusion culling. Without effect for a parallel projection, an oblique near plane and a sheared screen.
     #[must_use]
     pub fn hide_by_occluders(self) -> Self {
         Self { hides: true, ..self }
     }
 
-    /// The same camera, which sees only what is on one of these layers, a bit each. At first it sees [`ALL_LAYERS`].
+    /// The same camera, which sees only objects on one of these layers, a bit each. The default is [`ALL_LAYERS`].
     #[must_use]
     pub fn on_layers(self, layers: u32) -> Self {
         Self { layers, ..self }
@@ -138,7 +137,7 @@ impl Camera {
         Ray::new(start.as_vec3(), along.normalize_or_zero().as_vec3())
     }
 
-    /// Six planes around what it sees, world space.
+    /// Its six planes, world space.
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
     }

@@ -6,7 +6,7 @@ use crate::{
     polygon::ConvexPolygon,
 };
 
-/// Why something cannot hide what is behind it.
+/// Why a shape cannot be an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum OccluderError {
@@ -36,10 +36,10 @@ pub enum OccluderError {
     NoArea,
 }
 
-/// A surface that hides what is behind it, world space, metres: opaque, and seen from both sides.
+/// A surface that hides objects behind it, world space, metres: opaque, and seen from both sides.
 ///
-/// It may be a part of what is drawn, or a stand-in that is never drawn, as long as it lies inside of something drawn and opaque: then
-/// whatever it hides, that hides too. A few large polygons hide more in less time than many small ones.
+/// It is a drawn surface, or an undrawn stand-in inside of a drawn opaque object, which then hides the same objects. A few large polygons
+/// hide more in less time than many small ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluder(Shape);
 

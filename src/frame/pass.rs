@@ -34,7 +34,7 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// Sets how many occluders a view takes at most; `None` is the method's own number. A method without occluders ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Sets what it costs to draw a polygon, nanoseconds, for a method that culls only where that pays.
+    /// Sets the cost of drawing a polygon, nanoseconds, for a method that culls only where that pays.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 

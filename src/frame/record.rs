@@ -1,7 +1,7 @@
 use super::Stage;
 use crate::index::WorkCounts;
 
-/// One frame: how many polygons changed, what each stage cost, how many are in the frustum and hidden.
+/// One frame: changed polygons, cost of each stage, polygons in the frustum and hidden ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameRecord {
     /// Its number, from 0.
@@ -29,10 +29,10 @@ pub struct FrameRecord {
     pub occlusion: OcclusionRecord,
 }
 
-/// What culling by occlusion did in a frame. All zero where there is none.
+/// Work of occlusion culling in a frame. All zero without occlusion culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OcclusionRecord {
-    /// Whether this frame was culled by occlusion: it is left out where it would not pay.
+    /// Whether occlusion culling ran in this frame; frames in which it would not pay skip it.
     pub used: bool,
     /// Whether the polygons that were visible in the last frame were the occluders, instead of the largest ones.
     pub by_last: bool,

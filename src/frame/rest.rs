@@ -1,32 +1,32 @@
 use crate::view::View;
 
-/// Frames that are not looked at in a row, at most: a third of a second.
+/// Longest pause, frames: a third of a second.
 const LONGEST: u32 = 32;
 
-/// A turn with a smaller cosine than this, 10 degrees, ends the rest.
+/// Cosine of the turn of the view that ends the pause, 10 degrees.
 const TURN_COSINE: f32 = 0.985;
 
-/// So does a change of what is in view by this part, 1 / this.
+/// Change of the number of polygons in view that ends the pause, 1 / this of them.
 const CHANGED_PART: u64 = 8;
 
-/// Where large occluders hide nothing, they need not be looked for in every frame: after a frame in which nothing was found
-/// the next is left out, then two, four, and so on. What could be found in them is drawn, which is never wrong.
+/// Idle backoff of occlusion culling: after a frame that found no hidden polygon it skips one frame, then two, four, and so on.
+/// Skipped frames draw everything in view, which is conservative.
 ///
-/// It goes by counts and views alone, so it decides the same on every machine.
+/// It depends on counts and views alone, so every machine decides the same.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rest {
-    /// Frames that are still to be left out.
+    /// Frames still to skip.
     left: u32,
-    /// Frames that were left out after the last look.
+    /// Frames skipped after the last test.
     length: u32,
-    /// Polygons in view, views, and the first of them, when it was looked last.
+    /// Polygons in view, number of views, and the first view, at the last test.
     seen: u64,
     views: usize,
     view: Option<View>,
 }
 
 impl Rest {
-    /// Whether a frame is left out. `comes_large` says whether something came that may hide much.
+    /// Whether to skip a frame. `comes_large` returns whether a possible large occluder was inserted.
     pub(super) fn leaves_out(
         &mut self,
         seen: u64,
@@ -46,7 +46,7 @@ impl Rest {
             return false;
         }
         if comes_large() {
-            // Looked at once; if that finds nothing, either, the rest goes on as long as before.
+            // Tests at once. If that finds nothing, either, the next pause grows as usual.
             self.left = 0;
             return false;
         }
@@ -54,7 +54,7 @@ impl Rest {
         true
     }
 
-    /// Takes what a look has found.
+    /// Stores the number of polygons that a test found hidden.
     pub(super) fn note(&mut self, found: u64, seen: u64, views: &[View]) {
         if found > 0 {
             *self = Self::default();

@@ -21,11 +21,11 @@ use crate::{
     },
 };
 
-/// Rounding of a kernel that tests a box against a plane, relative to the numbers that go in.
+/// Rounding error of a kernel that tests a box against a plane, relative to its input numbers.
 const KERNEL_ROUNDING: f64 = PLACE_ROUNDING;
 
-/// A space with its polygons. In `mesh`, a polygon's number is `slot * 16 + id % 16`, where `blocks[slot]` is `id / 16`: what
-/// the mesh answers as masks is then handed on as masks.
+/// A space with its polygons. In `mesh`, a polygon's number is `slot * 16 + id % 16`, where `blocks[slot]` is `id / 16`, so
+/// that masks of the mesh are masks of ids.
 struct Space {
     id: SpaceId,
     mesh: Mesh,
@@ -138,7 +138,7 @@ pub(super) struct Spaces {
     numbers: HashMap<SpaceId, u32>,
     /// The spaces by their boxes in the world.
     tops: Option<Osp>,
-    /// For each polygon, one more than the number of the space that it is filed in; 0 if in none.
+    /// For each polygon, one more than the number of its space; 0 without a space.
     filed: ById<u32>,
     polygons: usize,
     changed: Vec<u32>,
@@ -314,7 +314,7 @@ impl Spaces {
         }
     }
 
-    /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] says it: by `hit`, in the world.
+    /// The nearest polygon that a ray meets in a space, with the exact test `hit` in the world; see [`SpatialIndex::ray_nearest`].
     pub(super) fn ray_nearest(
         &self,
         geometry: &dyn Geometry,

@@ -1,7 +1,7 @@
 use super::simd::ROOM_BEHIND;
 use crate::polygon::{BLOCK, PolygonId};
 
-/// The numbers that a query found, in its order. It allocates only while it grows. A frame hands on sets instead:
+/// The ids that a query found, in its order. It allocates only while it grows. Frames use sets instead:
 /// [`VisibleBlocks`](crate::polygon::VisibleBlocks).
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
@@ -80,12 +80,12 @@ impl DrawList {
         (&mut self.ids, &mut self.masks)
     }
 
-    /// How many there are.
+    /// Number of polygons.
     pub fn len(&self) -> usize {
         self.ids.len()
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.ids.is_empty()
     }

@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::simd::{IdWriter, Kernel};
 use crate::polygon::BLOCK;
 
-/// Where a pass over blocks of sixteen puts what it finds: a list of ids, or the masks of blocks.
+/// Output of a pass over blocks of sixteen: a list of ids, or the masks of blocks.
 pub trait RunSink {
     /// Polygons `first + bit` of a mask, all of one block.
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
@@ -41,13 +41,13 @@ impl<'a> MaskWriter<'a> {
         Self { masks, begin: usize::MAX, end: 0, found: 0 }
     }
 
-    /// All masks, to be set by OR; [`MaskWriter::note`] says what was.
+    /// All masks; set bits by OR, then call [`MaskWriter::note`].
     #[inline(always)]
     pub(crate) fn masks(&mut self) -> &mut [u16] {
         self.masks
     }
 
-    /// So many polygons were set in these blocks.
+    /// Records that `polygons` bits were set in these blocks.
     #[inline(always)]
     pub(crate) fn note(&mut self, blocks: Range<usize>, polygons: usize) {
         self.begin = self.begin.min(blocks.start);
@@ -55,7 +55,7 @@ impl<'a> MaskWriter<'a> {
         self.found += polygons;
     }
 
-    /// The set is complete: what [`crate::polygon::VisibleBlocks::note_filled`] is told.
+    /// Ends the set; returns the arguments of [`crate::polygon::VisibleBlocks::note_filled`].
     #[inline(always)]
     pub fn finish(self) -> (Range<usize>, usize) {
         (self.begin..self.end, self.found)

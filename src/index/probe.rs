@@ -11,8 +11,8 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// A ray goes on looking this much (relative) beyond the nearest hit so far, because a polygon test and a box test
-/// round differently. Larger: a few more polygons are asked.
+/// Relative distance beyond the nearest hit so far up to which a ray tests boxes, because a polygon test and a box test round
+/// differently. Larger: a few more polygons are tested.
 pub(crate) const RAY_SLACK: f32 = 1.0e-4;
 
 /// The frustum that sees exactly the boxes which share a point with `bounds`: one product with 1, two with 0 and one
@@ -78,7 +78,7 @@ impl<'a> Nearest<'a> {
     }
 }
 
-/// Whether a box that the ray enters at `t` is still of interest: what [`Ray::enter_box`] says, without the box.
+/// Whether a box that the ray enters at `t` lies within `reach`, by the comparison of [`Ray::enter_box`].
 pub fn is_wanted(t: f32, reach: f32) -> bool {
     is_no_later(t, reach)
 }
@@ -203,7 +203,7 @@ pub struct NearestPolygons<'a> {
 }
 
 impl<'a> NearestPolygons<'a> {
-    /// `None` if there is nothing to look for: no polygon is wanted, or the point is none.
+    /// `None` for a count of zero or a point with NaN.
     pub(crate) fn new(
         point: Vec3,
         count: usize,
@@ -223,7 +223,7 @@ impl<'a> NearestPolygons<'a> {
         self.point
     }
 
-    /// How far boxes are still of interest, metres.
+    /// Largest distance of a box that may hold one of the nearest polygons, metres.
     pub(crate) fn reach_m(&self) -> f32 {
         match self.found.peek() {
             Some(last) if self.found.len() == self.count => last.distance_m * (1.0 + RAY_SLACK),
@@ -231,7 +231,7 @@ impl<'a> NearestPolygons<'a> {
         }
     }
 
-    /// The distance of a box, metres, if it is still of interest.
+    /// The distance of a box, metres, if it is at most [`NearestPolygons::reach_m`].
     pub fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
         let reach_m = self.reach_m();
         // A root: the square of a short distance may be too small for an `f32`.

@@ -3,64 +3,63 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// A node as a visitor sees it.
+/// A node, as passed to a [`Visitor`].
 #[derive(Clone, Copy, Debug)]
 pub struct Node<'a> {
-    /// Holds every polygon of the node and below.
+    /// Box around every polygon of the node and of those below.
     pub bounds: &'a Aabb,
     /// 0 at the top.
     pub depth: u32,
-    /// How the node's box lies to the frustum (never [`Containment::Outside`]).
+    /// Outcome of the frustum test of the node's box, never [`Containment::Outside`].
     pub containment: Containment,
-    /// Polygons in the node and below; an upper bound where the structure does not know it exactly.
+    /// Number of polygons in the node and below, or an upper bound of it.
     pub polygons: usize,
-    /// Whether nothing is below.
+    /// Whether the node has no nodes below.
     pub is_leaf: bool,
 }
 
 /// What to do with a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visit {
-    /// Leave it and everything below out.
+    /// Omit the node and all below.
     Skip,
-    /// Go on: ask again for the nodes below.
+    /// Visit the nodes below.
     Descend,
-    /// Take it and everything below that passes the frustum, without asking again.
+    /// Report all polygons of the node and below that pass the frustum, without visiting the nodes.
     Take,
 }
 
-/// Asked at every node of a [`super::SpatialIndex::traverse`].
+/// Selects nodes and receives polygons in a [`super::SpatialIndex::traverse`].
 pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
-    /// Whether it would rather decide about neighbouring leaves together, by [`Visitor::leaves`]. Polygons whose own box was asked
-    /// about there are then received as if the answer had been [`Visit::Take`].
+    /// Whether [`Visitor::leaves`] decides about neighbouring leaves together. Polygons whose own box was passed there then count as
+    /// taken ([`Visit::Take`]).
     fn asks_together(&self) -> bool {
         false
     }
 
-    /// Decides about at most sixteen leaves; leaf `i` holds `polygons[i]` polygons. All of them lie in the last node, leaves not
-    /// counted, that [`Visitor::node`] was asked about.
+    /// Decides about at most sixteen leaves; leaf `i` holds `polygons[i]` polygons. All of them lie in the last inner node that was
+    /// passed to [`Visitor::node`].
     fn leaves(&mut self, _bounds: &[Aabb], _polygons: &[u8], answers: &mut [Visit]) {
         answers.fill(Visit::Descend);
     }
 
-    /// Receives polygons that pass the frustum. `asked` is
-    /// [`Visit::Descend`] or [`Visit::Take`], whatever was answered for the node that they are in.
+    /// Receives polygons that pass the frustum. `asked` is the decision about their node, [`Visit::Descend`] or [`Visit::Take`].
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
 }
 
-/// Says in a [`super::SpatialIndex::thin_out`] what is hidden.
+/// The occlusion test of a [`super::SpatialIndex::thin_out`].
 pub trait Thinner {
-    /// A node of fewer polygons is kept without a question.
+    /// Nodes of fewer polygons are kept without a test.
     fn least_polygons(&self) -> usize;
 
-    /// Whether the polygons of leaves are asked about one by one.
+    /// Whether the polygons of leaves are tested one by one.
     fn asks_polygons(&self) -> bool;
 
-    /// Decides about a node with this box and at most so many polygons: [`Visit::Skip`] if all of it is hidden,
-    /// [`Visit::Take`] if nothing of it can be.
+    /// Tests a node with this box and at most so many polygons: [`Visit::Skip`] if all of it is hidden, [`Visit::Take`] if no part
+    /// can be hidden.
     fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
 
     /// [`Thinner::node`] for at most sixteen boxes, with at most so many polygons each.

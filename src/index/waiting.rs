@@ -1,11 +1,11 @@
 use std::cmp::Ordering;
 
-/// A place that a search for what is nearest has still to look at.
+/// An unvisited entry of a search for the nearest polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waiting<P> {
     /// Where the ray enters it, or its distance from the point.
     pub t: f32,
-    /// What waits: a node or a polygon.
+    /// The node or polygon.
     pub place: P,
 }
 

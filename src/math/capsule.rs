@@ -4,7 +4,7 @@ use super::{Obb, Ray, Sphere, Volume};
 
 /// All points within a distance of a segment: a cylinder with a half sphere at each end. World space, metres.
 ///
-/// It fits what is long and thin, such as a short piece of a stroke, closer than a sphere does.
+/// It fits long and thin shapes, such as a short piece of a stroke, closer than a sphere does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
     /// One end of the segment.

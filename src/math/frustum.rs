@@ -71,8 +71,8 @@ impl Frustum {
         self.classify_masked(bounds, PlaneMask::ALL).0
     }
 
-    /// [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for what lies inside
-    /// the box, and how many planes were tested.
+    /// [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for boxes inside this one, and the
+    /// number of tested planes.
     pub fn classify_masked(&self, bounds: &Aabb, mask: PlaneMask) -> (Containment, PlaneMask, u32) {
         let mut left = mask.0;
         let mut tested = 0;

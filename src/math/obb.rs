@@ -12,8 +12,8 @@ const SWEEPS: usize = 12;
 /// `|x|`, `|y|`, `|z|` at most the half sides.
 ///
 /// Stefan Gottschalk, Ming Lin and Dinesh Manocha, "OBBTree: A Hierarchical Structure for Rapid Interference Detection"
-/// (1996): fitted along the principal axes of its points, and told apart by separating axes. Difference: the axes are
-/// those of the points, not of their convex hull, and where the axis-aligned box has less surface it is taken.
+/// (1996): fitted along the principal axes of its points, intersected by separating axes. Differences: the axes are those of the
+/// points, not of their convex hull, and an axis-aligned box of less surface replaces the fitted one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obb {
     center: Vec3,
@@ -98,8 +98,8 @@ impl Obb {
         along.abs().cmple(half + DVec3::splat(half.max_element() * GROWTH)).all()
     }
 
-    /// Whether two boxes share a point (touching counts): they do unless one of fifteen directions (the sides of both,
-    /// and what is square to a side of each) separates them. Never wrong about boxes that share one.
+    /// Whether two boxes share a point; touching counts. They do unless one of fifteen directions separates them: the axes of both
+    /// and the cross products of these. Boxes that share a point are never reported as separate.
     pub fn intersects(&self, other: &Self) -> bool {
         let apart = other.center.as_dvec3() - self.center.as_dvec3();
         let (mine, others) = (self.axes().map(|a| a.as_dvec3()), other.axes().map(|a| a.as_dvec3()));

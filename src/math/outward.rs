@@ -1,4 +1,4 @@
-//! Planes in `f32` that cut off nothing of what they are meant to hold, whatever the box test rounds.
+//! Conservative planes in `f32`: with any rounding of the box test, no point of the frustum lies behind them.
 //!
 //! **The bound.** The test of a box ([`crate::math`]) computes `s = ((n.x*x + n.y*y) + n.z*z) + d` at the box's corner
 //! that lies farthest along `n`. Let `p` be a point of the box that must not be lost. Take `q`, `p` with each coordinate
@@ -9,9 +9,9 @@
 //! * the last sum costs nothing, because only its sign is used, which rounding never changes.
 //!
 //! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, but for terms in `u^2`. The left side is linear in
-//! `p` and the right one convex: it holds in all of a frustum if it holds at its eight corners. So `d` is chosen. Far
-//! corners want a large `d`, near ones would get more of it than they need; so the normal is first turned outwards by as
-//! much as the bound grows with depth.
+//! `p` and the right one convex: it holds in all of a frustum if it holds at its eight corners. This determines `d`. Far
+//! corners need a larger `d` than near ones. Therefore the normal is first turned outwards by as much as the bound grows
+//! with depth.
 
 use glam::{DVec3, DVec4};
 
@@ -20,19 +20,19 @@ use super::Plane;
 /// Half a unit in the last place of 1, `u`.
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 
-/// What the box test may be wrong by, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`. A
+/// Largest error of the box test, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`. A
 /// longer proof shows that slightly more than half of this is enough: rounding the plane's distance up compensates for the
 /// rounding of the final sum.
 const ROUNDED: f64 = 3.001 * UNIT;
 
-/// How much a normal is turned, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
+/// Turn of a normal, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
 /// rounding of the normal, one to spare. Smaller: planes lie farther out near the eye. Larger: farther out in the distance.
 const TURNED: f64 = 5.0 * UNIT;
 
 /// A plane that has everything on its inner side.
 pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
 
-/// What a frustum has to hold: the hull of its corners, exactly.
+/// The exact frustum that the planes must contain: the hull of these corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
     /// Homogeneous: divided by `w`, or a direction where `w` is 0. In the same order as those of `far`.

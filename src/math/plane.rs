@@ -5,7 +5,7 @@ use super::Aabb;
 /// An oriented plane `normal . x + d = 0`; the inside is where that sum is not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// Points to the inside. Unit length where a distance in metres is asked for.
+    /// Points to the inside. Distances are in metres only if it has unit length.
     pub normal: Vec3,
     /// Signed distance of the origin, metres (for a unit normal).
     pub d: f32,

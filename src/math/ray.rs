@@ -80,8 +80,7 @@ impl Ray {
     }
 }
 
-/// Whether what is entered at `near` is entered no later than `far`, but for rounding: that can move both by a few units
-/// in the last place, or by the last that there is.
+/// Whether `near` is at most `far`, within rounding: a few units in the last place, or the smallest normal number.
 pub(crate) fn is_no_later(near: f32, far: f32) -> bool {
     near <= latest(far)
 }
@@ -92,12 +91,11 @@ pub(crate) fn latest(far: f32) -> f32 {
     far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
 }
 
-/// Where a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. For what
-/// `f32` cannot tell: a direction that is zero (it is between the planes for ever, or never), one so short or long that
-/// its reciprocal is none, and differences or products that overflow.
+/// Where a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. Covers the
+/// cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal, differences or products that overflow.
 ///
-/// A box can come here for what is too large in it, and a smaller one inside it need not: so it is made a little wider
-/// than that one could be by rounding.
+/// A box may need this path for a large coordinate while a smaller box inside it does not. The interval is therefore wider than
+/// the rounding error of the smaller box.
 #[cold]
 fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f32)> {
     const WIDER: f64 = 8.0 * f32::EPSILON as f64;

@@ -20,7 +20,7 @@ pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     v + t * q.w + u.cross(t)
 }
 
-/// [`rotate`] in `f64`, for what has to hold whatever `f32` rounds.
+/// [`rotate`] in `f64`, for bounds that rounding to `f32` must not break.
 pub fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
     let u = Vec3::new(q.x, q.y, q.z).as_dvec3();
     let t = u.cross(v) * 2.0;

@@ -5,22 +5,22 @@ use super::{
     outward::{EVERYTHING, round_up},
 };
 
-/// What rounding may move a volume against a plane, as a fraction of the numbers that go in: a handful of `f32` steps.
+/// Largest shift of a volume against a plane by rounding, as a fraction of the input numbers: a handful of `f32` steps.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
 /// A plane that is 1 / this times as far away as the other one, or farther, is taken to be at infinity. Larger: far planes that
 /// cull nothing. Smaller: matrices in `f32` without a far plane have one.
 const LEAST_RATIO: f64 = 1.0e-7;
 
-/// Something convex that holds what it stands for, with a middle.
+/// A convex bounding volume with a centre.
 pub trait Volume {
-    /// Its middle, metres.
+    /// Its centre, metres.
     fn center(&self) -> Vec3;
 
-    /// How far it reaches from its middle along `direction`, times the direction's length ("projected radius").
+    /// Its projected radius along `direction`, times the direction's length.
     fn reach_along(&self, direction: Vec3) -> f32;
 
-    /// A length that no point of it is farther from the middle than, metres.
+    /// Upper bound of the distance of its points from the centre, metres.
     fn size_m(&self) -> f32;
 }
 
@@ -140,8 +140,8 @@ impl Frustum {
         )
     }
 
-    /// The frustum with its planes moved outwards by what rounding may cost a box within `bounds`, so that such boxes may be
-    /// tested by [`Frustum::classify`] and [`Frustum::may_see`]. For a frustum that came from another space
+    /// The frustum with its planes moved outwards by the largest rounding error of a box within `bounds`.
+    /// [`Frustum::classify`] and [`Frustum::may_see`] are then conservative for such boxes. For a frustum from another space
     /// ([`Frustum::in_space`]).
     #[must_use]
     pub fn widened_for(&self, bounds: &Aabb) -> Self {
@@ -153,8 +153,7 @@ impl Frustum {
         }))
     }
 
-    /// The frustum as it is in another space: what lies in it there lies in this one here. Volumes that are kept in the
-    /// space of a group are then tested as they are.
+    /// This frustum expressed in another space. It tests volumes in the space of a group without transforming them.
     ///
     /// Exact but for the rounding of the normals, which [`Frustum::classify_volume`] allows for; the frusta of a view or a
     /// matrix are wide enough for boxes that are tested without ([`Frustum::classify`]) only in their own space. For

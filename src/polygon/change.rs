@@ -4,14 +4,14 @@ use super::{PolygonId, SpaceId};
 /// free number may be given to another polygon at once (`Remove`, then `Insert`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The polygon is there now. Where a scene brings back what it had removed, it lies where it was, or an update follows.
+    /// The polygon exists now. A polygon that a scene restores has its former box, or an update follows.
     Insert(PolygonId),
     /// The polygon is gone. It may come back under the same number.
     Remove(PolygonId),
     /// The polygon has moved, or has another shape.
     Update(PolygonId),
-    /// The polygon is where it was and looks different. An index ignores this; a renderer draws the polygon anew, and
-    /// occlusion culling looks again at what it hides (its holes may be elsewhere).
+    /// The polygon looks different at the same place. An index ignores this. A renderer draws the polygon again, and occlusion
+    /// culling reads its solid part again.
     Repaint(PolygonId),
     /// A space has moved, and with it every polygon that [is in it](super::Geometry::space). When a polygon enters or leaves a
     /// space, the caller passes an `Update` of that polygon first.

@@ -3,12 +3,12 @@ use glam::Affine3A;
 use super::{ConvexPolygon, PolygonId, SpaceId, SpacePlace};
 use crate::math::Aabb;
 
-/// The caller's polygons, in any form. An answer about a polygon holds until the caller passes a [`Change`](super::Change) of
-/// that polygon, or a [`Place`](super::Change::Place) of its space, which changes the box of each polygon in the space.
+/// The caller's polygons, in any form. A returned value holds until the caller passes a [`Change`](super::Change) of that polygon,
+/// or a [`Place`](super::Change::Place) of its space, which changes the box of each polygon in the space.
 ///
-/// "Polygon" is whatever the caller draws under one number: one polygon, or a mesh that is known by its box only. A mesh
-/// hides nothing. To let a house hide what is behind it, give its walls numbers of their own. Such a wall may be a stand-in
-/// that the engine does not draw, as long as it lies inside the house: then whatever it hides, the house hides too.
+/// A "polygon" is one drawn object with a number: a convex polygon, or a mesh with a box and without corners. A mesh hides
+/// nothing. To make a house an occluder, give its walls numbers of their own. Such a wall may be an undrawn stand-in inside the
+/// house: everything behind the stand-in is then behind the house, too.
 pub trait Geometry {
     /// One more than the highest number that is or was in use.
     fn id_end(&self) -> usize;
@@ -16,37 +16,36 @@ pub trait Geometry {
     /// Whether the polygon is there now. `false` for every number that is not in use.
     fn is_present(&self, id: PolygonId) -> bool;
 
-    /// The tight box of a polygon, world space, metres. For one that is gone any box will do
-    /// ([`Aabb::EMPTY`]); it is asked below [`Geometry::id_end`] and for numbers in changes only.
+    /// The tight box of a polygon, world space, metres. For a removed polygon any box will do ([`Aabb::EMPTY`]). Callers pass
+    /// numbers below [`Geometry::id_end`] and numbers of changes only.
     fn bounds(&self, id: PolygonId) -> Aabb;
 
-    /// The corners of a polygon, world space, metres: convex and flat ([`FLATNESS`](super::FLATNESS)). `None` for a mesh, which
-    /// is culled by its box and hides nothing, and for what is gone.
+    /// The corners of a polygon, world space, metres: convex and flat ([`FLATNESS`](super::FLATNESS)). `None` for a removed polygon,
+    /// and for a mesh, which hides nothing and is culled by its box.
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon>;
 
-    /// Whether a polygon hides what is behind it: it is opaque, and drawn from both sides. Asked like [`Geometry::bounds`];
-    /// no matter for a mesh.
+    /// Whether a polygon may hide others: it is opaque, and drawn from both sides. Called for the numbers of [`Geometry::bounds`];
+    /// ignored for a mesh.
     fn may_occlude(&self, id: PolygonId) -> bool;
 
-    /// The part of a polygon that hides all that is behind it, in its plane: all of it if it may occlude, unless there are
-    /// holes in it.
+    /// The solid part of a polygon, in its plane: the whole polygon if it may occlude and has no holes.
     fn occluder(&self, id: PolygonId) -> Option<ConvexPolygon> {
         if self.may_occlude(id) { self.polygon(id) } else { None }
     }
 
-    /// The space that a polygon is fixed in, if it is in one that moves as a whole. A polygon that comes into a space, leaves
-    /// it, or changes its place in it, has an [`Update`](super::Change::Update); when the space moves, one
-    /// [`Place`](super::Change::Place) stands for all its polygons.
+    /// The space that a polygon is fixed in, if it moves with others as a whole. A polygon that enters or leaves a space, or moves
+    /// inside of it, needs an [`Update`](super::Change::Update). When the space moves, one [`Place`](super::Change::Place) stands for
+    /// all its polygons.
     fn space(&self, _id: PolygonId) -> Option<SpaceId> {
         None
     }
 
-    /// The tight box of a polygon in the space that it is fixed in; asked of polygons that are in one only.
+    /// The tight box of a polygon in its space; called for polygons in a space only.
     fn bounds_in_space(&self, id: PolygonId) -> Aabb {
         self.bounds(id)
     }
 
-    /// Where a space is now; asked of spaces that [`Geometry::space`] has named.
+    /// The current transform of a space that [`Geometry::space`] has returned.
     fn place(&self, _space: SpaceId) -> SpacePlace {
         SpacePlace::from(Affine3A::IDENTITY)
     }

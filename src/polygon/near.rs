@@ -1,5 +1,5 @@
-//! How far a polygon is from a point, and whether it shares a point with a box. In `f64`, so that a box test in `f32`
-//! never says less than these.
+//! Distance of a polygon from a point, and intersection of a polygon with a box. In `f64`, so that they find no
+//! polygon that a box test in `f32` misses.
 
 use glam::{DVec3, Vec3};
 

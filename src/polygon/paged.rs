@@ -8,8 +8,8 @@ pub struct Paged<T, const PAGE: usize = 4096> {
     len: usize,
 }
 
-/// A full page is thinned when at most this part of what it holds is left, 1 / THIN. Larger: less memory for pages that
-/// are full of holes, more copying.
+/// A full page is thinned when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages that are full
+/// of holes, more copying.
 const THIN: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ impl<T> Page<T> {
         }
     }
 
-    /// Keeps nothing but what is left.
+    /// Drops the released entries.
     fn thin(&mut self) {
         let Some(left) = &self.left else { return };
         if self.left_count == 0 {

@@ -7,19 +7,18 @@ use crate::math::Aabb;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SpaceId(pub u32);
 
-/// Where a space is in the world, and how exactly that says where its polygons are.
+/// Transform of a space to the world, with bounds of its rounding error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacePlace {
-    /// The world from the space: turned, scaled, moved.
+    /// From the space to the world: rotation, scale, translation.
     pub world_from_space: DAffine3,
-    /// How far beside the place that the matrix tells a polygon may lie, at most, metres, because of what is rounded where
-    /// its corners are computed, …
+    /// Largest distance of a drawn corner from its transformed place, by rounding, at the origin of the space, metres.
     pub rounding_m: f64,
-    /// … and so much more for each metre that it lies from the origin of the space.
+    /// Growth of that distance for each metre between the corner and the origin of the space.
     pub rounding_per_m: f64,
 }
 
-/// Relative error of a corner that was brought into the world by one matrix of `f32`: a few roundings.
+/// Relative error of a corner that one matrix of `f32` transforms to the world: a few roundings.
 pub const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
 impl From<Affine3A> for SpacePlace {

@@ -15,8 +15,8 @@ const MOST_LISTED: usize = 1 << 22;
 /// Entries that an index may write behind a list.
 const BEHIND: usize = 512;
 
-/// A set of polygons as blocks of sixteen consecutive numbers, each with a mask: what a query finds, what occlusion
-/// culling leaves of it, and what a renderer orders and draws. Nothing on that way lists numbers.
+/// A set of polygons as blocks of sixteen consecutive numbers, each with a mask. A query fills it, occlusion culling clears
+/// hidden polygons, and a renderer orders and draws the rest. None of them lists numbers.
 ///
 /// A frame's set is cleared and filled again without allocation once it reaches to the highest number. Memory: a bit for
 /// each number up to the highest. Every walk over it, and clearing it, takes time by the span from the lowest to the highest
@@ -145,8 +145,8 @@ impl VisibleBlocks {
         ids
     }
 
-    /// For an index: room for numbers below `ids`, and the masks of all blocks, to be filled by OR. Afterwards
-    /// [`VisibleBlocks::note_filled`] says what was set.
+    /// For an index: the masks of all blocks, with room for numbers below `ids`. Set bits by OR, then call
+    /// [`VisibleBlocks::note_filled`] with the range of the set blocks.
     pub fn masks_for(&mut self, ids: usize) -> &mut [u16] {
         let blocks = ids.div_ceil(BLOCK);
         if blocks > self.masks.len() {

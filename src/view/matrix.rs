@@ -2,7 +2,7 @@ use glam::{DMat3, DMat4, DVec3, DVec4, Mat4, Quat};
 
 use super::{Projection, View, ViewWindow, WINDOW_MARGIN};
 
-/// Which depths a matrix gives to what is drawn, after the division by w.
+/// Range of depths in clip space, after the division by w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClipDepth {
     /// From 0 to 1 or, reversed, from 1 to 0: WebGPU, Vulkan, Direct3D, Metal.
@@ -11,21 +11,20 @@ pub enum ClipDepth {
     MinusOneToOne,
 }
 
-/// A view from a matrix is wider than the matrix by this part of it, because its own numbers are `f32`, too.
+/// A view is wider than its matrix by this part, because the numbers of the view are `f32`, too.
 const WIDENING: f64 = 1.0e-6;
-/// By how much of the near distance rounding may move the eye of a window: about as much as whoever draws in `f32` rounds.
+/// Largest shift of a window's eye by rounding, as a part of the near distance: about that of a renderer in `f32`.
 const MOST_EYE_ROUNDING: f64 = 1.0e-7;
 /// Largest cosine between the screen's axes.
 const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
-    /// The view that a matrix shows: world space to clip space, perspective, x and y from -w to w, depth forward, reversed
-    /// or without end, y up or down, on-axis or off-axis. Columns as `glam` has them; `Mat4::from_cols_array` takes an
-    /// array.
+    /// The view of a matrix from world space to clip space: perspective, x and y from -w to w, y up or down, on-axis or off-axis.
+    /// Depth may be forward, reversed or infinite. `Mat4::from_cols_array` takes an array of columns.
     ///
-    /// It is wider by a part in a million, so that nothing is culled that the matrix shows. `None` for a parallel
-    /// projection, a sheared or singular matrix, numbers that are not finite, and an eye so far from the origin that `f32`
-    /// holds it no better than to a quarter of the near distance.
+    /// The view is wider by a part in a million, so that it culls nothing inside of the matrix. `None` for a parallel projection, a
+    /// sheared or singular matrix, and numbers that are not finite. `None` also for an eye far from the origin, where `f32` rounds
+    /// it by more than a quarter of the near distance.
     pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
         let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
         let Shown { eye, forward, right, near, far, corners, .. } = shown;
@@ -64,9 +63,9 @@ impl View {
 }
 
 impl ViewWindow {
-    /// The window of what a matrix in `f64` shows ([`View::from_matrix`] says which matrices there are): with its own eye, which no
-    /// `f32` has moved, so that what is found hidden from there is hidden however far from the origin it lies. Wider, and its near
-    /// plane farther, by [`WINDOW_MARGIN`], as [`View::window`] is.
+    /// The window of a matrix in `f64`, for the matrices of [`View::from_matrix`]. Its eye is not rounded to `f32`, so hidden
+    /// polygons are hidden at any distance from the origin. As in [`View::window`], the window is wider, and its near plane
+    /// farther, by [`WINDOW_MARGIN`].
     ///
     /// `None` for other matrices, and where the rounding of `f64` may move the eye by more than a part in 10^7 of the near distance.
     pub fn from_double_matrix(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {

@@ -92,9 +92,8 @@ impl View {
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
     ///
-    /// They lie outside of what is drawn by as much as the test of a box can be wrong there, and no more: a part in 10^7 of
-    /// the coordinates. What is drawn is relative to the eye, so an eye far from the origin sees what those coordinates
-    /// hardly tell apart.
+    /// They lie outside of the drawn frustum by the largest rounding error of a box test there, and no more: a part in 10^7 of the
+    /// coordinates. Drawing is relative to the eye, so an eye far from the origin sees differences smaller than this error.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let [left, right, bottom, top, near_m, far_m] =

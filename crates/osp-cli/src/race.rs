@@ -34,7 +34,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
             read?;
             args.reading.check_frames(file, &summary, args.pace)?;
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
-            race_on(args, &name, &session.header, summary, open()?)
+            race_on(args, &name, &session.header, summary, open)
         }
         (None, polygons) => {
             let open = || synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
@@ -42,16 +42,15 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
             let header = session.header.clone();
             let (summary, _, read) = summarize(session, args.pace);
             read?;
-            race_on(args, &header.source, &header, summary, open())
+            race_on(args, &header.source, &header, summary, || Ok(open()))
         }
     };
     let report = match report {
-        Ok(report) => report,
-        Err(error @ RaceError::Differ { .. }) => {
+        Err(error) if matches!(error.downcast_ref(), Some(RaceError::Differ { .. })) => {
             complain(&error.to_string());
             return Ok(Outcome::CheckFailed);
         }
-        Err(RaceError::Recording(error)) => return Err(error.into()),
+        report => report?,
     };
     if let Some(output) = csv {
         output.write(report.rows.to_csv().as_bytes())?;
@@ -60,13 +59,16 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn race_on(
+fn race_on<I>(
     args: &RaceArgs,
     name: &str,
     header: &Header,
     summary: Summary,
-    events: impl Iterator<Item = Result<Event, RecordingError>>,
-) -> Result<RaceReport, RaceError> {
+    open: impl Fn() -> anyhow::Result<I>,
+) -> anyhow::Result<RaceReport>
+where
+    I: Iterator<Item = Result<Event, RecordingError>>,
+{
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let input = RaceInput {
         recording: name.to_owned(),
@@ -76,8 +78,19 @@ fn race_on(
         root: root_cube(header, &summary.bounds),
         kinds: args.index.clone(),
     };
-    let mut view = RaceView::new();
-    let race = race(&input, events, |race| view.show(race))?;
+    let mut view = RaceView::new(args.runs);
+    let mut run = || {
+        view.begin();
+        race(&input, open()?, |race| view.show(race)).map_err(|error| match error {
+            // It names the file, so that its readers can be told how to get at the rest.
+            RaceError::Recording(error) => error.into(),
+            error => anyhow::Error::from(error),
+        })
+    };
+    let mut race = run()?;
+    for _ in 1..args.runs {
+        race = race.least(&run()?);
+    }
     view.finish();
     Ok(RaceReport::new(&race, Machine::here(version::COMMIT), command()))
 }

@@ -17,7 +17,7 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
-  osp race --synth 150000
+  osp race --synth 150000 --runs 3
   osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
 
 On a terminal each structure shows the time of the latest frame, a strip chart of the frames before
@@ -43,6 +43,9 @@ pub(super) struct RaceArgs {
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
+    /// Race so often and take the least time of each frame, which leaves out most of what other programs take of the core.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(super) runs: u32,
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,

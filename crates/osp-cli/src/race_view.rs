@@ -26,11 +26,19 @@ const EIGHTHS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇'
 pub(super) struct RaceView {
     pane: ProgressBar,
     drawn: Option<Instant>,
+    /// The race that is on, from 1, and how many there are.
+    run: u32,
+    runs: u32,
 }
 
 impl RaceView {
-    pub(super) fn new() -> Self {
-        Self { pane: progress::pane(), drawn: None }
+    pub(super) fn new(runs: u32) -> Self {
+        Self { pane: progress::pane(), drawn: None, run: 0, runs }
+    }
+
+    /// The next race begins.
+    pub(super) fn begin(&mut self) {
+        self.run += 1;
     }
 
     /// Shows the race after a frame, unless it was shown a moment ago.
@@ -39,7 +47,9 @@ impl RaceView {
             return;
         }
         let columns = usize::from(Term::stderr().size().1);
-        self.pane.set_message(lines(race, columns).join("\n"));
+        let race_of =
+            if self.runs > 1 { format!("race {} of {}, ", self.run, self.runs) } else { String::new() };
+        self.pane.set_message(lines(race, &race_of, columns).join("\n"));
         self.drawn = Some(Instant::now());
     }
 
@@ -50,10 +60,10 @@ impl RaceView {
 }
 
 /// The lines of the view on a terminal of this width.
-fn lines(race: &Race, columns: usize) -> Vec<String> {
+fn lines(race: &Race, race_of: &str, columns: usize) -> Vec<String> {
     let frames = race.racers().first().map_or(0, |racer| racer.times_ns().len());
     let mut lines = vec![format!(
-        "{}: frame {} of {}, {} polygons",
+        "{}: {race_of}frame {} of {}, {} polygons",
         one_line(race.recording()),
         thousands(frames as u64),
         thousands(race.frames()),

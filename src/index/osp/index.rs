@@ -109,7 +109,7 @@ impl Osp {
             queue: NONE,
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             came: 0,
-            movers: Movers::new(),
+            movers: Movers::with_room_for(config.room()),
             clock: 0,
             round: 0,
             changes: CHANGES_BETWEEN,

@@ -4,11 +4,10 @@
 //! A block of sixteen ids of which many move has a group of its own, with a lane for each id: what follows each other by
 //! number is written and found together. Those of other blocks share groups in the order in which they came.
 
-use super::pool::NONE;
 use crate::{
     index::simd::{Boxes, Wide},
     math::Aabb,
-    polygon::{BLOCK, ById, PolygonId, bits},
+    polygon::{BLOCK, PolygonId, bits},
 };
 
 /// Moving polygons of a block from which on it has a group of its own. Fewer: such groups have more empty lanes, which are
@@ -25,8 +24,8 @@ const OWN: u32 = 1 << 31;
 /// Moving polygons by number, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
-    /// By id its slot, group times 16 plus lane, with [`OWN`] in the groups of one block; [`NONE`] if it is not here.
-    slots: ById<u32>,
+    /// By id its slot.
+    slots: Slots,
     /// Groups of one block each, and those blocks.
     own: Groups,
     blocks: Vec<u32>,
@@ -36,12 +35,65 @@ pub(super) struct Movers {
     len: usize,
     /// No id from here on has been here since the last time that nothing was.
     ids_end: usize,
+    /// The most shared groups, groups of a block, and ids that there have been: memory is only had once it is written to.
+    most: [usize; 3],
     /// Shared groups and groups of a block that were not looked at in this round, from the first on.
     unlooked: [usize; 2],
 }
 
-/// Groups of sixteen lanes.
+/// Slots by id, in chunks of zeros: what was never written to is not in memory.
 #[derive(Clone, Debug, Default)]
+struct Slots {
+    /// Group times 16 plus lane, with [`OWN`] in the groups of one block, plus one; 0 for what is not here.
+    chunks: Vec<Box<[u32]>>,
+}
+
+impl Slots {
+    /// Ids of a chunk. Fewer: a system that hands out zeros at once only for large requests writes them.
+    const CHUNK: usize = 1 << 16;
+
+    fn with_room_for(ids: usize) -> Self {
+        let mut chunks = Vec::with_capacity(PolygonId::LIMIT as usize / Self::CHUNK);
+        chunks.extend((0..ids.div_ceil(Self::CHUNK)).map(|_| Self::chunk()));
+        Self { chunks }
+    }
+
+    fn chunk() -> Box<[u32]> {
+        vec![0; Self::CHUNK].into_boxed_slice()
+    }
+
+    #[inline(always)]
+    fn get(&self, id: PolygonId) -> Option<Slot> {
+        let chunk = self.chunks.get(id.index() / Self::CHUNK)?;
+        let slot = *chunk.get(id.index() % Self::CHUNK)?;
+        (slot != 0).then(|| Slot(slot - 1))
+    }
+
+    fn set(&mut self, id: PolygonId, slot: Option<Slot>) {
+        let number = id.index() / Self::CHUNK;
+        if number >= self.chunks.len() {
+            self.chunks.resize_with(number + 1, Box::default);
+        }
+        let chunk = &mut self.chunks[number];
+        if chunk.is_empty() {
+            *chunk = Self::chunk();
+        }
+        chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
+    }
+
+    /// Forgets the slots of ids below `end`.
+    fn clear(&mut self, end: usize) {
+        let mut left = end;
+        for chunk in &mut self.chunks {
+            let here = left.min(chunk.len());
+            chunk[..here].fill(0);
+            left = left.saturating_sub(Self::CHUNK);
+        }
+    }
+}
+
+/// Groups of sixteen lanes.
+#[derive(Clone, Debug)]
 struct Groups {
     boxes: Vec<Boxes<BLOCK>>,
     /// Per group the lanes in use. Other lanes hold anything.
@@ -51,6 +103,11 @@ struct Groups {
 }
 
 impl Groups {
+    fn with_room_for(groups: usize) -> Self {
+        let (boxes, lanes) = (Vec::with_capacity(groups), Vec::with_capacity(groups));
+        Self { boxes, lanes, moved: Vec::with_capacity(groups) }
+    }
+
     fn push(&mut self) {
         self.boxes.push(Boxes::EMPTY);
         self.lanes.push(0);
@@ -75,11 +132,6 @@ impl Groups {
         self.lanes.clear();
         self.moved.clear();
     }
-
-    fn bytes(&self) -> usize {
-        self.boxes.capacity() * size_of::<Boxes<BLOCK>>()
-            + (self.lanes.capacity() + self.moved.capacity()) * size_of::<u16>()
-    }
 }
 
 /// Where a moving polygon is.
@@ -87,6 +139,14 @@ impl Groups {
 pub(super) struct Slot(u32);
 
 impl Slot {
+    fn own(group: usize, lane: usize) -> Self {
+        Self((group * BLOCK + lane) as u32 | OWN)
+    }
+
+    fn shared(group: usize, lane: usize) -> Self {
+        Self((group * BLOCK + lane) as u32)
+    }
+
     #[inline(always)]
     const fn is_own(self) -> bool {
         self.0 & OWN != 0
@@ -140,21 +200,28 @@ fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
 }
 
 impl Movers {
-    pub(super) fn new() -> Self {
+    /// Room for so many polygons with numbers side by side.
+    pub(super) fn with_room_for(polygons: usize) -> Self {
+        // In a browser memory that is reserved counts as used.
+        let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
+        let groups = polygons / BLOCK + 1;
+        let (own, blocks) = (Groups::with_room_for(groups), Vec::with_capacity(groups));
         Self {
-            slots: ById::new(NONE),
-            own: Groups::default(),
-            blocks: Vec::new(),
-            shared: Groups::default(),
-            ids: Vec::new(),
+            // Numbers of what came in the place of something else are new.
+            slots: Slots::with_room_for(2 * polygons),
+            own,
+            blocks,
+            shared: Groups::with_room_for(groups),
+            ids: Vec::with_capacity(groups),
             len: 0,
             ids_end: 0,
+            most: [0; 3],
             unlooked: [0; 2],
         }
     }
 
     pub(super) fn clear(&mut self) {
-        self.slots.clear();
+        self.slots.clear(self.ids_end);
         self.own.clear();
         self.blocks.clear();
         self.shared.clear();
@@ -173,13 +240,14 @@ impl Movers {
         self.ids_end
     }
 
-    /// Memory reserved, bytes.
+    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        self.slots.bytes()
-            + self.own.bytes()
-            + self.shared.bytes()
-            + self.blocks.capacity() * size_of::<u32>()
-            + self.ids.capacity() * size_of::<[u32; BLOCK]>()
+        let group = size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>();
+        let [shared, own, ids] = self.most;
+        shared * (group + size_of::<[u32; BLOCK]>())
+            + own * (group + size_of::<u32>())
+            + ids * size_of::<u32>()
+            + self.slots.chunks.len() * size_of::<Box<[u32]>>()
     }
 
     /// Where a polygon is, if it is here.
@@ -188,8 +256,7 @@ impl Movers {
         if self.len == 0 {
             return None;
         }
-        let slot = self.slots.get(id);
-        (slot != NONE).then_some(Slot(slot))
+        self.slots.get(id)
     }
 
     /// The box of a polygon.
@@ -253,11 +320,13 @@ impl Movers {
         let block = id.index() / BLOCK;
         self.len += 1;
         self.ids_end = self.ids_end.max((block + 1) * BLOCK);
-        let of_block = self.slots_of(block).filter(|(_, slot)| *slot != NONE);
-        let (count, any) = of_block.fold((1, NONE), |(count, _), (_, slot)| (count + 1, slot));
-        if any != NONE && Slot(any).is_own() {
-            self.own.set(Slot(any).group(), id.index() % BLOCK, bounds);
-            self.slots.set(id, any / BLOCK as u32 * BLOCK as u32 + id.0 % BLOCK as u32);
+        self.most[2] = self.most[2].max(self.ids_end);
+        let (count, any) =
+            self.slots_of(block).fold((1, None), |(count, _), (_, slot)| (count + 1, Some(slot)));
+        if let Some(slot) = any.filter(|slot: &Slot| slot.is_own()) {
+            let (group, lane) = (slot.group(), id.index() % BLOCK);
+            self.own.set(group, lane, bounds);
+            self.slots.set(id, Some(Slot::own(group, lane)));
             return;
         }
         self.share(id, bounds);
@@ -266,10 +335,10 @@ impl Movers {
         }
     }
 
-    /// The ids of a block and their slots.
-    fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, u32)> {
+    /// The ids of a block that are here, and their slots.
+    fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, Slot)> {
         let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
-        ids.map(|id| (id, self.slots.get(id)))
+        ids.filter_map(|id| Some((id, self.slots.get(id)?)))
     }
 
     /// Puts a polygon into the last shared group.
@@ -282,7 +351,8 @@ impl Movers {
         let lane = self.shared.lanes[group].count_ones() as usize % BLOCK;
         self.shared.set(group, lane, bounds);
         self.ids[group][lane] = id.0;
-        self.slots.set(id, (group * BLOCK + lane) as u32);
+        self.slots.set(id, Some(Slot::shared(group, lane)));
+        self.most[0] = self.most[0].max(self.ids.len());
     }
 
     /// Takes a polygon out of the shared groups. The last one takes its place.
@@ -297,7 +367,7 @@ impl Movers {
             let moved = self.shared.moved[last] >> lane & 1;
             self.shared.moved[to] = self.shared.moved[to] & !(1 << to_lane) | moved << to_lane;
             self.ids[to][to_lane] = id;
-            self.slots.set(PolygonId(id), slot.0);
+            self.slots.set(PolygonId(id), Some(slot));
         }
         self.shared.lanes[last] &= !(1 << lane);
         self.shared.moved[last] &= !(1 << lane);
@@ -312,14 +382,14 @@ impl Movers {
         let group = self.blocks.len();
         self.own.push();
         self.blocks.push(block as u32);
+        self.most[1] = self.most[1].max(self.blocks.len());
         for lane in 0..BLOCK {
             // Read again each time: what is taken out moves another one, perhaps of this block.
             let id = PolygonId((block * BLOCK + lane) as u32);
-            let slot = Slot(self.slots.get(id));
-            if slot.0 != NONE {
+            if let Some(slot) = self.slots.get(id) {
                 self.own.set(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
                 self.unshare(slot);
-                self.slots.set(id, (group * BLOCK + lane) as u32 | OWN);
+                self.slots.set(id, Some(Slot::own(group, lane)));
             }
         }
     }
@@ -331,7 +401,7 @@ impl Movers {
         self.own.swap_remove(group);
         if let Some(&moved) = self.blocks.get(group) {
             for lane in lanes_of(self.own.lanes[group]) {
-                self.slots.set(id_in(moved, lane), (group * BLOCK + lane) as u32 | OWN);
+                self.slots.set(id_in(moved, lane), Some(Slot::own(group, lane)));
             }
         }
         for lane in lanes_of(lanes) {
@@ -343,7 +413,7 @@ impl Movers {
     pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
         let (slot, bounds) = (self.slot(id)?, self.bounds(id));
         self.len -= 1;
-        self.slots.set(id, NONE);
+        self.slots.set(id, None);
         if slot.is_own() {
             let group = slot.group();
             self.own.lanes[group] &= !(1 << slot.lane());
@@ -446,8 +516,11 @@ impl Movers {
             }
             for lane in lanes_of(group.lanes) {
                 let id = group.ids.id(lane);
-                let slot = if is_shared { at * BLOCK + lane } else { (at - self.ids.len()) * BLOCK + lane };
-                if self.slot(id) != Some(Slot(slot as u32 | if is_shared { 0 } else { OWN })) {
+                let slot = match at.checked_sub(self.ids.len()) {
+                    None => Slot::shared(at, lane),
+                    Some(at) => Slot::own(at, lane),
+                };
+                if self.slot(id) != Some(slot) {
                     return Err(format!("polygon {} moves at another place", id.0));
                 }
                 if !group.boxes.get(lane).is_valid() || id.index() >= self.ids_end {

@@ -45,8 +45,8 @@ impl Backend {
     pub const ALL: &'static [Self] =
         &[Self::Scalar, Self::Sse2, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
-    /// The best one that this processor has, or the one that the environment variable `OSP_SIMD` names if the
-    /// processor has it (asked once).
+    /// The best set of this processor, or the one in the environment variable `OSP_SIMD` if the processor has it. Detected once
+    /// a process.
     pub fn detect() -> Self {
         static CHOSEN: OnceLock<Backend> = OnceLock::new();
         *CHOSEN.get_or_init(|| {

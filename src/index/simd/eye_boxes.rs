@@ -15,8 +15,8 @@ pub struct EyeBoxes {
 }
 
 impl EyeBoxes {
-    /// At most sixteen boxes, world space; what lies in the other lanes is not said. The slack is this part of the sum of the
-    /// largest coordinates.
+    /// At most sixteen boxes, world space; the other lanes are unspecified. The slack is this part of the sum of the largest
+    /// coordinates.
     #[inline(always)]
     pub(crate) fn new(boxes: &[Aabb], eye_in_world: DVec3, slack: f64) -> Self {
         let mut rows = [[0.0_f32; 16]; 6];

@@ -86,7 +86,7 @@ impl<'a> IdWriter<'a> {
     /// Blocks that [`IdWriter::push_blocks`] takes at most.
     pub(crate) const BLOCKS: usize = 16;
 
-    /// Appends what the masks of neighbouring blocks hold; `first` is the first block's first id.
+    /// Appends the ids of the masks of neighbouring blocks; `first` is the first id of the first block.
     #[inline(always)]
     pub(crate) fn push_blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
         self.make_room(0);

@@ -14,8 +14,8 @@ pub trait Kernel: Copy {
     /// side.
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
-    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out` (what follows is clobbered);
-    /// returns how many.
+    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out`;
+    /// returns how many. Overwrites the rest of `out`.
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
     /// Writes the sixteen ids from `first` on.
@@ -24,7 +24,7 @@ pub trait Kernel: Copy {
     /// Copies sixteen numbers.
     fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
 
-    /// Writes the numbers of `mask`'s lanes to the front of `out` (what follows is clobbered); returns how many.
+    /// Writes the numbers of `mask`'s lanes to the front of `out`; returns how many. Overwrites the rest of `out`.
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
     /// The lanes of 8 or 16 whose number is 0 or more; not those of NaN.
@@ -51,7 +51,7 @@ pub trait Kernel: Copy {
     }
 }
 
-/// Code that runs on whichever kernel there is. `run` should be `#[inline(always)]`, so that it is compiled anew for
+/// Code that runs on any kernel. `run` should be `#[inline(always)]`, so that it is compiled anew for
 /// each instruction set.
 pub trait WithKernel {
     /// What it returns.

@@ -1,8 +1,8 @@
 //! Box tests on eight or sixteen boxes at once, shared by the indexes.
 //!
-//! A [`Kernel`] is a zero-sized token of an instruction set; whoever holds one knows that the processor has it. The
-//! set is chosen once, when an index is made ([`Backend::detect`]), and [`Backend::run`] enters code compiled for it.
-//! The environment variable `OSP_SIMD` names another than the best.
+//! A [`Kernel`] is a zero-sized token of an instruction set; it exists only if the processor has that set.
+//! [`Backend::detect`] chooses the set once, when an index is created, and [`Backend::run`] enters code compiled for it.
+//! The environment variable `OSP_SIMD` forces another set than the best.
 //! Every kernel evaluates a plane in the order that [`crate::math`] fixes, without fused multiply-add, so all give
 //! the same answers bit for bit.
 

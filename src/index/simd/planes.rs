@@ -134,8 +134,8 @@ impl PlaneLanes {
         all
     }
 
-    /// The planes of `mask` that cut a box; `None` if it lies wholly behind one of them. The kernel only says which
-    /// instructions may be used.
+    /// The planes of `mask` that cut a box; `None` if it lies wholly behind one of them. The kernel argument only selects the
+    /// instruction set.
     #[inline(always)]
     pub fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
@@ -156,14 +156,14 @@ impl PlaneLanes {
     }
 }
 
-/// How some boxes lie to some planes; a bit a box.
+/// Results of testing boxes against planes, a bit a box.
 #[derive(Clone, Copy, Debug)]
 pub struct Sides {
     /// Wholly behind a plane.
     pub behind: u32,
     /// Not wholly on the inner side of every plane.
     pub(crate) cut: u32,
-    /// The same, by plane; only the planes asked for.
+    /// The same for each requested plane.
     cut_by: [u32; 6],
 }
 
@@ -182,7 +182,7 @@ impl Sides {
         once & !again
     }
 
-    /// The boxes that a plane cuts; only for planes that were asked for.
+    /// The boxes that a requested plane cuts.
     #[inline(always)]
     pub(crate) fn cut_by(&self, plane: usize) -> u32 {
         self.cut_by[plane]

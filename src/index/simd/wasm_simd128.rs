@@ -7,8 +7,8 @@ use std::{arch::wasm32::*, mem::MaybeUninit};
 
 use super::narrow::{Four, Narrow};
 
-/// WebAssembly's instructions on registers of 128 bits, in builds with the target feature `simd128`: a module cannot ask at run
-/// time whether there are any.
+/// WebAssembly's instructions on registers of 128 bits, in builds with the target feature `simd128`: a module cannot detect them
+/// at run time.
 pub(super) type Simd128 = Narrow<v128>;
 
 impl Four for v128 {

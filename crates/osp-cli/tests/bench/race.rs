@@ -94,6 +94,7 @@ fn wrong_use_is_one_clear_error() {
 
 /// What a terminal is sent; `None` where no program opens one.
 #[cfg(target_os = "linux")]
+#[expect(clippy::print_stderr, reason = "a test that is left out says why")]
 fn on_a_terminal(args: &str) -> Option<String> {
     let line = format!("stty rows 24 cols 80; '{}' {args}", env!("CARGO_BIN_EXE_osp"));
     let mut script = std::process::Command::new("script");
@@ -110,10 +111,11 @@ fn on_a_terminal(args: &str) -> Option<String> {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_shows_the_race_and_then_the_verdict() {
-    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2") else { return };
+    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2 --runs 2") else { return };
     let (live, verdict) = said.split_once("On osp synth").expect("a verdict");
     assert!(
-        live.contains("One core, in turns.")
+        live.contains("race 2 of 2, ")
+            && live.contains("One core, in turns.")
             && live.contains("octree-rebuild")
             && live.contains(" over 11.1 ms"),
         "{live}"

@@ -33,6 +33,7 @@ fn numbers_out_of_range_are_refused_by_every_command() {
         ),
         (&["bench", "a.ron"], "--sizes", &["0", "-1", "50000001", "NaN", "1,,2"]),
         (&["bench", "a.ron"], "--pace", &["samples:0"]),
+        (&["race", "a.ron"], "--runs", &["0", "101", "-1", "NaN"]),
         (&["race"], "--synth", &["0", "-1", "10000001", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--cells", &["0", "257", "-1", "NaN"]),
         (&["bake", "a.ron", "o.pvs"], "--samples", &["0", "4097", "NaN"]),

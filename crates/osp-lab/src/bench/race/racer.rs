@@ -1,4 +1,3 @@
-use osp::frame::FrameRecord;
 use osp_session::recording::Pace;
 
 /// A structure in a race, and how long its frames took.
@@ -20,15 +19,23 @@ impl Racer {
         Self { name, times_ns: Vec::new(), missed: 0, first_missed: None, longest_ns: 0, bytes: 0 }
     }
 
-    /// Takes the time of a frame.
-    pub(super) fn add(&mut self, record: &FrameRecord) {
-        let ns = record.total_ns();
+    /// Takes the time of a frame, after which the model has so many polygons.
+    pub(super) fn add(&mut self, ns: u64, polygons: u64) {
         self.times_ns.push(ns);
         self.longest_ns = self.longest_ns.max(ns);
         if ns > Self::MOST_NS {
             self.missed += 1;
-            self.first_missed.get_or_insert(record.polygons);
+            self.first_missed.get_or_insert(polygons);
         }
+    }
+
+    /// Of each frame the lesser time of this race and of another one; the model's polygons after each frame.
+    pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
+        let mut least = Self { bytes: self.bytes, ..Self::new(self.name) };
+        for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {
+            least.add(ns.min(other_ns), polygons);
+        }
+        least
     }
 
     /// Takes the memory of the structure after the last frame.

@@ -58,8 +58,10 @@ pub struct Race {
     /// Frames and polygons of the whole session.
     pub(super) frames: u64,
     pub(super) polygons: u64,
-    /// Polygons in the model now.
-    pub(super) present: u64,
+    /// Polygons in the model after each frame that was played.
+    pub(super) present: Vec<u64>,
+    /// Races whose frames it has the least times of.
+    pub(super) runs: u32,
     pub(super) racers: Vec<Racer>,
 }
 
@@ -71,7 +73,8 @@ impl Race {
             camera: input.camera.1,
             frames: input.summary.frames,
             polygons: input.summary.counts.polygons,
-            present: 0,
+            present: Vec::new(),
+            runs: 1,
             racers: names.map(Racer::new).collect(),
         }
     }
@@ -88,7 +91,16 @@ impl Race {
 
     /// Polygons in the model after the last frame that was played.
     pub fn present(&self) -> u64 {
-        self.present
+        self.present.last().copied().unwrap_or(0)
+    }
+
+    /// Of each frame the lesser time of this race and of another one with the same input: the work is the same, so in
+    /// the longer one other programs took the core.
+    #[must_use]
+    pub fn least(self, other: &Self) -> Self {
+        let pairs = self.racers.iter().zip(&other.racers);
+        let racers = pairs.map(|(racer, other)| racer.least(other, &self.present)).collect();
+        Self { racers, runs: self.runs + other.runs, ..self }
     }
 
     /// The structures in the order of the input.
@@ -130,11 +142,11 @@ where
     let lanes = indexes.into_iter().map(lane).collect();
     let mut replay = Replay::new(Player::new(events, input.pace), input.camera.0, lanes);
     while let Some(outcomes) = replay.step()? {
-        let mut first = None;
+        let (mut first, mut polygons) = (None, 0);
         for (racer, outcome) in race.racers.iter_mut().zip(outcomes) {
             let Some(frame) = outcome else { continue };
-            racer.add(&frame.record);
-            race.present = frame.record.polygons;
+            racer.add(frame.record.total_ns(), frame.record.polygons);
+            polygons = frame.record.polygons;
             let &mut (name, in_view) = first.get_or_insert((racer.name(), frame.in_view));
             if frame.in_view != in_view {
                 return Err(RaceError::Differ {
@@ -145,6 +157,7 @@ where
                 });
             }
         }
+        race.present.push(polygons);
         progress(&race);
     }
     for (racer, lane) in race.racers.iter_mut().zip(replay.lanes()) {
