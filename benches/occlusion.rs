@@ -11,9 +11,9 @@ use osp::{
     index::{DrawList, IndexConfig, SpatialIndex},
     math::{Aabb, Sphere},
     occlusion::{
-        BuildCounts, CullConfig, DepthConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
-        OcclusionStage, OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts,
-        PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Tested, ViewInput,
+        BuildCounts, CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, OcclusionStage,
+        OcclusionVisitor, PolygonTest, PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig,
+        Selector, ShadowVolume, Tested, ViewInput,
     },
     polygon::{Change, VisibleBlocks},
     view::{View, ViewWindow},
@@ -130,19 +130,23 @@ fn occlusion(c: &mut Criterion) {
         selector.forget();
         selector.select(&looked.pool, &looked.scene, &looked.window);
 
-        let (mut last, mut in_view) =
-            (PreviousFrameOccluders::new(DepthConfig::default(), looked.changes.len()), VisibleBlocks::new());
+        let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, looked.changes.len());
+        let (mut in_view, mut left) = (VisibleBlocks::new(), VisibleBlocks::new());
         looked.index.frustum_cull_blocks(&looked.view.frustum(), &mut in_view);
-        last.begin(0, &in_view);
         group.bench_function("depth-last/build", |b| {
             b.iter(|| last.build(0, &looked.scene, &looked.window, &in_view));
         });
-        let mut drawn = DrawList::new();
+        let input = ViewInput {
+            index: &*looked.index,
+            geometry: &looked.scene,
+            view: &looked.view,
+            in_view: &in_view,
+            spaces: None,
+        };
         group.bench_function("depth-last/query", |b| {
             b.iter(|| {
-                drawn.clear();
                 let mut counts = PreviousFrameCounts::default();
-                last.cull(0, &looked.scene, &in_view, &mut drawn, &mut counts);
+                last.cull(0, &input, &mut left, &mut counts);
                 counts
             });
         });

@@ -18,6 +18,7 @@
 //! | sixteen boxes at once get the answers of one at a time | `wide::…` |
 //! | walls joined at load hide only what is behind their polygons | `walls::…` |
 //! | what is known of the frames before saves work | `coherence::…` |
+//! | what connected surfaces hide is blocked, each margin matters | `connected::…`, `surfaces::…` |
 //! | `osp verify` measures what a frame does | `as_frames_do::…` |
 
 #[path = "occlusion/allocations.rs"]
@@ -26,6 +27,8 @@ mod allocations;
 mod as_frames_do;
 #[path = "occlusion/coherence.rs"]
 mod coherence;
+#[path = "occlusion/connected.rs"]
+mod connected;
 #[path = "occlusion/counterexamples.rs"]
 mod counterexamples;
 #[path = "support/counting.rs"]
@@ -56,6 +59,8 @@ mod random;
 mod session;
 #[path = "occlusion/stress.rs"]
 mod stress;
+#[path = "occlusion/surfaces.rs"]
+mod surfaces;
 #[path = "occlusion/truth.rs"]
 mod truth;
 #[path = "occlusion/walls.rs"]

@@ -167,6 +167,13 @@ impl OcclusionPass {
         self.by_last
     }
 
+    /// What was visible last has to know of every change, also in frames that do not use it.
+    fn follow_last(&mut self, changes: &[Change]) {
+        if let Some(last) = &mut self.last {
+            last.follow(changes);
+        }
+    }
+
     /// About what that took of the time for candidates, nanoseconds, by its counts of work.
     fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) -> f64 {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
@@ -227,15 +234,18 @@ impl OcclusionPass {
 
 impl Pass for OcclusionPass {
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.follow_last(changes);
         self.stage.load(geometry, changes);
     }
 
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         let is_last = part.end == all.len();
+        self.follow_last(&all[part.clone()]);
         self.stage.load_part(geometry, &all[part], is_last);
     }
 
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
+        self.follow_last(changes);
         self.stage.follow_roughly(geometry, changes, 0.0);
         self.came_unseen |= !changes.is_empty();
     }
@@ -245,6 +255,7 @@ impl Pass for OcclusionPass {
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
         let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
         let mut record = OcclusionRecord::default();
+        self.follow_last(changes);
         let seen = in_view.iter().map(|list| list.len() as u64).sum();
         if let Some(switch) = &mut self.switch
             && changes.is_empty()
@@ -292,7 +303,7 @@ impl Pass for OcclusionPass {
         if let Some(last) = self.last.as_mut().filter(|_| is_by_last) {
             let start = clock.start();
             if self.since_last > LONGEST_MEMORY {
-                last.begin(in_view);
+                last.forget(in_view.len());
             }
             record.select += clock.since(start);
             (self.since_last, self.by_last) = (0, true);

@@ -1,6 +1,6 @@
 use crate::{
     frame::{OcclusionRecord, Pass, PassInput},
-    occlusion::{DepthConfig, PreviousFrameOccluders},
+    occlusion::{PreviousFrameOccluders, ViewInput},
     polygon::{Change, Geometry, VisibleBlocks},
 };
 
@@ -17,19 +17,26 @@ impl PreviousFramePass {
     /// A stage that has seen nothing yet, with room for this many polygons.
     pub fn new(capacity: usize) -> Self {
         let drawn = vec![VisibleBlocks::with_capacity(capacity)];
-        Self { culling: PreviousFrameOccluders::new(DepthConfig::default(), capacity), drawn, capacity }
+        Self {
+            culling: PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, capacity),
+            drawn,
+            capacity,
+        }
     }
 
-    /// Before a frame: takes all that is in view for what was visible in the last one.
-    pub(super) fn begin(&mut self, in_view: &[VisibleBlocks]) {
-        for (i, seen) in in_view.iter().enumerate() {
-            self.culling.begin(i, seen);
-        }
+    /// Follows the changes of a frame.
+    pub(super) fn follow(&mut self, changes: &[Change]) {
+        self.culling.follow(changes);
+    }
+
+    /// Before a frame: forgets what was hidden in the last one.
+    pub(super) fn forget(&mut self, views: usize) {
+        (0..views).for_each(|view| self.culling.forget(view));
     }
 
     /// What a frame was like, and about what it cost by its work counts, nanoseconds.
     pub(super) fn cull(&mut self, frame: &PassInput<'_>) -> (OcclusionRecord, f64) {
-        let PassInput { geometry, views, in_view, clock, .. } = *frame;
+        let PassInput { index, geometry, views, in_view, spaces, clock, .. } = *frame;
         let mut work_ns = 0.0;
         let mut record = OcclusionRecord { used: true, by_last: true, ..OcclusionRecord::default() };
         self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
@@ -44,7 +51,8 @@ impl PreviousFramePass {
             record.build += clock.since(start);
 
             let start = clock.start();
-            self.culling.cull(i, geometry, seen, drawn, &mut counts);
+            let input = ViewInput { index, geometry, view, in_view: seen, spaces: spaces.get(i) };
+            self.culling.cull(i, &input, drawn, &mut counts);
             record.query += clock.since(start);
             record.occluders += counts.occluders;
             record.nodes += counts.tiles;
@@ -57,12 +65,19 @@ impl PreviousFramePass {
 }
 
 impl Pass for PreviousFramePass {
-    fn load(&mut self, _: &dyn Geometry, _: &[Change]) {}
+    fn load(&mut self, _: &dyn Geometry, changes: &[Change]) {
+        self.follow(changes);
+    }
 
-    fn skip(&mut self, _: &dyn Geometry, _: &[Change]) {}
+    fn skip(&mut self, _: &dyn Geometry, changes: &[Change]) {
+        self.follow(changes);
+    }
 
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
-        self.cull(frame).0
+        let start = frame.clock.start();
+        self.follow(frame.changes);
+        let select = frame.clock.since(start);
+        OcclusionRecord { select, ..self.cull(frame).0 }
     }
 
     fn drawn(&self) -> &[VisibleBlocks] {

@@ -72,7 +72,7 @@ impl Method {
     }
 
     /// Whether the first frame of a try says little about the next ones: nothing is known yet of the previous frame, so
-    /// everything in view is filled into the depth buffer.
+    /// what is seen largest in view is filled.
     fn has_to_start(self) -> bool {
         self == Self::PreviousFrame
     }

@@ -15,7 +15,7 @@
 //! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
 //!   shows by less than half a pixel may be hidden.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 
 use super::{
     BuildCounts, OcclusionCuller, ShadowVolume, Tested, Verdict, cone,
@@ -27,7 +27,6 @@ use super::{
 use crate::{
     index::simd::Backend,
     math::{Aabb, Sphere},
-    polygon::ConvexPolygon,
     view::ViewWindow,
 };
 
@@ -97,37 +96,23 @@ pub struct DepthBuffer {
 
 /// Where in the picture something lies, and how far away.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
+struct Extent {
     /// Pixels.
     low: DVec2,
     high: DVec2,
     /// Distances along the view, metres.
     near: f64,
     far: f64,
-    /// The farthest point's squared distance from the eye.
-    away: f64,
 }
 
 impl Extent {
-    pub(super) const NOTHING: Self =
-        Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, near: f64::INFINITY, far: 0.0, away: 0.0 };
+    const NOTHING: Self =
+        Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, near: f64::INFINITY, far: 0.0 };
 
     #[inline]
     fn add(&mut self, at: DVec2) {
         self.low = self.low.min(at);
         self.high = self.high.max(at);
-    }
-
-    /// The extent of both.
-    #[must_use]
-    pub(super) fn with(self, other: &Self) -> Self {
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-            near: self.near.min(other.near),
-            far: self.far.max(other.far),
-            away: self.away.max(other.away),
-        }
     }
 }
 
@@ -155,27 +140,6 @@ impl DepthBuffer {
         }
     }
 
-    /// Makes room for so many occluders.
-    pub(super) fn reserve(&mut self, occluders: usize) {
-        self.order.reserve(occluders);
-    }
-
-    /// About how many pixels a polygon fills as seen through a window, whether in it or not; infinite where it comes near
-    /// the eye's plane.
-    pub(super) fn area_in_pixels(&self, window: &ViewWindow) -> impl Fn(&ConvexPolygon) -> f64 + use<> {
-        let raster = Raster::new(window, f64::from(self.width), f64::from(self.height));
-        let pixels = raster.pixels_of_unit_square();
-        move |polygon: &ConvexPolygon| {
-            let at = polygon.vertices()[0].as_dvec3() - raster.eye_in_world;
-            let (away_m, area) = (raster.forward.dot(at), polygon.area_vector().as_dvec3() * 0.5);
-            if away_m > 0.0 {
-                pixels * area.dot(at).abs() / (away_m * away_m * away_m)
-            } else {
-                f64::INFINITY
-            }
-        }
-    }
-
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
@@ -188,39 +152,6 @@ impl DepthBuffer {
         let mut extent = Extent { near, far, ..Extent::NOTHING };
         corners.iter().for_each(|corner| extent.add(raster.project(*corner)));
         self.test_outline_of(&extent)
-    }
-
-    /// What lies between these points of the world, as the buffer sees it.
-    pub(super) fn extent_of(&self, points: &[Vec3]) -> Extent {
-        let mut extent = Extent::NOTHING;
-        let Some(raster) = &self.raster else { return extent };
-        for p in points {
-            let p = p.as_dvec3() - raster.eye_in_world;
-            // The smaller and the larger of a number and NaN is the number.
-            if !p.is_finite() {
-                extent.away = f64::INFINITY;
-                continue;
-            }
-            let along = raster.forward.dot(p);
-            extent.near = extent.near.min(along);
-            extent.far = extent.far.max(along);
-            extent.away = extent.away.max(p.length_squared());
-            extent.add(raster.project(p));
-        }
-        extent
-    }
-
-    /// [`OcclusionCuller::test_box`] for what lies in an extent.
-    pub(super) fn test_extent(&self, extent: &Extent) -> Tested {
-        if self.raster.is_none() {
-            return Tested { verdict: Verdict::Unoccluded, steps: 0 };
-        }
-        // What reaches back to the eye's plane has no outline. NaN ends here, too.
-        let has_outline = extent.near > self.nearest_sine * extent.away.sqrt() && extent.away.is_finite();
-        if !has_outline {
-            return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
-        }
-        self.test_outline_of(extent)
     }
 
     /// Tests what projects to these pixels, between two distances along the view.
@@ -346,48 +277,6 @@ mod tests {
                 tile.add(mask, &[depth; LANES]);
             }
             assert!(tile.hides(0.2) && !tile.hides(0.21), "{depths:?}: {tile:?}");
-        }
-    }
-
-    #[test]
-    fn an_extent_is_that_of_all_points_in_whatever_order() {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let corners = corners.map(|(x, y)| DVec3::new(x, y, 1.0));
-        let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, corners, 0.1).expect("a window");
-        let mut depth = DepthBuffer::new(DepthConfig::default());
-        depth.build(&window, &[]);
-        let points = [Vec3::new(0.1, 0.2, 4.0), Vec3::new(-0.3, 0.1, 7.0), Vec3::new(0.2, -0.3, 2.0)];
-        let found = |extent: Extent| (extent.low, extent.high, extent.near, extent.far, extent.away);
-        let all = found(depth.extent_of(&points));
-        assert_eq!((all.2, all.3), (2.0, 7.0));
-        assert!((all.4 - points[1].as_dvec3().length_squared()).abs() < 1.0e-12);
-        for [a, b, c] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
-            assert_eq!(found(depth.extent_of(&[points[a], points[b], points[c]])), all);
-            let two = depth.extent_of(&[points[a], points[b]]);
-            assert_eq!(found(two.with(&depth.extent_of(&[points[c]]))), all);
-        }
-    }
-
-    #[test]
-    fn of_points_one_of_which_is_no_number_nothing_is_hidden() {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let window = corners.map(|(x, y)| Vec3::new(x, y, 1.0).as_dvec3());
-        let window = ViewWindow::new(DVec3::ZERO, DVec3::Z, window, 0.1).expect("a window");
-        let wall = corners.map(|(x, y)| Vec3::new(x, y, 1.0) * 2.0);
-        let shadow = ShadowVolume::of_polygon(&wall, &window).expect("an occluder");
-        let mut depth = DepthBuffer::new(DepthConfig::default());
-        depth.build(&window, &[shadow]);
-        let behind = [Vec3::new(0.1, 0.2, 4.0), Vec3::new(0.3, -0.1, 5.0)];
-        assert_eq!(depth.test_extent(&depth.extent_of(&behind)).verdict, Verdict::Hidden);
-        for wrong in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            for axis in 0..3 {
-                let mut third = Vec3::new(0.1, 0.1, 4.0);
-                third[axis] = wrong;
-                for points in [[behind[0], third, behind[1]], [third, behind[0], behind[1]]] {
-                    let verdict = depth.test_extent(&depth.extent_of(&points)).verdict;
-                    assert_eq!(verdict, Verdict::PartlyHidden, "{third}");
-                }
-            }
         }
     }
 }

@@ -83,54 +83,6 @@ impl Hull {
         hull
     }
 
-    /// As [`Hull::inside`], for a border of few corners: of its corners that bend inwards, the line through each that is
-    /// parallel to its neighbours is the border's only piece that is not a straight edge. Falls back to [`Hull::inside`] where two
-    /// such corners are neighbours.
-    pub(super) fn inside_small(border: &[DVec2]) -> Self {
-        let n = border.len();
-        let total = area(border);
-        let is_usable = (3..=MAX_SIDES).contains(&n) && total > 0.0 && total.is_finite();
-        if !is_usable {
-            return Self::EMPTY;
-        }
-        let around = |i: usize| if i < n { border[i] } else { border[i - n] };
-        let bends_in = |i: usize| (around(i + 1) - around(i)).perp_dot(around(i + 2) - around(i + 1)) <= 0.0;
-        // By number of the corner before it.
-        let mut inward = [false; MAX_SIDES];
-        let mut hull = Self::EMPTY;
-        for (i, is_inward) in inward.iter_mut().enumerate().take(n) {
-            *is_inward = bends_in(i);
-            if !*is_inward {
-                hull.corners[hull.len] = around(i + 1);
-                hull.len += 1;
-            }
-        }
-        if hull.len == n {
-            return hull;
-        }
-        // With fewer than three corners the next test would fail, too; this one is cheaper.
-        if hull.len < 3 || (0..n).any(|i| inward[i] && inward[(i + 1) % n]) {
-            return Self::inside(border);
-        }
-        let turns = |i: usize| {
-            let [a, b, c] = [i, i + 1, i + 2].map(|i| hull.corners[i % hull.len]);
-            (b - a).perp_dot(c - b) > 0.0
-        };
-        if !(0..hull.len).all(turns) {
-            return Self::inside(border);
-        }
-        let size = border.iter().fold(0.0, |size: f64, p| size.max((*p - border[0]).abs().max_element()));
-        for i in (0..n).filter(|&i| inward[i]) {
-            let along = (around(i + 2) - around(i)).normalize_or_zero();
-            if along == DVec2::ZERO {
-                return Self::EMPTY;
-            }
-            hull.keep_left_of(around(i + 1), along, INWARDS * size);
-        }
-        hull.drop_small_corners();
-        hull
-    }
-
     /// Keeps what a piece of the border, which has the patch to its left, does not come between.
     fn keep_inside_piece(&mut self, border: &[DVec2], piece: &Piece, inwards: f64) {
         let at = |i: usize| border[i % border.len()];
@@ -325,56 +277,6 @@ mod tests {
             }
         }
         assert!(found > 500, "{found}");
-    }
-
-    /// Borders around the origin of which any corner may bend inwards, beside others that do, too.
-    #[test]
-    fn small_borders_cover_what_is_said_to_be_inside() {
-        let mut seed = 5u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64
-        };
-        let (mut found, mut fell_back, mut unlike) = (0, [0, 0], [0, 0]);
-        for _ in 0..20_000 {
-            let n = 4 + (random() * (MAX_SIDES - 3) as f64) as usize;
-            let border: Vec<DVec2> = (0..n)
-                .map(|i| {
-                    let angle = (i as f64 + 0.7 * random()) / n as f64 * std::f64::consts::TAU;
-                    let least = if random() < 0.5 { 0.2 } else { 0.7 };
-                    DVec2::from_angle(angle) * (least + 0.8 * random() * random())
-                })
-                .collect();
-            let next = |i: usize| (i + 1) % n;
-            let quads: Vec<[DVec2; 4]> = (0..n)
-                .map(|i| [DVec2::ZERO, border[i], border[i].midpoint(border[next(i)]), border[next(i)]])
-                .collect();
-            let hull = Hull::inside_small(&border);
-            let corners = hull.corners();
-            found += usize::from(hull.area() > 1.0e-3);
-            for i in 0..corners.len() {
-                for k in 0..=i {
-                    let x = corners[i].lerp(corners[k], random());
-                    assert!(covers(&quads, x), "{x} {border:?}");
-                }
-            }
-            let turn = |a: DVec2, b: DVec2, c: DVec2| (b - a).perp_dot(c - b);
-            let bends_in = |i: usize| turn(border[i], border[next(i)], border[next(next(i))]) <= 0.0;
-            let outer: Vec<DVec2> = (0..n).filter(|&i| !bends_in(i)).map(|i| border[next(i)]).collect();
-            let m = outer.len();
-            let are_neighbours = (0..n).any(|i| bends_in(i) && bends_in(next(i)));
-            let is_bent = (0..m).any(|i| turn(outer[i], outer[(i + 1) % m], outer[(i + 2) % m]) <= 0.0);
-            let is_like_a_large_one = corners == Hull::inside(&border).corners();
-            if m < 3 || are_neighbours || is_bent {
-                assert!(is_like_a_large_one, "{border:?}");
-                fell_back[usize::from(are_neighbours)] += 1;
-            } else if m < n {
-                unlike[usize::from(m > 3)] += usize::from(!is_like_a_large_one);
-            }
-        }
-        assert!(found > 10_000, "{found}");
-        assert!(fell_back.iter().all(|count| *count > 100), "{fell_back:?}");
-        assert!(unlike.iter().all(|count| *count > 100), "{unlike:?}");
     }
 
     /// Rounding moves a corner by 1e-16 of the patch's size; the hull stays clear of that, and of nothing more.

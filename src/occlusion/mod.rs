@@ -19,6 +19,7 @@
 
 mod auto;
 mod cone;
+mod coverage;
 mod cull;
 mod culler;
 mod depth;
@@ -29,7 +30,6 @@ mod hull;
 mod kind;
 pub mod msvbsp;
 mod none;
-mod pair;
 mod patch;
 mod pool;
 mod previous_frame;
@@ -46,9 +46,9 @@ mod walls;
 mod wide;
 
 pub(crate) use auto::{AutoConfig, AutoSwitch, Outcome};
+pub use coverage::CoverageBuffer;
 pub use cull::{CullConfig, CullCounts, NodeTest, OcclusionVisitor, PolygonTest};
 pub use culler::{BuildCounts, MakeCuller, OcclusionCuller, Soundness};
-use depth::Extent;
 pub use depth::{DepthBuffer, DepthConfig};
 pub use explore::TryBudget;
 pub use kind::Occlusion;

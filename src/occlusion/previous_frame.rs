@@ -1,88 +1,163 @@
-//! Previous-frame occluders: the polygons that were visible in the last frame are filled into a software depth buffer and
-//! occlude in this one. For machines without a usable GPU.
+//! Previous-frame occluders: the polygons that were visible in the last frame occlude in this one, as a picture of connected
+//! surfaces. For machines without a usable GPU.
 //!
-//! What hides in a painting is not a few large polygons but thousands of small ones together. Those that were drawn in the
-//! last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
+//! What hides in a painting or a building is not a few large polygons but thousands of small ones together. Those that were
+//! drawn in the last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
 //! "Hierarchical Z-Buffer Visibility", 1993); they are only a guess at good occluders, so moves, new strokes and sudden
 //! turns need no care: every occluder is part of the model as it is now.
 //!
-//! The buffer counts only pixels that an occluder covers wholly, so that nothing visible
-//! is culled. Edges between neighbours in a ribbon would stay open by it: each two neighbours that share an edge are
-//! filled in as one outline, too, where that is convex.
+//! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.
 
-use glam::Vec3;
-
-use super::{DepthBuffer, DepthConfig, Extent, OcclusionCuller, ShadowVolume, Verdict, pair::shadow_of_pair};
+use super::{
+    CoverageBuffer, CullConfig, Soundness, ViewInput, coverage::Surfaces, culler::OcclusionCuller,
+    view_occlusion::remove_hidden,
+};
 use crate::{
-    polygon::{ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
+    polygon::{BLOCK, Change, Geometry, PolygonId, VisibleBlocks, ids_of},
     view::ViewWindow,
 };
-
-/// Polygons with neighbouring numbers that are tested as one first.
-const GROUP: usize = 4;
-
-/// Outlines that fill fewer pixels of the buffer hide next to nothing: few of those pixels lie in them wholly.
-const LEAST_PX: f64 = 8.0;
 
 /// What [`PreviousFrameOccluders::cull`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PreviousFrameCounts {
-    /// Outlines filled.
+    /// Occluders filled.
     pub occluders: u64,
-    /// Tiles of the buffer that are covered at least partly.
+    /// Tiles of the picture that are covered at least partly.
     pub tiles: u64,
-    /// Groups and polygons tested.
+    /// Nodes and polygons tested.
     pub tests: u64,
 }
 
 impl PreviousFrameCounts {
     /// About the time of that, nanoseconds, estimated from the counts: the same on every machine. Measured like [`super::work_ns`].
     pub fn work_ns(&self) -> f64 {
-        self.occluders as f64 * 1200.0 + self.tests as f64 * 120.0
+        self.occluders as f64 * 1000.0 + self.tests as f64 * 60.0
     }
 }
 
-/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a software depth buffer and
-/// occlude in this one. For models of many small polygons, and machines without a usable GPU.
+/// Most polygons that were of no use and are filled again in a frame, and how many frames it takes until all were.
+const MOST_AGAIN: u32 = 256;
+const AGAIN_EVERY: usize = 16;
+
+/// Polygons that room is made for from the start, at most: about 100 bytes each.
+const MOST_RESERVED: usize = 1 << 17;
+
+/// Most polygons that are read in a frame, of those that have come or changed.
+const MOST_READS: u32 = 1 << 14;
+
+/// A polygon that was visible in the last frame is tested by itself in one of so many frames.
+const TESTED_EVERY: usize = 4;
+
+/// What is known of a view from its last frame.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    frame: usize,
+    /// What was in view and hidden.
+    hidden: VisibleBlocks,
+    /// What was drawn.
+    drawn: VisibleBlocks,
+    /// Of that, what hid nothing when it was filled last.
+    useless: VisibleBlocks,
+}
+
+impl Seen {
+    fn with_capacity(polygons: usize) -> Self {
+        let set = || VisibleBlocks::with_capacity(polygons);
+        Self { frame: 0, hidden: set(), drawn: set(), useless: set() }
+    }
+
+    fn clear(&mut self) {
+        [&mut self.hidden, &mut self.drawn, &mut self.useless].into_iter().for_each(VisibleBlocks::clear);
+    }
+
+    fn remember(&mut self, in_view: &VisibleBlocks, drawn: &VisibleBlocks) {
+        self.hidden.clear();
+        for (block, mask) in in_view.blocks() {
+            let hidden = mask & !drawn.mask(block);
+            self.hidden.insert_block(block, hidden);
+            self.useless.remove_block(block, hidden);
+        }
+        self.drawn.copy_from(drawn);
+    }
+}
+
+/// Previous-frame occluders: the polygons that were visible in the last frame are filled into a picture of connected surfaces
+/// and occlude in this one. For models of many small polygons, and machines without a usable GPU.
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
-    depth: DepthBuffer,
-    shadows: Vec<ShadowVolume>,
-    /// By view the polygons that were drawn in the last frame.
-    drawn: Vec<VisibleBlocks>,
+    surfaces: Surfaces,
+    /// The polygons that `surfaces` have as they are now.
+    read: VisibleBlocks,
+    buffer: CoverageBuffer,
+    cull: CullConfig,
+    views: Vec<Seen>,
+    /// The polygons that are filled, and their sizes; kept for their memory.
+    filled: Vec<PolygonId>,
+    scored: Vec<(f32, PolygonId)>,
+    /// Whether the last build had an occluder.
+    is_built: bool,
 }
 
 impl PreviousFrameOccluders {
-    /// Most outlines that are filled for a view in a frame.
-    pub const MOST_OUTLINES: usize = 1 << 16;
+    /// Most polygons that are filled for a view in a frame: those that are seen largest.
+    pub const MOST_OCCLUDERS: usize = 4096;
 
-    /// Culling that has seen nothing yet, with room for a scene of so many polygons (and, for the outlines of a frame, up
-    /// to 28 MB).
-    pub fn new(depth: DepthConfig, polygons: usize) -> Self {
-        Self::with_buffer(DepthBuffer::new(depth), polygons)
-    }
+    /// Pixels of the picture.
+    pub const PICTURE: [u32; 2] = [1024, 576];
 
-    /// The same with a buffer of the caller's own.
-    pub fn with_buffer(mut depth: DepthBuffer, polygons: usize) -> Self {
-        let shadows = polygons.saturating_mul(2).saturating_add(4).min(Self::MOST_OUTLINES);
-        depth.reserve(shadows);
-        let drawn = vec![VisibleBlocks::with_capacity(polygons)];
-        Self { depth, shadows: Vec::with_capacity(shadows), drawn }
-    }
-
-    fn drawn_in(&mut self, view: usize) -> &mut VisibleBlocks {
-        if self.drawn.len() <= view {
-            self.drawn.resize_with(view + 1, VisibleBlocks::new);
+    /// Culling that has seen nothing yet, with a picture of so many pixels and room for a scene of so many polygons.
+    pub fn new([width, height]: [u32; 2], polygons: usize) -> Self {
+        let mut buffer = CoverageBuffer::new(width, height);
+        let reserved = polygons.min(MOST_RESERVED);
+        buffer.reserve(reserved, reserved.min(Self::MOST_OCCLUDERS));
+        Self {
+            surfaces: Surfaces::with_capacity(reserved),
+            read: VisibleBlocks::with_capacity(polygons),
+            buffer,
+            cull: CullConfig::default(),
+            views: vec![Seen::with_capacity(polygons)],
+            scored: Vec::with_capacity(reserved),
+            filled: Vec::with_capacity(reserved),
+            is_built: false,
         }
-        &mut self.drawn[view]
     }
 
-    /// Treats everything in view as visible in the last frame of view number `view`.
-    pub fn begin(&mut self, view: usize, in_view: &VisibleBlocks) {
-        self.drawn_in(view).copy_from(in_view);
+    /// Whether its answers can be relied upon: those of its picture.
+    pub fn soundness(&self) -> Soundness {
+        self.buffer.soundness()
     }
 
-    /// Fills the buffer for view number `view` with those polygons in view that were drawn in the last frame.
+    fn view(&mut self, view: usize) -> &mut Seen {
+        if self.views.len() <= view {
+            self.views.resize_with(view + 1, Seen::default);
+        }
+        &mut self.views[view]
+    }
+
+    /// The picture as it was last built.
+    pub fn culler(&self) -> &CoverageBuffer {
+        &self.buffer
+    }
+
+    /// Follows changes of the geometry: all of them, before the next build. A polygon is read when it is filled next.
+    pub fn follow(&mut self, changes: &[Change]) {
+        for change in changes {
+            match *change {
+                Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => {
+                    self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
+                }
+                // What moves as a whole is no occluder.
+                Change::Place(_) => {}
+            }
+        }
+    }
+
+    /// Forgets what was hidden in the last frame of view number `view`: everything in view is taken for visible.
+    pub fn forget(&mut self, view: usize) {
+        self.view(view).clear();
+    }
+
+    /// Fills the picture for view number `view` with those polygons in view that were not hidden in the last frame.
     pub fn build(
         &mut self,
         view: usize,
@@ -90,103 +165,97 @@ impl PreviousFrameOccluders {
         window: &ViewWindow,
         in_view: &VisibleBlocks,
     ) -> PreviousFrameCounts {
-        self.drawn_in(view);
-        let known = &self.drawn[view];
-        let pixels_of = self.depth.area_in_pixels(window);
-        self.shadows.clear();
-        // The one before, if the next number is a neighbour.
-        let mut before: Option<(PolygonId, ConvexPolygon, f64)> = None;
-        for id in in_view.ids() {
-            if self.shadows.len() + 4 > Self::MOST_OUTLINES {
-                break;
+        self.view(view);
+        let seen = &mut self.views[view];
+        seen.frame = seen.frame.wrapping_add(1);
+        self.filled.clear();
+        let (mut again, mut reads) = (0, 0);
+        for (block, mask) in in_view.blocks() {
+            let mask = mask & !seen.hidden.mask(block);
+            let useless = mask & seen.useless.mask(block);
+            let mut tried = mask & !useless;
+            // Which of those that were of no use are filled again goes round.
+            if useless != 0 && again < MOST_AGAIN && block % AGAIN_EVERY == seen.frame % AGAIN_EVERY {
+                again += useless.count_ones();
+                tried |= useless;
             }
-            let last = before.take();
-            let Some(polygon) = known.contains(id).then(|| geometry.occluder(id)).flatten() else { continue };
-            let area_px = pixels_of(&polygon);
-            if area_px >= LEAST_PX {
-                ShadowVolume::push_polygon(polygon.vertices(), window, &mut self.shadows);
+            let unread = tried & !self.read.mask(block);
+            if unread != 0 && reads < MOST_READS {
+                reads += unread.count_ones();
+                ids_of(block, unread).for_each(|id| self.surfaces.set(geometry, id));
+                self.read.insert_block(block, unread);
+            } else {
+                tried &= !unread;
             }
-            if let Some((_, last, last_px)) = last.filter(|(last, ..)| last.0 + 1 == id.0)
-                && last_px + area_px >= LEAST_PX
-            {
-                self.shadows.extend(shadow_of_pair(&last, &polygon, window));
-            }
-            before = Some((id, polygon, area_px));
+            self.filled.extend(ids_of(block, tried));
         }
-        let counts = self.depth.build(window, &self.shadows);
-        PreviousFrameCounts { occluders: self.shadows.len() as u64, tiles: u64::from(counts.nodes), tests: 0 }
+        if self.filled.len() > Self::MOST_OCCLUDERS {
+            let eye = window.eye_in_world().as_vec3();
+            self.scored.clear();
+            self.scored.extend(self.filled.iter().map(|&id| (self.surfaces.solid_angle(id, eye), id)));
+            let by_size =
+                |a: &(f32, PolygonId), b: &(f32, PolygonId)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+            self.scored.select_nth_unstable_by(Self::MOST_OCCLUDERS, by_size);
+            self.filled.clear();
+            self.filled.extend(self.scored[..Self::MOST_OCCLUDERS].iter().map(|&(_, id)| id));
+        }
+        let counts = self.buffer.build_of(window, &self.surfaces, self.filled.iter().copied());
+        for (id, is_useful) in self.buffer.filled() {
+            let (block, bit) = (id.index() / BLOCK, 1 << (id.index() % BLOCK));
+            if is_useful {
+                seen.useless.remove_block(block, bit);
+            } else {
+                seen.useless.insert_block(block, bit);
+            }
+        }
+        self.is_built = counts.occluders > 0;
+        PreviousFrameCounts {
+            occluders: u64::from(counts.occluders),
+            tiles: u64::from(counts.nodes),
+            tests: 0,
+        }
     }
 
-    /// Appends to `drawn` those of the polygons in view that the buffer does not hide, and remembers them for the next
-    /// frame of this view. The buffer has been built for it.
+    /// Sets `drawn` to those of the polygons in view that the picture does not hide, and remembers them for the next frame of
+    /// this view. The picture has been built for it.
     pub fn cull(
         &mut self,
         view: usize,
-        geometry: &dyn Geometry,
-        in_view: &VisibleBlocks,
-        drawn: &mut impl Extend<PolygonId>,
+        input: &ViewInput<'_>,
+        drawn: &mut VisibleBlocks,
         counts: &mut PreviousFrameCounts,
     ) {
-        let known = &mut self.drawn[view];
-        if self.shadows.is_empty() {
-            known.copy_from(in_view);
-            drawn.extend(in_view.ids());
-            return;
-        }
-        known.clear();
-        let depth = &self.depth;
-        let mut is_hidden = |extent: &Extent| {
-            counts.tests += 1;
-            depth.test_extent(extent).verdict == Verdict::Hidden
-        };
-        let (mut ids, mut group) = (in_view.ids(), [PolygonId(0); GROUP]);
-        let mut extents = [Extent::NOTHING; GROUP];
-        loop {
-            let mut count = 0;
-            for ((place, extent), id) in group.iter_mut().zip(&mut extents).zip(ids.by_ref()) {
-                (*place, *extent) = (id, depth.extent_of(corners_of(geometry, id).points()));
-                count += 1;
-            }
-            let (group, extents) = (&group[..count], &extents[..count]);
-            if group.is_empty() {
-                break;
-            }
-            let is_compact =
-                group.len() > 1 && group[group.len() - 1].0.wrapping_sub(group[0].0) < GROUP as u32;
-            if is_compact && is_hidden(&extents.iter().fold(Extent::NOTHING, Extent::with)) {
-                continue;
-            }
-            for (&id, extent) in group.iter().zip(extents) {
-                if !is_hidden(extent) {
-                    drawn.extend([id]);
-                    known.insert(id);
+        let ViewInput { index, geometry, view: seen, in_view, spaces } = *input;
+        if self.is_built {
+            let tested = remove_hidden(
+                &self.buffer,
+                self.cull,
+                index,
+                geometry,
+                &seen.frustum(),
+                in_view,
+                spaces,
+                drawn,
+            );
+            counts.tests += tested.node_tests + tested.polygon_tests;
+            let seen = &self.views[view];
+            for (block, mask) in in_view.blocks() {
+                let left = mask & drawn.mask(block);
+                // What was visible in the last frame most often is in this one: a few are tested in each frame.
+                let is_turn = block % TESTED_EVERY == seen.frame % TESTED_EVERY;
+                let tested = if is_turn { left } else { left & !seen.drawn.mask(block) };
+                let mut hidden = 0;
+                for id in ids_of(block, tested) {
+                    counts.tests += 1;
+                    if geometry.polygon(id).is_some_and(|polygon| self.buffer.hides_polygon(&polygon)) {
+                        hidden |= 1 << (id.index() % BLOCK);
+                    }
                 }
+                drawn.remove_block(block, hidden);
             }
+        } else {
+            drawn.copy_from(in_view);
         }
-    }
-}
-
-/// The corners of a polygon, or of the box of what is no single polygon.
-struct Corners {
-    corners: [Vec3; 8],
-    count: usize,
-}
-
-impl Corners {
-    fn points(&self) -> &[Vec3] {
-        &self.corners[..self.count]
-    }
-}
-
-#[inline]
-fn corners_of(geometry: &dyn Geometry, id: PolygonId) -> Corners {
-    let mut corners = [Vec3::ZERO; 8];
-    match geometry.polygon(id) {
-        Some(polygon) => {
-            let vertices = polygon.vertices();
-            corners[..vertices.len()].copy_from_slice(vertices);
-            Corners { corners, count: vertices.len() }
-        }
-        None => Corners { corners: geometry.bounds(id).corners(), count: 8 },
+        self.view(view).remember(in_view, drawn);
     }
 }

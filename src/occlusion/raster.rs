@@ -58,6 +58,31 @@ impl Raster {
         (self.up.dot(p) / away - self.corner.y) * self.pixels_a_unit.y
     }
 
+    /// A vector along `right`, `up` and `forward`.
+    #[inline]
+    pub(crate) fn in_axes(&self, v: DVec3) -> DVec3 {
+        DVec3::new(self.right.dot(v), self.up.dot(v), self.forward.dot(v))
+    }
+
+    /// To the right, up, and along the view: unit vectors.
+    #[inline]
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        [self.right, self.up, self.forward]
+    }
+
+    /// Where the point lies that is so far to the right and up at distance 1 before the eye, pixels.
+    #[inline]
+    pub(crate) fn flat_in_pixels(&self, right: f64, up: f64) -> DVec2 {
+        (DVec2::new(right, up) - self.corner) * self.pixels_a_unit
+    }
+
+    /// [`Raster::in_pixels`] for a normal [in axes](Raster::in_axes).
+    #[inline]
+    pub(crate) fn axes_in_pixels(&self, normal: DVec3) -> [f64; 3] {
+        let [x, y] = [normal.x / self.pixels_a_unit.x, normal.y / self.pixels_a_unit.y];
+        [x, y, normal.x * self.corner.x + normal.y * self.corner.y + normal.z]
+    }
+
     /// The largest tangent, of the angle to the direction of view, of the window's borders.
     pub(crate) fn largest_tangent(&self) -> f64 {
         self.corner.abs().max(self.far_corner.abs()).max_element()
@@ -66,11 +91,6 @@ impl Raster {
     /// Pixels of one unit at distance 1 before the eye, across and up.
     pub(crate) fn pixels_a_unit(&self) -> DVec2 {
         self.pixels_a_unit
-    }
-
-    /// Pixels of a square of one unit at distance 1 before the eye.
-    pub(crate) fn pixels_of_unit_square(&self) -> f64 {
-        self.pixels_a_unit.x * self.pixels_a_unit.y
     }
 
     /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the

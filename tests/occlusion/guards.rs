@@ -8,15 +8,13 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use osp::{
-    index::DrawList,
     math::{Aabb, Sphere},
     occlusion::{
         DepthBuffer, DepthConfig, EDGE_ON_SINE, END_ON_SINE, NotAnOccluder, OccluderPool, OcclusionCuller,
-        PoolConfig, PreviousFrameCounts, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume,
-        Verdict,
+        PoolConfig, PreviousFrameOccluders, SelectConfig, Selector, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
     },
-    polygon::VisibleBlocks,
+    polygon::{Change, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
 use osp_lab::Method;
@@ -146,27 +144,25 @@ fn a_patch_that_reaches_before_the_near_plane_hides_nothing_there() {
     let polygons: Vec<Polygon> = quads.iter().map(|quad| quad.to_vec()).collect();
     let shadows = chosen(&pool, &told.scene, &window);
     assert!(!shadows.is_empty());
-    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
-    let ids: VisibleBlocks = told.scene.visible_ids().collect();
-    last.begin(0, &ids);
-    last.build(0, &told.scene, &window, &ids);
+    let last = built_last(&told.scene, &window);
     let (mut open, mut hidden) = (0, 0);
-    for culler in sound_cullers_of(&window, &shadows) {
+    let cullers = sound_cullers_of(&window, &shadows);
+    for culler in cullers.iter().map(|culler| &**culler).chain([last.culler() as &dyn OcclusionCuller]) {
         for i in -18..18 {
             let x = at(i as f32 * 0.05, 0.01, 1.0) * 5.0;
             let bounds = Aabb::cube(x, 0.001);
             if is_blocked(&window, &polygons, x.as_dvec3()) {
-                hidden += u32::from(hides(&*culler, &bounds));
+                hidden += u32::from(hides(culler, &bounds));
             } else {
                 open += 1;
-                assert!(!hides(&*culler, &bounds), "{}: {x}", culler.name());
+                assert!(!hides(culler, &bounds), "{}: {x}", culler.name());
             }
         }
     }
     assert!(open > 20 && hidden > 20, "{open} {hidden}");
 }
 
-/// The same of what was visible last, where two neighbours are filled in as one outline, too.
+/// The same of what was visible last, where two neighbours are one surface.
 #[test]
 fn neighbours_that_were_visible_last_hide_nothing_before_the_near_plane() {
     let window = straight(1.0);
@@ -178,20 +174,29 @@ fn neighbours_that_were_visible_last_hide_nothing_before_the_near_plane() {
     events.push(polygon(&rectangle(5.0, [-2.5, -1.5], [-0.2, 0.2]), 1.0));
     events.push(polygon(&rectangle(5.0, [0.1, 1.5], [-0.2, 0.2]), 1.0));
     told.tell(&events);
-    let drawn = drawn_last(&told.scene, &window, DepthConfig::default());
+    let drawn = drawn_last(&told.scene, &window);
     assert!(drawn.contains(&2), "visible before the wall begins");
     assert!(!drawn.contains(&3), "hidden by the wall");
 }
 
-/// What is drawn when everything in view was visible in the last frame.
-fn drawn_last(scene: &Scene, window: &ViewWindow, config: DepthConfig) -> Vec<u32> {
+/// The picture when everything in view was visible in the last frame.
+fn built_last(scene: &Scene, window: &ViewWindow) -> PreviousFrameOccluders {
     let ids: VisibleBlocks = scene.visible_ids().collect();
-    let mut last = PreviousFrameOccluders::new(config, 8);
-    last.begin(0, &ids);
+    let changes: Vec<Change> = ids.ids().map(Change::Insert).collect();
+    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
+    last.follow(&changes);
     last.build(0, scene, window, &ids);
-    let mut drawn = DrawList::new();
-    last.cull(0, scene, &ids, &mut drawn, &mut Default::default());
-    drawn.ids().iter().map(|id| id.0).collect()
+    last
+}
+
+/// What is drawn then.
+fn drawn_last(scene: &Scene, window: &ViewWindow) -> Vec<u32> {
+    let last = built_last(scene, window);
+    let is_drawn = |id: &PolygonId| {
+        let polygon = scene.polygon(*id);
+        !last.culler().hides_polygon(&polygon) && !hides(last.culler(), &polygon.bounds())
+    };
+    scene.visible_ids().filter(is_drawn).map(|id| id.0).collect()
 }
 
 /// Glass hides nothing, alone or as the neighbour of a wall, however it comes: by itself, first, second or on both sides.
@@ -209,7 +214,7 @@ fn what_can_be_seen_through_hides_nothing_in_the_next_frame() {
                 polygon(&rectangle(4.0, [0.8, 1.2], [-0.2, 0.2]), 1.0),
                 polygon(&rectangle(4.0, [-0.4, 0.4], [-0.2, 0.2]), 1.0),
             ]);
-            let drawn = drawn_last(&told.scene, &window, DepthConfig::default());
+            let drawn = drawn_last(&told.scene, &window);
             let is_clear = opacity != 1.0;
             assert!(drawn.contains(&0) && drawn.contains(&1), "{glass:?} {opacity}");
             assert_eq!(drawn.contains(&2), glass[0] && is_clear, "left, {glass:?} {opacity}");
@@ -230,20 +235,14 @@ fn only_what_was_drawn_last_hides() {
         polygon(&rectangle(4.0, [-0.05, 0.05], [-0.2, 0.2]), 1.0),
         polygon(&rectangle(4.0, [-1.0, -0.8], [-0.2, 0.2]), 1.0),
     ]);
-    assert_eq!(drawn_last(&told.scene, &window, DepthConfig::default()), [0, 1, 2]);
-    // Nothing was seen before: nothing hides, nothing is left out.
+    assert_eq!(drawn_last(&told.scene, &window), [0, 1, 2]);
     let ids: VisibleBlocks = told.scene.visible_ids().collect();
-    let mut last = PreviousFrameOccluders::new(DepthConfig::default(), 8);
-    let counts = last.build(0, &told.scene, &window, &ids);
+    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
+    let counts = last.build(0, &told.scene, &window, &VisibleBlocks::new());
     assert_eq!((counts.occluders, counts.tiles), (0, 0));
-    let mut drawn = DrawList::new();
-    let mut counts = PreviousFrameCounts::default();
-    last.cull(0, &told.scene, &ids, &mut drawn, &mut counts);
-    assert_eq!((drawn.ids().len(), counts.tests), (4, 0), "no box is tested against an empty buffer");
-    // And each view has its own memory.
-    let counts = last.build(1, &told.scene, &window, &ids);
-    assert_eq!(counts.occluders, 0);
-    assert!(last.build(0, &told.scene, &window, &ids).occluders >= 4);
+    // Each view has its own memory, and what came into it is taken for visible.
+    assert_eq!(last.build(1, &told.scene, &window, &ids).occluders, 4);
+    assert_eq!(last.build(0, &told.scene, &window, &ids).occluders, 4);
 }
 
 /// A point exactly on the border of a shadow, or exactly on its cap, is in no shadow: [`osp::occlusion::QUERY_SLACK`].
@@ -573,6 +572,6 @@ fn orphans_that_the_scene_has_forgotten_are_let_go() {
     shorter.tell(&[wall(0)]);
     let first = shorter.scene.visible_ids().next().expect("a polygon");
     shorter.tell(&[Event::Undo { author: Author::SOLE, t: 0.0 }]);
-    pool.follow(&shorter.scene, &[osp::polygon::Change::Remove(first)]);
+    pool.follow(&shorter.scene, &[Change::Remove(first)]);
     assert!(pool.is_empty());
 }

@@ -126,7 +126,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
         ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
     };
     let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 * 2.0 - 1.0;
-    let specks = (0..PreviousFrameOccluders::MOST_OUTLINES + 1000)
+    let specks = (0..4 * PreviousFrameOccluders::MOST_OCCLUDERS)
         .map(|i| square(2.0 * spread(i, 271), 2.0 * spread(i / 271, 271), -4.0, 1.0e-4));
     let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);
@@ -134,9 +134,10 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
     told.tell(&all.map(|p| polygon(p.vertices(), 1.0)).collect::<Vec<_>>());
     let mut lane = pipeline(Some(PassConfig::new(Occlusion::PreviousFrame)));
     let (changes, view) = (told.changes.clone(), view(Vec3::ZERO, Vec3::NEG_Z));
-    assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "nothing to go by");
+    assert_eq!(lane.frame(&told.scene, &changes, &view).occlusion.occluded, 0, "not read yet");
     let record = lane.frame(&told.scene, &[], &view).occlusion;
-    assert_eq!((record.occluded, record.occluders), (500, 1));
+    assert_eq!(record.occluded, 500);
+    assert!(record.occluders <= PreviousFrameOccluders::MOST_OCCLUDERS as u64);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::{
     random::{FAMILIES, Random, Scene, ball, volume},
 };
 use osp::occlusion::{
-    DepthBuffer, DepthConfig, Occlusion, OcclusionCuller, Soundness, Verdict,
+    CoverageBuffer, DepthBuffer, DepthConfig, Occlusion, OcclusionCuller, Soundness, Verdict,
     msvbsp::{Msvbsp, MsvbspConfig, Refine},
 };
 use osp_lab::Method;
@@ -103,6 +103,13 @@ fn random_stress_of_the_strict_depth_buffer_exposes_nothing() {
     for (width, height) in [(64, 36), (256, 144)] {
         let config = DepthConfig { width, height };
         assert_sound(&mut DepthBuffer::new(config), 104);
+    }
+}
+
+#[test]
+fn random_stress_of_outlines_in_a_picture_of_surfaces_exposes_nothing() {
+    for (width, height) in [(64, 36), (256, 144)] {
+        assert_sound(&mut CoverageBuffer::new(width, height), 104);
     }
 }
 

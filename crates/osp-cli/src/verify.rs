@@ -26,8 +26,8 @@ use osp::{
     frame::StageClock,
     index::IndexConfig,
     occlusion::{
-        CullConfig, DepthConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig,
-        PreviousFrameOccluders, Score, SelectConfig,
+        CullConfig, Grouping, NodeTest, Occlusion, PolygonTest, PoolConfig, PreviousFrameOccluders, Score,
+        SelectConfig,
     },
     view::View,
 };
@@ -80,7 +80,7 @@ Errors (a visible polygon that is culled, a pixel that differs) count in the --s
 too.
 
 depth-last takes the polygons that were visible in the previous frame as occluders; its column
-`used` counts their outlines.
+`used` counts those that were filled.
 
 For hzb, queries and auto (builds with the feature `render`) the command draws each of these
 frames with each method and without culling, in turns; a pixel that differs gives exit code 1.
@@ -401,7 +401,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
         verifier = verifier.without_truth();
     }
     if args.methods().iter().any(|method| method.occlusion == Occlusion::PreviousFrame.into()) {
-        verifier.add_last(PreviousFrameOccluders::new(DepthConfig::default(), capacity));
+        verifier.add_last(PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, capacity));
     }
 
     let mut drawn = DrawnTrials::new(&args.occlusion, args.size, at_rest)?;

@@ -242,7 +242,7 @@ impl Verifier {
     pub fn add_last(&mut self, last: PreviousFrameOccluders) {
         let means = Means::Last(Box::new(last));
         self.trials.push(Trial {
-            occluders: PreviousFrameOccluders::MOST_OUTLINES,
+            occluders: PreviousFrameOccluders::MOST_OCCLUDERS,
             means,
             totals: Totals::default(),
         });
@@ -293,6 +293,11 @@ impl Verifier {
             };
         }
         self.pool.follow(scene, changes);
+        for trial in &mut self.trials {
+            if let Means::Last(last) = &mut trial.means {
+                last.follow(changes);
+            }
+        }
     }
 
     /// Does what a program does once a model is loaded and before it is looked at: joins walls that are cut small.
@@ -363,7 +368,11 @@ impl Verifier {
                     totals.add_counts(&select, &build, &cull);
                     totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
                 }
-                Means::Last(last) => look.at_rest(last, totals, &mut self.drawn, &mut self.truth),
+                Means::Last(last) => {
+                    let input =
+                        ViewInput { index: look.index, geometry: scene, view, in_view: blocks, spaces: None };
+                    look.at_rest(last, &input, totals, left, &mut self.truth);
+                }
             }
         }
         if let Some((pvs, totals)) = &mut self.pvs {
@@ -426,25 +435,28 @@ impl Look<'_> {
     fn at_rest(
         &self,
         last: &mut PreviousFrameOccluders,
+        input: &ViewInput<'_>,
         totals: &mut Totals,
-        drawn: &mut DrawList,
+        left: &mut VisibleBlocks,
         truth: &mut [(Option<Sight>, u8)],
     ) {
-        let ids = &self.in_view.ids().iter().copied().collect();
+        let list = |left: &VisibleBlocks| {
+            let mut drawn = DrawList::new();
+            drawn.extend(left.ids());
+            drawn
+        };
         for _ in 0..self.at_rest.settle {
-            drawn.clear();
-            let mut counts = last.build(0, self.scene, self.window, ids);
-            last.cull(0, self.scene, ids, drawn, &mut counts);
-            totals.add_faults(self.number, drawn, truth, self.in_view);
+            let mut counts = last.build(0, self.scene, self.window, input.in_view);
+            last.cull(0, input, left, &mut counts);
+            totals.add_faults(self.number, &list(left), truth, self.in_view);
         }
         for _ in 0..self.at_rest.frames.max(1) {
-            let build = &mut || last.build(0, self.scene, self.window, ids);
+            let build = &mut || last.build(0, self.scene, self.window, input.in_view);
             let built = self.fastest(&mut totals.build_ns, build);
             // This frame's polygons replace those of the last frame; the buffer stays, so every repeat does the same work.
             let cull = &mut || {
-                drawn.clear();
                 let mut counts = built;
-                last.cull(0, self.scene, ids, drawn, &mut counts);
+                last.cull(0, input, left, &mut counts);
                 counts
             };
             let counts = self.fastest(&mut totals.query_ns, cull);
@@ -452,7 +464,7 @@ impl Look<'_> {
             totals.build.occluders += counts.occluders as u32;
             totals.build.nodes += counts.tiles as u32;
             totals.cull.polygon_tests += counts.tests;
-            totals.add(self.number, drawn, truth, self.in_view);
+            totals.add(self.number, &list(left), truth, self.in_view);
         }
     }
 }

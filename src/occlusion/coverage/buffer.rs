@@ -1,0 +1,312 @@
+//! Testing boxes against the picture.
+
+use glam::DVec3;
+
+use super::{
+    facet::Facet,
+    facets::Facets,
+    fill::{Fill, Strips},
+    picture::Picture,
+    slope::SIDE,
+    surfaces::Surfaces,
+    table::NONE,
+    tiles::Tiles,
+};
+use crate::{
+    index::simd::{Backend, Kernel, WithKernel},
+    math::{Aabb, Sphere},
+    occlusion::{
+        Asked, BuildCounts, Cell, OcclusionCuller, ShadowVolume, Tested, TestedBoxes, Verdict, raster::Raster,
+    },
+    polygon::{ConvexPolygon, PolygonId},
+    view::ViewWindow,
+};
+
+/// Boxes that are tested at once.
+const LANES: usize = 16;
+
+/// Rounding of a box's pixels: what [`nearest_sine`] keeps them exact to.
+const PIXEL_SLACK: f64 = 1.0e-6;
+
+/// Rounding of a box's depth.
+const DEPTH_SLACK: f64 = 1.0e-6;
+
+/// A window that shows something farther to the side than by this tangent is not decided in pixels at all.
+const LARGEST_TANGENT: f64 = 1.0e4;
+
+/// See [`super::super::depth`]: the same bound, with twice as many roundings.
+fn nearest_sine(raster: &Raster) -> f64 {
+    const U: f64 = 0.5 * f64::EPSILON;
+    let tangent = raster.largest_tangent();
+    let pixels = 64.0 * (1.0 + tangent) * U * raster.pixels_a_unit().max_element();
+    if tangent <= LARGEST_TANGENT { (pixels / PIXEL_SLACK).max(1.0e-6) } else { f64::INFINITY }
+}
+
+/// A picture of the surfaces before the eye: which pixels they cover wholly, and how far away at most.
+#[derive(Clone, Debug)]
+pub struct CoverageBuffer {
+    raster: Option<Raster>,
+    nearest_sine: f64,
+    facets: Facets,
+    tiles: Tiles,
+    backend: Backend,
+}
+
+impl CoverageBuffer {
+    /// An empty buffer of so many pixels, rounded up to multiples of 8; at most 8,192 each way. Takes its memory now.
+    pub fn new(width: u32, height: u32) -> Self {
+        let tiles = |pixels: u32| (pixels.clamp(1, 8192) as usize).div_ceil(SIDE);
+        Self {
+            raster: None,
+            nearest_sine: f64::INFINITY,
+            facets: Facets::default(),
+            tiles: Tiles::new(tiles(width), tiles(height)),
+            backend: Backend::detect(),
+        }
+    }
+
+    /// Makes room for surfaces of so many polygons, of which so many are filled in a frame.
+    pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
+        self.facets.reserve(polygons, filled);
+        self.tiles.reserve(2 * filled);
+    }
+
+    fn begin(&mut self, window: &ViewWindow) -> Raster {
+        let pixels = |tiles: usize| (tiles * SIDE) as f64;
+        let raster = Raster::new(window, pixels(self.tiles.columns), pixels(self.tiles.rows));
+        self.raster = Some(raster);
+        self.nearest_sine = nearest_sine(&raster);
+        self.tiles.clear();
+        raster
+    }
+
+    fn fill(&mut self) -> BuildCounts {
+        self.backend.run(Fill { facets: self.facets.all(), tiles: &mut self.tiles });
+        let facets = self.facets.all().iter().filter(|facet| facet.len > 0).count();
+        BuildCounts { occluders: facets as u32, nodes: self.tiles.covered() as u32, ..BuildCounts::default() }
+    }
+
+    /// Replaces what was built before by polygons of the surfaces.
+    pub(in crate::occlusion) fn build_of(
+        &mut self,
+        window: &ViewWindow,
+        surfaces: &Surfaces,
+        polygons: impl Iterator<Item = PolygonId>,
+    ) -> BuildCounts {
+        let raster = self.begin(window);
+        self.facets.take(surfaces, polygons, window, &raster);
+        self.fill()
+    }
+
+    /// The polygons of the last build that had a part in the picture, each with whether it hides anything.
+    pub(in crate::occlusion) fn filled(&self) -> impl Iterator<Item = (PolygonId, bool)> + '_ {
+        self.facets.taken().iter().enumerate().map(|(i, facet)| {
+            let half = facet.half as usize;
+            let is_useful = self.tiles.is_useful(i) || (facet.half != NONE && self.tiles.is_useful(half));
+            (PolygonId(facet.polygon), is_useful)
+        })
+    }
+
+    /// Tests volumes that lie between two corners each, and are of this size, seen from the eye.
+    #[inline(always)]
+    fn test_outlines(&self, outlines: &Outlines, count: usize, mut each: impl FnMut(usize, Tested)) {
+        let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
+        for lane in 0..count {
+            let [x0, y0] = [0, 1].map(|axis| outlines.low[axis][lane]);
+            let [x1, y1] = [0, 1].map(|axis| outlines.high[axis][lane]);
+            let verdict = |verdict, steps| Tested { verdict, steps };
+            // What reaches back to the eye's plane has no outline, nor has what is not finite. NaN ends here, too.
+            if !(outlines.near[lane] > self.nearest_sine * outlines.size[lane]
+                && outlines.far[lane].is_finite())
+            {
+                each(lane, verdict(Verdict::PartlyHidden, 0));
+                continue;
+            }
+            let floor = |v: f64, end: i32| (v - PIXEL_SLACK).clamp(0.0, f64::from(end)) as i32;
+            let ceil =
+                |v: f64, end: i32| (v + PIXEL_SLACK).clamp(-1.0, f64::from(end - 1)).floor() as i32 + 1;
+            let (x, y) = ([floor(x0, width), ceil(x1, width)], [floor(y0, height), ceil(y1, height)]);
+            if x[0] >= x[1] || y[0] >= y[1] {
+                each(lane, verdict(Verdict::Unoccluded, 0));
+                continue;
+            }
+            let near = (1.0 / outlines.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
+            let far = (1.0 / outlines.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
+            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far);
+            let found = match (is_hidden, may_hide) {
+                (true, _) => Verdict::Hidden,
+                (false, true) => Verdict::PartlyHidden,
+                (false, false) => Verdict::Unoccluded,
+            };
+            each(lane, verdict(found, steps));
+        }
+    }
+
+    /// Whether a polygon is hidden, by all pixels that it touches: at least where its box is.
+    pub fn hides_polygon(&self, polygon: &ConvexPolygon) -> bool {
+        let (Some(raster), Some(picture)) = (&self.raster, self.facets.picture()) else { return false };
+        self.backend.run(TestPolygon { tiles: &self.tiles, raster, picture, polygon })
+    }
+
+    fn test_all(&self, boxes: &[Aabb], each: impl FnMut(usize, Tested)) {
+        let Some(raster) = &self.raster else { return };
+        self.backend.run(TestBoxes { buffer: self, raster, boxes, each });
+    }
+}
+
+/// Where some boxes lie in the picture, by lane.
+struct Outlines {
+    /// Pixels.
+    low: [[f64; LANES]; 2],
+    high: [[f64; LANES]; 2],
+    /// Distances along the view.
+    near: [f64; LANES],
+    far: [f64; LANES],
+    /// The sum of the largest coordinates as seen from the eye.
+    size: [f64; LANES],
+}
+
+/// Tests at most sixteen boxes.
+struct TestBoxes<'a, F> {
+    buffer: &'a CoverageBuffer,
+    raster: &'a Raster,
+    boxes: &'a [Aabb],
+    each: F,
+}
+
+impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _: K) {
+        let outlines = outlines_of(self.boxes, self.raster);
+        self.buffer.test_outlines(&outlines, self.boxes.len().min(LANES), self.each);
+    }
+}
+
+/// Tests one polygon.
+struct TestPolygon<'a> {
+    tiles: &'a Tiles,
+    raster: &'a Raster,
+    picture: &'a Picture,
+    polygon: &'a ConvexPolygon,
+}
+
+impl WithKernel for TestPolygon<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _: K) -> bool {
+        let Self { tiles, raster, picture, polygon } = self;
+        let mut eyes = [DVec3::ZERO; 4];
+        for (eye, p) in eyes.iter_mut().zip(polygon.vertices()) {
+            *eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
+        }
+        let facet = Facet::of_tested(&eyes[..polygon.vertices().len()], picture);
+        facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
+    }
+}
+
+/// The corners of boxes in the picture.
+#[inline(always)]
+fn outlines_of(boxes: &[Aabb], raster: &Raster) -> Outlines {
+    let mut rows = [[0.0_f32; LANES]; 6];
+    for (lane, bounds) in boxes.iter().take(LANES).enumerate() {
+        let numbers = [bounds.min.to_array(), bounds.max.to_array()];
+        for (row, number) in rows.iter_mut().zip(numbers.as_flattened()) {
+            row[lane] = *number;
+        }
+    }
+    let (mut center, mut half) = ([[0.0_f64; LANES]; 3], [[0.0_f64; LANES]; 3]);
+    let mut outlines = Outlines {
+        low: [[f64::INFINITY; LANES]; 2],
+        high: [[f64::NEG_INFINITY; LANES]; 2],
+        near: [0.0; LANES],
+        far: [0.0; LANES],
+        size: [0.0; LANES],
+    };
+    for axis in 0..3 {
+        let eye = raster.eye_in_world[axis];
+        for lane in 0..LANES {
+            let (low, high) = (f64::from(rows[axis][lane]) - eye, f64::from(rows[axis + 3][lane]) - eye);
+            center[axis][lane] = (low + high) * 0.5;
+            half[axis][lane] = ((high - low) * 0.5).abs();
+            outlines.size[lane] += center[axis][lane].abs() + half[axis][lane];
+        }
+    }
+    // By axis of the view: the centre, and what half a side along each axis of the world adds to it.
+    let axes = raster.axes();
+    let along = |axis: DVec3, lane: usize| {
+        axis.x * center[0][lane] + axis.y * center[1][lane] + axis.z * center[2][lane]
+    };
+    let mut middle = [[0.0_f64; LANES]; 3];
+    for (middle, axis) in middle.iter_mut().zip(axes) {
+        for (lane, middle) in middle.iter_mut().enumerate() {
+            *middle = along(axis, lane);
+        }
+    }
+    let [right, up, forward] = axes;
+    for lane in 0..LANES {
+        let reach = forward.x.abs() * half[0][lane]
+            + forward.y.abs() * half[1][lane]
+            + forward.z.abs() * half[2][lane];
+        outlines.near[lane] = middle[2][lane] - reach;
+        outlines.far[lane] = middle[2][lane] + reach;
+    }
+    let (corner, pixels) = (raster.flat_in_pixels(0.0, 0.0), raster.pixels_a_unit());
+    for which in 0..8_usize {
+        let sign = |bit: usize| if which >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let (sx, sy, sz) = (sign(0), sign(1), sign(2));
+        for lane in 0..LANES {
+            let (hx, hy, hz) = (sx * half[0][lane], sy * half[1][lane], sz * half[2][lane]);
+            let x = middle[0][lane] + (right.x * hx + right.y * hy + right.z * hz);
+            let y = middle[1][lane] + (up.x * hx + up.y * hy + up.z * hz);
+            let z = middle[2][lane] + (forward.x * hx + forward.y * hy + forward.z * hz);
+            let nearness = 1.0 / z;
+            let (x, y) = (x * nearness * pixels.x + corner.x, y * nearness * pixels.y + corner.y);
+            outlines.low[0][lane] = outlines.low[0][lane].min(x);
+            outlines.high[0][lane] = outlines.high[0][lane].max(x);
+            outlines.low[1][lane] = outlines.low[1][lane].min(y);
+            outlines.high[1][lane] = outlines.high[1][lane].max(y);
+        }
+    }
+    outlines
+}
+
+impl OcclusionCuller for CoverageBuffer {
+    fn name(&self) -> &'static str {
+        "depth"
+    }
+
+    fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
+        let raster = self.begin(window);
+        self.facets.take_shadows(occluders, window, &raster);
+        self.fill()
+    }
+
+    fn test_box(&self, bounds: &Aabb) -> Tested {
+        let mut tested = Tested { verdict: Verdict::Unoccluded, steps: 0 };
+        self.test_all(&[*bounds], |_, found| tested = found);
+        tested
+    }
+
+    fn test_boxes(&self, boxes: &[Aabb], _: Cell, _: Asked) -> TestedBoxes {
+        let mut all = TestedBoxes::default();
+        self.test_all(boxes, |lane, Tested { verdict, steps }| {
+            all.hidden |= u16::from(verdict == Verdict::Hidden) << lane;
+            all.unoccluded |= u16::from(verdict == Verdict::Unoccluded) << lane;
+            all.steps += steps;
+            all.planes += steps;
+        });
+        all
+    }
+
+    fn test_sphere(&self, sphere: &Sphere) -> Tested {
+        // A little larger, for the rounding of the cube's corners.
+        let rounding = f32::EPSILON * sphere.center.abs().max_element();
+        self.test_box(&Aabb::cube(
+            sphere.center,
+            2.0 * (sphere.radius_m.abs() * (1.0 + f32::EPSILON) + rounding),
+        ))
+    }
+}

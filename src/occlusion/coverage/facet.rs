@@ -1,0 +1,257 @@
+//! A polygon, or a part of it, in the picture: its convex outline and the bounds of its depth.
+
+use glam::DVec3;
+
+use super::{
+    super::{EDGE_ON_SINE, raster::Raster},
+    picture::{Picture, STEPS},
+    slope::{SIDE, Slope},
+    surfaces::{EdgeCode, SIDES},
+    table::NONE,
+};
+
+/// Most sides of a facet: those of a quad, and one at the near plane.
+pub(super) const FACET_SIDES: usize = SIDES + 1;
+
+/// Rounding of depths in `f32`, and what it takes to stay clear of it.
+const DEPTH_SLACK: f64 = 1.0e-6;
+
+/// A facet smaller than this both ways is given the depth of its farthest corner, pixels.
+const SMALL_PX: i32 = 4;
+
+/// The code of a line between two parts of one polygon.
+pub(super) const SHARED: EdgeCode = NONE - 1;
+
+/// Pixels of a tile's side.
+const SQUARE: f64 = SIDE as f64;
+
+/// A convex outline in the picture, counterclockwise (`y` up).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    /// In steps.
+    pub(super) at: [[i32; 2]; FACET_SIDES],
+    pub(super) len: u8,
+    /// Whether the picture turns the other way than the polygon.
+    pub(super) is_turned: bool,
+    pub(super) polygon: u32,
+    /// The facet of the polygon's other part, if it is cut into two.
+    pub(super) half: u32,
+    /// By edge, that from corner `i` to `i + 1`: the polygon's edge, [`SHARED`], or [`NONE`] at the near plane.
+    pub(super) edges: [EdgeCode; FACET_SIDES],
+    /// By edge: the facet on its other side, if there is one.
+    pub(super) mates: [u32; FACET_SIDES],
+    /// Its plane's reciprocal depth `[0] + [1] x + [2] y`, pushed back to its farthest corner.
+    pub(super) plane: [f64; 3],
+    /// The reciprocal depth of its farthest corner, or less; of a polygon that is tested that of its nearest, or more.
+    pub(super) end: f64,
+    pub(super) has_plane: bool,
+}
+
+/// An outline in the picture, before it is looked at which way it turns.
+#[derive(Default)]
+pub(super) struct Outline {
+    at: [[i32; 2]; FACET_SIDES],
+    pub(super) edges: [EdgeCode; FACET_SIDES],
+    len: usize,
+    /// Whether there were more corners than a convex polygon leaves.
+    is_full: bool,
+    farthest: Option<f64>,
+}
+
+impl Outline {
+    #[inline(always)]
+    pub(super) fn push(&mut self, at: [i32; 2], nearness: f64, edge: EdgeCode) {
+        if self.len == FACET_SIDES {
+            self.is_full = true;
+            return;
+        }
+        (self.at[self.len], self.edges[self.len]) = (at, edge);
+        self.len += 1;
+        self.farthest = Some(self.farthest.map_or(nearness, |farthest| farthest.min(nearness)));
+    }
+}
+
+impl Outline {
+    /// Whether no corner lies outside an edge. Turns do not show it of more than four corners: where two of them have the same
+    /// place, none is seen.
+    fn is_convex(&self, is_turned: bool) -> bool {
+        let at = |i: usize| self.at[i % self.len].map(i64::from);
+        (0..self.len).all(|i| {
+            let (a, b) = (at(i), at(i + 1));
+            (0..self.len).map(at).all(|p| {
+                let side = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+                side == 0 || (side < 0) == is_turned
+            })
+        })
+    }
+}
+
+/// Which way a plane is moved until no corner of a bent polygon lies beyond it.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Pushed {
+    Back,
+    Forth,
+}
+
+impl Facet {
+    pub(super) fn shared(&self) -> Option<usize> {
+        self.edges[..usize::from(self.len)].iter().position(|&edge| edge == SHARED)
+    }
+
+    pub(super) const NONE: Self = Self {
+        at: [[0; 2]; FACET_SIDES],
+        len: 0,
+        is_turned: false,
+        polygon: NONE,
+        half: NONE,
+        edges: [NONE; FACET_SIDES],
+        mates: [NONE; FACET_SIDES],
+        plane: [0.0; 3],
+        end: 0.0,
+        has_plane: false,
+    };
+
+    /// Takes an outline that is convex in the picture, counterclockwise.
+    #[inline(always)]
+    pub(super) fn set_outline(&mut self, outline: &Outline) {
+        let len = outline.len;
+        if len < 3 || outline.is_full {
+            return;
+        }
+        let (mut lefts, mut rights) = (0, 0);
+        for i in 0..len {
+            let [a, b, c] = [i, (i + 1) % len, (i + 2) % len].map(|k| outline.at[k].map(i64::from));
+            let turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
+            lefts += u32::from(turn > 0);
+            rights += u32::from(turn < 0);
+        }
+        if (lefts == 0) == (rights == 0) {
+            return;
+        }
+        let is_turned = rights > 0;
+        if len > SIDES && !outline.is_convex(is_turned) {
+            return;
+        }
+        self.is_turned = is_turned;
+        self.len = len as u8;
+        self.end = outline.farthest.unwrap_or(0.0) * (1.0 - DEPTH_SLACK);
+        if self.is_turned {
+            for i in 0..len {
+                self.at[i] = outline.at[len - 1 - i];
+                // From the last corner back to the first: the edge before each.
+                self.edges[i] = outline.edges[(2 * len - 2 - i) % len];
+            }
+        } else {
+            (self.at, self.edges) = (outline.at, outline.edges);
+        }
+    }
+
+    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view. `None` if it has no
+    /// convex outline in the picture.
+    #[inline(always)]
+    pub(super) fn of_tested(eyes: &[DVec3], picture: &Picture) -> Option<Self> {
+        let mut outline = Outline::default();
+        let mut nearest = 0.0_f64;
+        for eye in eyes {
+            let (at, nearness) = picture.project(*eye);
+            if nearness == 0.0 {
+                return None;
+            }
+            nearest = nearest.max(nearness);
+            outline.push(at, nearness, NONE);
+        }
+        let mut facet = Self::NONE;
+        facet.set_outline(&outline);
+        if facet.len == 0 {
+            return None;
+        }
+        facet.end = nearest * (1.0 + DEPTH_SLACK);
+        facet.set_plane(eyes, &picture.raster, Pushed::Forth);
+        Some(facet)
+    }
+
+    /// Its plane, from its corners before they were cut.
+    #[inline(always)]
+    pub(super) fn set_plane(&mut self, eyes: &[DVec3], raster: &Raster, pushed: Pushed) {
+        let ends = |axis: usize| {
+            let along = self.at[..usize::from(self.len)].iter().map(move |at| at[axis]);
+            along.fold((i32::MAX, i32::MIN), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        let is_small = [0, 1].into_iter().all(|axis| {
+            let (low, high) = ends(axis);
+            i64::from(high) - i64::from(low) < i64::from(SMALL_PX) * STEPS as i64
+        });
+        if is_small {
+            return;
+        }
+        let normal = match *eyes {
+            [a, b, c] => (b - a).cross(c - a),
+            [a, b, c, d] => (c - a).cross(d - b),
+            _ => return,
+        };
+        let Some(mut normal) = normal.try_normalize() else { return };
+        if normal.dot(eyes[0]) < 0.0 {
+            normal = -normal;
+        }
+        let (mut nearest, mut distance, mut far) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        for eye in eyes {
+            let away = normal.dot(*eye);
+            (nearest, distance) = (nearest.min(away), distance.max(away));
+            far = far.max(eye.length_squared());
+        }
+        if nearest > EDGE_ON_SINE * far.sqrt() {
+            let distance = if pushed == Pushed::Back { distance } else { nearest };
+            (self.plane, self.has_plane) = (plane_in_pixels(normal, distance, raster), true);
+        }
+    }
+
+    /// A lower bound of its reciprocal depth within the square of pixels that begins here.
+    #[inline(always)]
+    pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
+        let [base, by_x, by_y] = self.plane;
+        let across = [by_x * SQUARE, by_y * SQUARE];
+        let (from, slack) = (base + by_x * x + by_y * y, self.slack(x, y));
+        let least = from - slack + across[0].min(0.0) + across[1].min(0.0);
+        if self.has_plane && least + 0.5 * (across[0].abs() + across[1].abs()) > self.end {
+            Slope {
+                from: (from - slack) as f32,
+                across: across.map(|v| v as f32),
+                end: least.max(self.end) as f32,
+            }
+        } else {
+            Slope::level(self.end as f32)
+        }
+    }
+
+    /// An upper bound of the reciprocal depth of a polygon that is tested.
+    #[inline(always)]
+    pub(super) fn before(&self, x: f64, y: f64) -> Slope {
+        let [base, by_x, by_y] = self.plane;
+        let across = [by_x * SQUARE, by_y * SQUARE];
+        let (from, slack) = (base + by_x * x + by_y * y, self.slack(x, y));
+        let most = from + slack + across[0].max(0.0) + across[1].max(0.0);
+        if self.has_plane && most - 0.5 * (across[0].abs() + across[1].abs()) < self.end {
+            Slope {
+                from: (from + slack) as f32,
+                across: across.map(|v| v as f32),
+                end: most.min(self.end) as f32,
+            }
+        } else {
+            Slope::level(self.end as f32)
+        }
+    }
+
+    /// Terms may cancel: the slack is that of the largest.
+    #[inline(always)]
+    fn slack(&self, x: f64, y: f64) -> f64 {
+        let [base, by_x, by_y] = self.plane;
+        DEPTH_SLACK * (base.abs() + (by_x * (x + SQUARE)).abs() + (by_y * (y + SQUARE)).abs())
+    }
+}
+
+/// The reciprocal depth of the plane with this unit normal and distance, by pixels.
+#[inline(always)]
+pub(super) fn plane_in_pixels(normal: DVec3, distance: f64, raster: &Raster) -> [f64; 3] {
+    let [by_x, by_y, base] = raster.axes_in_pixels(normal);
+    [base, by_x, by_y].map(|v| v / distance)
+}

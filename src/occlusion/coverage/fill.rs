@@ -1,0 +1,377 @@
+//! Filling facets into tiles: which pixels' samples they cover, and through which pixels their edges pass.
+
+use super::{
+    facet::{FACET_SIDES, Facet},
+    picture::{MARGIN, STEPS},
+    slope::SIDE,
+    table::NONE,
+    tiles::{Entry, Tiles},
+};
+use crate::index::simd::{Kernel, WithKernel};
+
+/// Where in a pixel its sample lies, both ways: off the steps of corners, so that no upright or level edge passes through.
+const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
+
+/// How far inside an edge a sample has to lie, pixels along the row. More than all rounding: where an edge is in the picture,
+/// the terms of its place in a row are below 2^25 pixels, so it is wrong by less than 1e-8.
+const INSIDE: f64 = 1.0e-6;
+
+/// Fills all facets into tiles.
+pub(super) struct Fill<'a> {
+    pub(super) facets: &'a [Facet],
+    pub(super) tiles: &'a mut Tiles,
+}
+
+impl WithKernel for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _: K) {
+        for (facet, number) in self.facets.iter().zip(0..) {
+            if facet.len > 0 {
+                Strips::new(facet).fill(number, self.tiles);
+            }
+        }
+        self.tiles.join(self.facets);
+    }
+}
+
+/// An edge as a line across rows.
+#[derive(Clone, Copy)]
+struct Line {
+    x: f64,
+    y: f64,
+    /// Pixels to the right from row to row; 0 if the line is level.
+    slope: f64,
+}
+
+impl Line {
+    const NONE: Self = Self { x: 0.0, y: 0.0, slope: 0.0 };
+
+    #[inline(always)]
+    fn at(&self, y: f64) -> f64 {
+        self.x + (y - self.y) * self.slope
+    }
+}
+
+/// Some lines.
+struct Lines {
+    lines: [Line; FACET_SIDES],
+    len: usize,
+}
+
+impl Lines {
+    const NONE: Self = Self { lines: [Line::NONE; FACET_SIDES], len: 0 };
+
+    #[inline(always)]
+    fn push(&mut self, line: Line) {
+        self.lines[self.len] = line;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn iter(&self) -> std::slice::Iter<'_, Line> {
+        self.lines[..self.len].iter()
+    }
+}
+
+/// Rows of a tile.
+type Rows = [i32; SIDE];
+
+/// A facet, set up to be filled in strips of tiles.
+pub(super) struct Strips<'a> {
+    facet: &'a Facet,
+    /// What bounds it on the left, and on the right.
+    left: Lines,
+    right: Lines,
+    /// Edges without a neighbour, and their ends: from left to right, from low to high.
+    open: Lines,
+    ends: [[[f64; 2]; 2]; FACET_SIDES],
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl<'a> Strips<'a> {
+    #[inline(always)]
+    pub(super) fn new(facet: &'a Facet) -> Self {
+        let mut strips = Self {
+            facet,
+            left: Lines::NONE,
+            right: Lines::NONE,
+            open: Lines::NONE,
+            ends: [[[0.0; 2]; 2]; FACET_SIDES],
+            low: [f64::INFINITY; 2],
+            high: [f64::NEG_INFINITY; 2],
+        };
+        let len = usize::from(facet.len);
+        let px = |i: usize| facet.at[i].map(|v| f64::from(v) * (1.0 / STEPS));
+        let mut from = px(len - 1);
+        for corner in 0..len {
+            let to = px(corner);
+            let rise = to[1] - from[1];
+            let slope = if rise == 0.0 { 0.0 } else { (to[0] - from[0]) / rise };
+            let line = Line { x: from[0], y: from[1], slope };
+            // Counterclockwise: what goes down is on the left.
+            if rise < 0.0 {
+                strips.left.push(line);
+            } else if rise > 0.0 {
+                strips.right.push(line);
+            }
+            if facet.mates[if corner == 0 { len - 1 } else { corner - 1 }] == NONE {
+                strips.ends[strips.open.len] =
+                    [0, 1].map(|axis| [smaller(from[axis], to[axis]), larger(from[axis], to[axis])]);
+                strips.open.push(line);
+            }
+            for (axis, &at) in to.iter().enumerate() {
+                strips.low[axis] = smaller(strips.low[axis], at);
+                strips.high[axis] = larger(strips.high[axis], at);
+            }
+            from = to;
+        }
+        strips
+    }
+
+    #[inline(always)]
+    fn fill(&self, number: u32, tiles: &mut Tiles) {
+        let [first, end] = self.strips(tiles);
+        for strip in first..end {
+            self.fill_strip(strip, number, tiles);
+        }
+    }
+
+    /// The strips of tiles that it reaches.
+    #[inline(always)]
+    fn strips(&self, tiles: &Tiles) -> [i32; 2] {
+        let height = (tiles.rows * SIDE) as f64;
+        let (low, high) = (self.low[1] - MARGIN, self.high[1] + MARGIN);
+        if high < 0.0 || low >= height {
+            return [0; 2];
+        }
+        let strip_of = |y: f64| (smaller(larger(y, 0.0), height - 1.0) * (1.0 / SIDE as f64)) as i32;
+        [strip_of(low), strip_of(high) + 1]
+    }
+
+    /// What it does in a strip of tiles.
+    #[inline(always)]
+    fn fill_strip(&self, strip: i32, number: u32, tiles: &mut Tiles) {
+        const SIZE: f64 = SIDE as f64;
+        let width = (tiles.columns * SIDE) as f64;
+        let low = f64::from(strip) * SIZE;
+        let Some([from, to]) = self.reach(low, low + SIZE, width) else { return };
+        let [whole_first, whole_end] = self.whole(low, width);
+        let mut spans = None;
+        for column in from..to {
+            let tile = strip as usize * tiles.columns + column;
+            let depth = self.facet.behind((column * SIDE) as f64, low);
+            if column >= whole_first && column < whole_end {
+                tiles.fill_whole(tile, number, &depth);
+                continue;
+            }
+            let spans = match &mut spans {
+                Some(spans) => spans,
+                none => none.insert(self.spans(low, width)),
+            };
+            let x = (column * SIDE) as i32;
+            let mut open = 0;
+            for (from, to) in &spans.open[..spans.open_count] {
+                open |= pixels(from, to, x);
+            }
+            tiles.push(
+                tile,
+                Entry {
+                    facet: number,
+                    before: NONE,
+                    covered: pixels(&spans.from, &spans.to, x),
+                    open,
+                    depth,
+                },
+            );
+        }
+    }
+
+    /// The columns of tiles that it fills from end to end in a strip.
+    #[inline(always)]
+    fn whole(&self, low: f64, width: f64) -> [usize; 2] {
+        const SIZE: f64 = SIDE as f64;
+        let (y0, y1) = (low - MARGIN, low + (SIZE + MARGIN));
+        if self.high[0] - self.low[0] < SIZE || self.low[1] > y0 || self.high[1] < y1 {
+            return [0; 2];
+        }
+        let (mut from, mut to) = (-SIZE, width);
+        for line in self.left.iter() {
+            from = larger(from, larger(line.at(y0), line.at(y1)) + 2.0 * MARGIN);
+        }
+        for line in self.right.iter() {
+            to = smaller(to, smaller(line.at(y0), line.at(y1)) - 2.0 * MARGIN);
+        }
+        let first = if from < 0.0 { 0 } else { (smaller(from, width) * (1.0 / SIZE)) as usize + 1 };
+        [first, (larger(to, 0.0) * (1.0 / SIZE)) as usize]
+    }
+
+    /// The columns of tiles that it reaches in a strip.
+    #[inline(always)]
+    fn reach(&self, low: f64, high: f64, width: f64) -> Option<[usize; 2]> {
+        let (y0, y1) = (larger(low - MARGIN, self.low[1]), smaller(high + MARGIN, self.high[1]));
+        let (mut from, mut to) = (self.low[0], self.high[0]);
+        for line in self.left.iter() {
+            from = larger(from, smaller(line.at(y0), line.at(y1)));
+        }
+        for line in self.right.iter() {
+            to = smaller(to, larger(line.at(y0), line.at(y1)));
+        }
+        let (from, to) = (from - MARGIN, to + MARGIN);
+        if to < 0.0 || from >= width || from > to {
+            return None;
+        }
+        let tile_of = |x: f64| (smaller(larger(x, 0.0), width - 1.0) * (1.0 / SIDE as f64)) as usize;
+        Some([tile_of(from), tile_of(to) + 1])
+    }
+
+    /// Of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
+    #[inline(always)]
+    fn spans(&self, low: f64, width: f64) -> Spans {
+        let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
+        let ys: [f64; SIDE] = std::array::from_fn(|k| low + k as f64 + SAMPLE);
+        for line in self.left.iter() {
+            for k in 0..SIDE {
+                from[k] = larger(from[k], line.at(ys[k]) + (INSIDE + 1.0 - SAMPLE));
+            }
+        }
+        for line in self.right.iter() {
+            for k in 0..SIDE {
+                to[k] = smaller(to[k], line.at(ys[k]) + (1.0 - INSIDE - SAMPLE));
+            }
+        }
+        let mut spans = Spans { open_count: 0, ..Spans::NONE };
+        for k in 0..SIDE {
+            let is_in = ys[k] > self.low[1] && ys[k] < self.high[1];
+            // The first pixel whose sample lies beyond a line, and one more than the last before a line.
+            spans.from[k] = whole_part(smaller(from[k], width));
+            spans.to[k] = whole_part(if is_in { larger(to[k], 0.0) } else { 0.0 }).max(spans.from[k]);
+        }
+        for (line, ends) in self.open.iter().zip(&self.ends) {
+            let [[left, right], [bottom, top]] = *ends;
+            if top < low - MARGIN || bottom > low + (SIDE as f64 + MARGIN) {
+                continue;
+            }
+            let (from, to) = &mut spans.open[spans.open_count];
+            spans.open_count += 1;
+            // Of a level line no row has a part of its own.
+            let (level_left, level_right) =
+                if top == bottom { (left, right) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+            for k in 0..SIDE {
+                let (y0, y1) = (low + k as f64 - MARGIN, low + (k as f64 + 1.0 + MARGIN));
+                let is_in = y1 >= bottom && y0 <= top;
+                let (y0, y1) = (larger(y0, bottom), smaller(y1, top));
+                let (a, b) = (line.at(y0), line.at(y1));
+                let first = smaller(level_left, smaller(a, b)) - MARGIN;
+                let last = larger(level_right, larger(a, b)) + MARGIN;
+                from[k] = whole_part(smaller(larger(first, 0.0), width));
+                to[k] = whole_part(if is_in { larger(smaller(last, width) + 1.0, 0.0) } else { 0.0 })
+                    .max(from[k]);
+            }
+        }
+        spans
+    }
+
+    /// Of the rows of a strip all pixels that it may touch.
+    #[inline(always)]
+    fn touched(&self, low: f64, width: f64) -> (Rows, Rows) {
+        let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
+        let (mut y0, mut y1) = ([0.0; SIDE], [0.0; SIDE]);
+        for k in 0..SIDE {
+            y0[k] = larger(low + k as f64 - MARGIN, self.low[1]);
+            y1[k] = smaller(low + (k as f64 + 1.0 + MARGIN), self.high[1]);
+        }
+        for line in self.left.iter() {
+            for k in 0..SIDE {
+                from[k] = larger(from[k], smaller(line.at(y0[k]), line.at(y1[k])) - MARGIN);
+            }
+        }
+        for line in self.right.iter() {
+            for k in 0..SIDE {
+                to[k] = smaller(to[k], larger(line.at(y0[k]), line.at(y1[k])) + MARGIN);
+            }
+        }
+        let mut rows = ([0; SIDE], [0; SIDE]);
+        for k in 0..SIDE {
+            let is_in = y0[k] <= y1[k];
+            rows.0[k] = whole_part(smaller(from[k], width));
+            rows.1[k] = whole_part(if is_in { larger(to[k] + 1.0, 0.0) } else { 0.0 }).max(rows.0[k]);
+        }
+        rows
+    }
+
+    /// Whether all that it touches is covered before it.
+    #[inline(always)]
+    pub(super) fn is_hidden(&self, tiles: &Tiles) -> bool {
+        const SIZE: f64 = SIDE as f64;
+        let width = (tiles.columns * SIDE) as f64;
+        let [first, end] = self.strips(tiles);
+        for strip in first..end {
+            let low = f64::from(strip) * SIZE;
+            let Some([from, to]) = self.reach(low, low + SIZE, width) else { continue };
+            let mut rows = None;
+            for column in from..to {
+                let tile = strip as usize * tiles.columns + column;
+                let near = self.facet.before((column * SIDE) as f64, low);
+                if tiles.hides_all(tile, &near) {
+                    continue;
+                }
+                let (from, to) = match &rows {
+                    Some(rows) => rows,
+                    None => &*rows.insert(self.touched(low, width)),
+                };
+                if !tiles.hides(tile, pixels(from, to, (column * SIDE) as i32), &near) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Of each row of a strip the first pixel and the end: those covered, and those of each edge without a neighbour.
+struct Spans {
+    from: Rows,
+    to: Rows,
+    open: [(Rows, Rows); FACET_SIDES],
+    open_count: usize,
+}
+
+impl Spans {
+    const NONE: Self =
+        Self { from: [0; SIDE], to: [0; SIDE], open: [([0; SIDE], [0; SIDE]); FACET_SIDES], open_count: 0 };
+}
+
+/// The larger number; of a NaN nothing is said.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller number; of a NaN nothing is said.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The largest whole number that is no larger than a number from 0 to 2^20, give or take 1e-9.
+#[inline(always)]
+fn whole_part(v: f64) -> i32 {
+    // Next to one and a half times 2^52, numbers are whole: the last bits are the number.
+    const LAST_BITS: f64 = (3_u64 << 51) as f64;
+    (v - (0.5 - 1.0e-9) + LAST_BITS).to_bits() as i32
+}
+
+/// The pixels of a tile within intervals of rows, row by row from bit 0. No interval ends before it begins.
+#[inline(always)]
+fn pixels(from: &Rows, to: &Rows, x: i32) -> u64 {
+    let mut pixels = 0;
+    for k in 0..SIDE {
+        let (first, end) =
+            ((from[k] - x).clamp(0, SIDE as i32) as u64, (to[k] - x).clamp(0, SIDE as i32) as u64);
+        pixels |= ((1_u64 << end) - (1_u64 << first)) << (k * SIDE);
+    }
+    pixels
+}

@@ -1,0 +1,55 @@
+//! A picture of connected surfaces that counts only what they cover wholly.
+//!
+//! A building or a sketch is made of small polygons that share edges. One by one, they cover few pixels wholly; together they do.
+//! So a pixel counts as covered if its sample is covered and no border or silhouette of the surface passes through the pixel:
+//! only these edges take coverage away.
+//!
+//! # How
+//! * [`surfaces`] knows which polygons share corners and edges, bit for bit, from change to change.
+//! * [`facets`] projects each corner once, rounds it to 1/64 pixel, and cuts at the near plane; [`facet`] turns every outline counterclockwise.
+//!   Two facets of one edge are neighbours if they pass it in opposite ways: then they lie on both sides of it. An edge without
+//!   a neighbour is open: a border, a silhouette, or the near plane.
+//! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
+//!   `MARGIN` of an open edge.
+//! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
+//!   those near its open edges, from the farthest depth of its facets in the tile on.
+//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth; a polygon, if
+//!   all pixels that it touches are covered before its nearest depth in their tile.
+//!
+//! # Why a covered pixel is covered
+//! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
+//! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). So at a point off its edges
+//!    its winding number is 0 or 1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding
+//!    number of the sum of all outlines. There, an edge with its neighbour cancels, for they pass it in opposite ways. What is left
+//!    are the open edges, and edges whose neighbour is not in `S`.
+//! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, its neighbour does, too: so it has an entry there
+//!    (`reach`), unless it fills the whole tile (`whole`, by twice the margin). Then the edge, which is a border of that facet, is not
+//!    near the tile. Facets whose entries found no room break the tile, which then hides nothing.
+//! 3. *Rounding.* Each corner lies within `MARGIN`, across and up, of where it really is: half a step, and `KNOWN` for the
+//!    projection. Move all corners from their rounded to their real places along straight lines. Each edge stays within
+//!    `MARGIN` of itself, so no open edge meets `p` on the way. The degree at a point of `p` changes only where an edge that does not
+//!    cancel passes it. So it stays what it was, and is the same all over `p`.
+//! 4. At `s` it is 1 or more: a sample counts only strictly inside a facet, by `INSIDE`, and no winding number is negative. So
+//!    at the end, each point of `p` lies in the picture of at least one real polygon of `S`, beyond the near plane. For a bent
+//!    polygon it does not matter which diagonal it is drawn by: both have the same outline, so the same degree. But where a bent
+//!    polygon ends at the near plane depends on the diagonal: so a quad that is cut there is filled as the two triangles that
+//!    [`ConvexPolygon`](crate::polygon::ConvexPolygon) has, which are neighbours along the diagonal.
+//! 5. *Depth.* That polygon has a facet in `S`, and the bound of its depth in the tile holds for all of it there: its plane,
+//!    pushed back to its farthest corner, or that corner. The surface takes the farthest bound of all its facets.
+//!
+//! Any part of the surfaces may be left out: an edge whose neighbour is left out is open. So budgets, facets without area or convex
+//! outline, and corners too far to the side only make less hidden. A layer of several surfaces covers the pixels of each, from
+//! the farthest of their bounds on.
+
+mod buffer;
+mod facet;
+mod facets;
+mod fill;
+mod picture;
+mod slope;
+mod surfaces;
+mod table;
+mod tiles;
+
+pub use buffer::CoverageBuffer;
+pub(in crate::occlusion) use surfaces::Surfaces;

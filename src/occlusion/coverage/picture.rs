@@ -1,0 +1,64 @@
+//! The picture that corners are projected to, and how exactly.
+
+use glam::DVec3;
+
+use super::super::raster::Raster;
+use crate::view::ViewWindow;
+
+/// Steps of a pixel to which corners are rounded.
+pub(super) const STEPS: f64 = 64.0;
+
+/// How far, across and up, a corner's picture may lie from where it really is, pixels: half a step, and [`KNOWN`].
+pub(super) const MARGIN: f64 = 1.0 / 64.0;
+
+/// How well a corner's picture is known before it is rounded, pixels.
+const KNOWN: f64 = 0.004;
+
+/// Largest coordinate of a corner's picture, pixels: steps fit into `i32`, products of their differences into `i64`.
+const FARTHEST_PX: f64 = (1 << 23) as f64;
+
+/// The picture that corners are projected to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Picture {
+    pub(super) raster: Raster,
+    /// Nothing nearer is drawn; positive.
+    pub(super) near: f64,
+    /// Largest size of a corner, by its depth, for which its picture is [`KNOWN`].
+    pub(super) most_tangent: f64,
+}
+
+impl Picture {
+    pub(super) fn new(window: &ViewWindow, raster: &Raster, usual_m: f64) -> Self {
+        // With `u = 2^-53`, a corner of size `s` (the sum of its coordinates from the eye) at depth `z`, and a tangent `t`
+        // of at most `s / z`: its picture is wrong by less than `96 (1 + s / z)^2 u` times the pixels of a unit, as
+        // [`super::super::depth`] shows. A corner at the near plane is wrong by no more, with the size of its edge.
+        const U: f64 = 0.5 * f64::EPSILON;
+        let pixels = raster.pixels_a_unit().max_element();
+        let known = (KNOWN / (96.0 * U * pixels)).sqrt() - 1.0;
+        let most_tangent = known.min(FARTHEST_PX / pixels);
+        // What is cut off is only less that occludes.
+        let near = window.near_m() * (1.0 + 1.0e-9);
+        let near = if near > 0.0 { near } else { usual_m / most_tangent };
+        Self { raster: *raster, near, most_tangent }
+    }
+
+    /// The picture of a point, and its reciprocal depth.
+    #[inline(always)]
+    pub(super) fn project(&self, eye: DVec3) -> ([i32; 2], f64) {
+        let nearness = 1.0 / eye.z;
+        let size = eye.x.abs() + eye.y.abs();
+        if !(eye.z >= self.near && size * nearness <= self.most_tangent) {
+            return ([0; 2], 0.0);
+        }
+        let px = self.raster.flat_in_pixels(eye.x / eye.z, eye.y / eye.z) * STEPS;
+        ([px.x, px.y].map(rounded), nearness)
+    }
+}
+
+/// The nearest whole number, of one whose size is below 2^30.
+#[inline(always)]
+fn rounded(v: f64) -> i32 {
+    // Below 0, a cast rounds up.
+    const POSITIVE: i64 = 1 << 30;
+    ((v + (POSITIVE as f64 + 0.5)) as i64 - POSITIVE) as i32
+}

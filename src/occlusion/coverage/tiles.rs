@@ -1,0 +1,344 @@
+//! The picture as tiles of 8 x 8 pixels, each with a depth that hides all of it, and two nearer layers that hide some pixels.
+
+use super::{
+    facet::Facet,
+    slope::{SIDE, Slope},
+    table::NONE,
+};
+
+/// Most entries of a frame, 48 bytes each, and those that room is made for from the start.
+const MOST_ENTRIES: usize = 1 << 18;
+const RESERVED_ENTRIES: usize = 1 << 15;
+
+/// Facets in a tile that room is made for from the start.
+const RESERVED_LOCALS: usize = 1 << 10;
+
+/// Some pixels of a tile, and a lower bound of the reciprocal depth before which all of them are covered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Layer {
+    pub(super) pixels: u64,
+    pub(super) depth: Slope,
+}
+
+/// A part of a tile's pixels: what one facet does there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub(super) facet: u32,
+    /// The entry before it in the same tile.
+    pub(super) before: u32,
+    /// Pixels whose samples the facet covers.
+    pub(super) covered: u64,
+    /// Pixels through which an edge without a neighbour passes.
+    pub(super) open: u64,
+    /// A lower bound of the facet's reciprocal depth in the tile.
+    pub(super) depth: Slope,
+}
+
+/// See the [module](self).
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tiles {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    /// By tile, row by row from below: the reciprocal depth before which all of it is covered; 0 if it is not.
+    all: Vec<f32>,
+    /// The same more closely.
+    slopes: Vec<Slope>,
+    /// By tile: the nearest depth at which any pixel is covered.
+    nearest: Vec<f32>,
+    /// By tile: nearer layers, the nearest first.
+    layers: Vec<[Layer; 2]>,
+    /// By tile: its last entry.
+    last: Vec<u32>,
+    entries: Vec<Entry>,
+    /// Tiles for whose entries there was no room: what they have is not all.
+    broken: Vec<bool>,
+    is_broken: bool,
+    /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
+    locals: Vec<Entry>,
+    parents: Vec<u32>,
+    local_of: Vec<u32>,
+    surfaces: Vec<(Layer, u32)>,
+    /// By tile: the facet that gave `all`, if it fills the tile alone.
+    whole: Vec<u32>,
+    /// By facet: whether it hides anything.
+    useful: Vec<bool>,
+}
+
+impl Tiles {
+    pub(super) fn new(columns: usize, rows: usize) -> Self {
+        let count = columns * rows;
+        Self {
+            columns,
+            rows,
+            all: vec![0.0; count],
+            slopes: vec![Slope::default(); count],
+            nearest: vec![0.0; count],
+            layers: vec![[Layer::default(); 2]; count],
+            last: vec![NONE; count],
+            whole: vec![NONE; count],
+            broken: vec![false; count],
+            entries: Vec::with_capacity(RESERVED_ENTRIES),
+            locals: Vec::with_capacity(RESERVED_LOCALS),
+            parents: Vec::with_capacity(RESERVED_LOCALS),
+            surfaces: Vec::with_capacity(RESERVED_LOCALS),
+            ..Self::default()
+        }
+    }
+
+    /// Makes room for so many facets.
+    pub(super) fn reserve(&mut self, facets: usize) {
+        self.local_of.reserve(facets);
+        self.useful.reserve(facets);
+    }
+
+    /// Empties the picture.
+    pub(super) fn clear(&mut self) {
+        self.all.fill(0.0);
+        self.nearest.fill(0.0);
+        self.layers.fill([Layer::default(); 2]);
+        self.last.fill(NONE);
+        self.whole.fill(NONE);
+        self.entries.clear();
+        if std::mem::take(&mut self.is_broken) {
+            self.broken.fill(false);
+        }
+    }
+
+    /// Tiles of which any pixel is covered.
+    pub(super) fn covered(&self) -> usize {
+        self.nearest.iter().filter(|depth| **depth > 0.0).count()
+    }
+
+    /// A facet covers all of a tile.
+    #[inline(always)]
+    pub(super) fn fill_whole(&mut self, tile: usize, facet: u32, depth: &Slope) {
+        if depth.end > self.all[tile] {
+            (self.all[tile], self.slopes[tile], self.whole[tile]) = (depth.end, *depth, facet);
+        }
+    }
+
+    /// Whether a facet hides anything.
+    pub(super) fn is_useful(&self, facet: usize) -> bool {
+        self.useful[facet]
+    }
+
+    /// A facet does something in a tile.
+    #[inline(always)]
+    pub(super) fn push(&mut self, tile: usize, entry: Entry) {
+        if self.entries.len() == MOST_ENTRIES {
+            (self.broken[tile], self.is_broken) = (true, true);
+            return;
+        }
+        let before = std::mem::replace(&mut self.last[tile], self.entries.len() as u32);
+        self.entries.push(Entry { before, ..entry });
+    }
+
+    /// Joins the entries of each tile to surfaces.
+    #[inline(always)]
+    pub(super) fn join(&mut self, facets: &[Facet]) {
+        self.local_of.resize(self.local_of.len().max(facets.len()), 0);
+        self.useful.clear();
+        self.useful.resize(facets.len(), false);
+        for tile in 0..self.all.len() {
+            let at = self.last[tile];
+            if at != NONE && !self.broken[tile] {
+                self.surfaces.clear();
+                let entry = &self.entries[at as usize];
+                if entry.before == NONE {
+                    let pixels = entry.covered & !entry.open;
+                    if pixels != 0 {
+                        let layer = Layer { pixels, depth: entry.depth };
+                        if self.add_surface(tile, &layer) {
+                            self.useful[self.entries[at as usize].facet as usize] = true;
+                        }
+                    }
+                } else {
+                    self.gather(at);
+                    self.join_locals(facets);
+                    self.add_surfaces(tile);
+                }
+                // What is no nearer than what covers all is of no use.
+                let all = self.all[tile];
+                for layer in &mut self.layers[tile] {
+                    if layer.depth.end <= all {
+                        *layer = Layer::default();
+                    }
+                }
+            }
+            if let Some(useful) = self.useful.get_mut(self.whole[tile] as usize) {
+                *useful = true;
+            }
+            self.nearest[tile] = self.layers[tile][0].depth.end.max(self.all[tile]);
+        }
+    }
+
+    /// Lists the entries of a tile.
+    #[inline(always)]
+    fn gather(&mut self, mut at: u32) {
+        self.locals.clear();
+        self.parents.clear();
+        while at != NONE {
+            let entry = self.entries[at as usize];
+            let place = self.locals.len() as u32;
+            self.local_of[entry.facet as usize] = place;
+            self.locals.push(entry);
+            self.parents.push(place);
+            at = entry.before;
+        }
+    }
+
+    #[inline(always)]
+    fn root(parents: &mut [u32], mut at: u32) -> u32 {
+        loop {
+            let parent = parents[at as usize];
+            if parent == at {
+                return at;
+            }
+            let next = parents[parent as usize];
+            parents[at as usize] = next;
+            at = next;
+        }
+    }
+
+    /// Makes surfaces of facets that are neighbours, and of each surface the pixels that it covers wholly.
+    #[inline(always)]
+    fn join_locals(&mut self, facets: &[Facet]) {
+        let (locals, parents) = (&mut *self.locals, &mut *self.parents);
+        for i in 0..locals.len() {
+            let facet = &facets[locals[i].facet as usize];
+            for &mate in &facet.mates[..usize::from(facet.len)] {
+                // The other facet's place says so itself, or the facet is not in this tile.
+                let Some(&place) = self.local_of.get(mate as usize) else { continue };
+                if locals.get(place as usize).is_some_and(|local| local.facet == mate) {
+                    let (a, b) = (Self::root(parents, i as u32), Self::root(parents, place));
+                    parents[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+        // A root comes before all others of its surface.
+        for i in 1..locals.len() {
+            let root = Self::root(parents, i as u32) as usize;
+            if root != i {
+                let Entry { covered, open, depth, .. } = locals[i];
+                let sum = &mut locals[root];
+                sum.covered |= covered;
+                sum.open |= open;
+                sum.depth = sum.depth.behind_both(&depth);
+            }
+        }
+        for ((local, parent), i) in locals.iter().zip(parents.iter()).zip(0..) {
+            let Entry { covered, open, depth, .. } = *local;
+            let pixels = covered & !open;
+            if *parent == i && pixels != 0 {
+                self.surfaces.push((Layer { pixels, depth }, i));
+            }
+        }
+    }
+
+    /// Adds the surfaces of a tile to what hides in it.
+    #[inline(always)]
+    fn add_surfaces(&mut self, tile: usize) {
+        if self.surfaces.len() > 1 {
+            self.surfaces.sort_unstable_by(|(a, _), (b, _)| b.depth.end.total_cmp(&a.depth.end));
+        }
+        for k in 0..self.surfaces.len() {
+            let (surface, root) = self.surfaces[k];
+            if self.add_surface(tile, &surface) {
+                for i in 0..self.locals.len() {
+                    if Self::root(&mut self.parents, i as u32) == root {
+                        self.useful[self.locals[i].facet as usize] = true;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds a surface of a tile that is no nearer than those before it. Whether it hides anything more.
+    #[inline(always)]
+    fn add_surface(&mut self, tile: usize, surface: &Layer) -> bool {
+        let [first, second] = &mut self.layers[tile];
+        if surface.depth.end <= self.all[tile] {
+            return false;
+        }
+        if surface.pixels == u64::MAX {
+            (self.all[tile], self.slopes[tile], self.whole[tile]) = (surface.depth.end, surface.depth, NONE);
+            return true;
+        }
+        if first.pixels == 0 {
+            *first = *surface;
+            return true;
+        }
+        let before = first.pixels | second.pixels;
+        if surface.pixels & !before == 0 {
+            return false;
+        }
+        let depth = if second.pixels == 0 { surface.depth } else { second.depth.behind_both(&surface.depth) };
+        *second = Layer { pixels: second.pixels | surface.pixels, depth };
+        if first.pixels | second.pixels == u64::MAX {
+            let depth = first.depth.behind_both(&second.depth);
+            if depth.end > self.all[tile] {
+                (self.all[tile], self.slopes[tile], self.whole[tile]) = (depth.end, depth, NONE);
+            }
+        }
+        true
+    }
+
+    /// Whether all of a tile is covered before a reciprocal depth.
+    #[inline(always)]
+    pub(super) fn hides_all(&self, tile: usize, near: &Slope) -> bool {
+        self.all[tile] > 0.0 && (self.all[tile] >= near.end || self.slopes[tile].is_before(near))
+    }
+
+    /// Whether these pixels of a tile, not all of which is covered before a reciprocal depth, are.
+    #[inline(always)]
+    pub(super) fn hides(&self, tile: usize, pixels: u64, near: &Slope) -> bool {
+        let covered = |layer: &Layer| if layer.depth.is_before(near) { layer.pixels } else { 0 };
+        let [first, second] = &self.layers[tile];
+        pixels & !(covered(first) | covered(second)) == 0
+    }
+
+    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
+    /// something at the other one; and the tiles read. Both ranges lie in the picture and are not empty.
+    #[inline(always)]
+    pub(super) fn test(&self, x: [i32; 2], y: [i32; 2], near: f32, far: f32) -> (bool, bool, u32) {
+        let side = SIDE as i32;
+        let (mut is_hidden, mut may_hide, mut steps) = (true, false, 0);
+        let columns = (x[0] / side) as usize..((x[1] - 1) / side) as usize + 1;
+        for row in y[0] / side..(y[1] - 1) / side + 1 {
+            let first = row as usize * self.columns;
+            let tiles = first + columns.start..first + columns.end;
+            steps += columns.len() as u32;
+            if is_hidden && !self.all[tiles.clone()].iter().all(|&depth| depth >= near) {
+                for column in columns.clone() {
+                    let tile = first + column;
+                    is_hidden = self.all[tile] >= near
+                        || self.hides(
+                            tile,
+                            asked(x, y, column as i32 * side, row * side),
+                            &Slope::level(near),
+                        );
+                    if !is_hidden {
+                        break;
+                    }
+                }
+            }
+            may_hide = may_hide || self.nearest[tiles].iter().any(|&depth| depth > far);
+            if !is_hidden && may_hide {
+                break;
+            }
+        }
+        (is_hidden, may_hide, steps)
+    }
+}
+
+/// The pixels of a tile, whose first one is given, that lie in these columns and rows.
+#[inline(always)]
+fn asked(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
+    let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;
+    let (from, to) = (within(x[0], left), within(x[1], left));
+    let row = ((1_u64 << to) - 1) & !((1_u64 << from) - 1);
+    // One bit a row, spread over the row's first pixels, times the row.
+    let rows = |end: u32| if end == 8 { u64::MAX } else { (1 << (8 * end)) - 1 };
+    let (from, to) = (within(y[0], low), within(y[1], low));
+    row.wrapping_mul(0x0101_0101_0101_0101) & rows(to) & !rows(from)
+}
