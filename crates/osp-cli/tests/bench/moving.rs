@@ -9,6 +9,13 @@ const MEASURED: [&str; 7] = ["bench", "--quick", "--no-rays", "--sizes", "400,90
 fn moving_things_are_in_every_form_of_the_report() {
     let report = Report::of(&osp(&[&MEASURED[..], &["--json"]].concat()));
     assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0), "{}", report.0["faults"]);
+    for motion in ["1 % scattered", "10 % scattered", "all scattered"] {
+        let task = format!("moving/{motion}");
+        assert_eq!(report.names(&task, "index").join(","), KINDS, "what is scattered has no groups");
+        let (moving, all) =
+            ["moving", "polygons"].map(|figure| report.value(&task, "scribble-900", "", figure)).into();
+        assert!(moving > 0.0 && (motion != "all scattered" || moving == all), "{motion}: {moving} of {all}");
+    }
     let mut motions = 0;
     for motion in [
         "1 % in pieces",
