@@ -272,8 +272,8 @@ impl Osp {
             // The first bucket is full: what it holds moves to a second one, so that whatever points to the first
             // stays right.
             let full = self.buckets.take();
-            self.buckets[full] = self.buckets[head];
-            self.buckets[full].prev = head;
+            // What waits to be packed is the chain, by its first bucket.
+            self.buckets[full] = Bucket { prev: head, waits: false, ..self.buckets[head] };
             let after = self.buckets[full].next;
             if after != NONE {
                 self.buckets[after].prev = full;

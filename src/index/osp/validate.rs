@@ -185,6 +185,7 @@ impl Osp {
             let bucket: &Bucket = &self.buckets[at];
             ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} hangs elsewhere");
             ensure!(bucket.prev == before, "bucket {at} does not know the one before it");
+            ensure!(at == head || !bucket.waits, "bucket {at} waits to be packed and is not the first");
             let mut fresh = *bucket;
             fresh.refresh();
             let kept = (bucket.bounds, bucket.last, bucket.last_bounds);
