@@ -162,13 +162,6 @@ fn occlusion(c: &mut Criterion) {
             let config = OcclusionConfig { select, cull, ..OcclusionConfig::default() };
             let mut stage = OcclusionStage::new(Occlusion::Msvbsp, config);
             stage.follow(&looked.scene, &looked.changes);
-            let input = ViewInput {
-                index: &*looked.index,
-                geometry: &looked.scene,
-                view: &looked.view,
-                in_view: &in_view,
-                spaces: None,
-            };
             let mut left = VisibleBlocks::new();
             stage.cull(&input, &mut left);
             let mut thin_out = || stage.view().remove_hidden(&input, &mut left);

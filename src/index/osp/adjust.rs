@@ -36,7 +36,7 @@ impl Osp {
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let is_worth_it = updates.len() >= LEAST && !self.is_linear;
         // Blocks for which memory was asked.
-        let mut ahead = 0;
+        let mut ahead = 0_usize;
         loop {
             let moved = self.movers.update_first(updates);
             self.upkeep.adjusted += moved as u64;
@@ -44,11 +44,10 @@ impl Osp {
             let Some(&(PolygonId(first), _)) = updates.first() else { return };
             if is_worth_it && ahead == 0 {
                 // The memory of many blocks is asked for at once, ahead of its use.
-                let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16);
+                let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16).take(TOGETHER);
                 let firsts = blocks.filter_map(|updates| updates.first()).map(|(id, _)| id.0);
-                let firsts = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
-                self.ask_for_blocks(firsts.take(TOGETHER));
-                ahead = TOGETHER;
+                let in_tree = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
+                self.ask_for_blocks(in_tree.inspect(|_| ahead += 1));
             }
             let end = updates.iter().position(|(id, _)| id.0 / 16 != first / 16).unwrap_or(updates.len());
             let (of_block, rest) = updates.split_at(end);

@@ -117,8 +117,13 @@ impl Groups {
     #[inline(always)]
     fn set(&mut self, group: usize, lane: usize, bounds: &Aabb) {
         self.boxes[group].set(lane % BLOCK, bounds);
-        self.lanes[group] |= 1 << lane;
         self.moved[group] |= 1 << lane;
+    }
+
+    /// The same for a lane that was not in use.
+    fn put(&mut self, group: usize, lane: usize, bounds: &Aabb) {
+        self.lanes[group] |= 1 << lane;
+        self.set(group, lane, bounds);
     }
 
     fn swap_remove(&mut self, group: usize) {
@@ -286,8 +291,7 @@ impl Movers {
                     }
                 }
                 Some(slot) if Wide::from_box(bounds).is_valid() => {
-                    self.shared.boxes[slot.group()].set(slot.lane(), bounds);
-                    self.shared.moved[slot.group()] |= 1 << slot.lane();
+                    self.shared.set(slot.group(), slot.lane(), bounds);
                     at += 1;
                 }
                 _ => break,
@@ -325,7 +329,7 @@ impl Movers {
             self.slots_of(block).fold((1, None), |(count, _), (_, slot)| (count + 1, Some(slot)));
         if let Some(slot) = any.filter(|slot: &Slot| slot.is_own()) {
             let (group, lane) = (slot.group(), id.index() % BLOCK);
-            self.own.set(group, lane, bounds);
+            self.own.put(group, lane, bounds);
             self.slots.set(id, Some(Slot::own(group, lane)));
             return;
         }
@@ -349,7 +353,7 @@ impl Movers {
         }
         let group = self.ids.len() - 1;
         let lane = self.shared.lanes[group].count_ones() as usize % BLOCK;
-        self.shared.set(group, lane, bounds);
+        self.shared.put(group, lane, bounds);
         self.ids[group][lane] = id.0;
         self.slots.set(id, Some(Slot::shared(group, lane)));
         self.most[0] = self.most[0].max(self.ids.len());
@@ -387,7 +391,7 @@ impl Movers {
             // Read again each time: what is taken out moves another one, perhaps of this block.
             let id = PolygonId((block * BLOCK + lane) as u32);
             if let Some(slot) = self.slots.get(id) {
-                self.own.set(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
+                self.own.put(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
                 self.unshare(slot);
                 self.slots.set(id, Some(Slot::own(group, lane)));
             }
@@ -430,33 +434,19 @@ impl Movers {
         bounds
     }
 
-    /// Groups, the shared ones first.
+    /// How many groups there are.
     #[inline(always)]
     pub(super) fn group_count(&self) -> usize {
         self.ids.len() + self.blocks.len()
     }
 
-    /// A group by its place in [`Movers::groups`].
-    #[inline(always)]
-    pub(super) fn group(&self, at: usize) -> Group<'_> {
-        match at.checked_sub(self.ids.len()) {
-            None => Group {
-                boxes: &self.shared.boxes[at],
-                lanes: self.shared.lanes[at],
-                ids: GroupIds::Each(&self.ids[at]),
-            },
-            Some(at) => Group {
-                boxes: &self.own.boxes[at],
-                lanes: self.own.lanes[at],
-                ids: GroupIds::Block(self.blocks[at]),
-            },
-        }
-    }
-
-    /// All groups.
+    /// All groups, the shared ones first.
     #[inline(always)]
     pub(super) fn groups(&self) -> impl Iterator<Item = Group<'_>> {
-        (0..self.group_count()).map(|at| self.group(at))
+        let shared = self.shared_groups();
+        let shared = shared.map(|(ids, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Each(ids) });
+        let own = self.own_groups();
+        shared.chain(own.map(|(block, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Block(block) }))
     }
 
     /// The groups of a block each: block, lanes in use, boxes.
