@@ -7,6 +7,9 @@
 //! another one each time. The table has medians, microseconds a frame, and the median of the ratio to the layer below, frame by frame;
 //! rows whose names do not hold all words are left out.
 
+#[path = "../tests/support/boxes.rs"]
+mod boxes;
+
 use std::time::Instant;
 
 use osp::{
@@ -53,20 +56,12 @@ impl Geometry for World {
     }
 }
 
-/// SplitMix64 (Steele, Lea, Flood, 2014).
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let z = (*state ^ *state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ z >> 31
-}
-
 fn world(objects: usize, is_ordered: bool) -> World {
     let side = objects.isqrt().max(1);
-    let mut state = 1;
+    let mut rng = boxes::Rng(1);
     let mut places: Vec<usize> = (0..objects).collect();
     if !is_ordered {
-        (1..objects).rev().for_each(|i| places.swap(i, next(&mut state) as usize % (i + 1)));
+        (1..objects).rev().for_each(|i| places.swap(i, rng.below(i + 1)));
     }
     let at = |place: usize| {
         let (row, column) = (place / side, place % side);

@@ -91,6 +91,7 @@ impl Filed {
         self.move_all();
         self.insert::<K>(keys);
         // No box is refused that is valid, of a number that is in the index or is not.
+        debug_assert!(self.refused.is_empty(), "{:?}", self.refused);
         self.refused.clear();
         self.index.commit();
     }

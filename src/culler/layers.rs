@@ -9,15 +9,15 @@ const FIRST_LAYER: u32 = 1;
 #[derive(Debug)]
 pub(super) struct Layers {
     masks: ById<u32>,
-    /// Whether an object has had other layers than [`FIRST_LAYER`].
-    is_used: bool,
+    /// Objects on other layers than [`FIRST_LAYER`].
+    elsewhere: usize,
     /// Objects on no layer.
     unseen: usize,
 }
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { masks: ById::new(FIRST_LAYER), is_used: false, unseen: 0 }
+        Self { masks: ById::new(FIRST_LAYER), elsewhere: 0, unseen: 0 }
     }
 }
 
@@ -25,13 +25,14 @@ impl Layers {
     pub(super) fn set(&mut self, slot: Slot, layers: u32) {
         let before = self.masks.get(slot);
         self.masks.set(slot, layers);
-        self.is_used |= layers != FIRST_LAYER;
+        self.elsewhere =
+            self.elsewhere + usize::from(layers != FIRST_LAYER) - usize::from(before != FIRST_LAYER);
         self.unseen = self.unseen + usize::from(layers == 0) - usize::from(before == 0);
     }
 
     /// Puts an object that has gone on the first layer.
     pub(super) fn forget(&mut self, slot: Slot) {
-        if self.is_used {
+        if self.elsewhere > 0 {
             self.set(slot, FIRST_LAYER);
         }
     }
@@ -43,6 +44,6 @@ impl Layers {
 
     /// Whether a camera on these layers may see every object.
     pub(super) fn sees_all(&self, layers: u32) -> bool {
-        if self.is_used { layers == u32::MAX && self.unseen == 0 } else { layers & FIRST_LAYER != 0 }
+        if self.elsewhere > 0 { layers == u32::MAX && self.unseen == 0 } else { layers & FIRST_LAYER != 0 }
     }
 }

@@ -143,7 +143,11 @@ impl PreviousFrameOccluders {
     pub fn follow(&mut self, changes: &[Change]) {
         for change in changes {
             match *change {
-                Change::Insert(id) | Change::Remove(id) | Change::Update(id) | Change::Repaint(id) => {
+                Change::Remove(id) => {
+                    self.surfaces.take_out(id);
+                    self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
+                }
+                Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => {
                     self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
                 }
                 // What moves as a whole is no occluder.
@@ -187,7 +191,7 @@ impl PreviousFrameOccluders {
             } else {
                 tried &= !unread;
             }
-            self.filled.extend(ids_of(block, tried));
+            self.filled.extend(ids_of(block, tried).filter(|&id| self.surfaces.is_occluder(id)));
         }
         if self.filled.len() > Self::MOST_OCCLUDERS {
             let eye = window.eye_in_world().as_vec3();

@@ -1,6 +1,7 @@
 //! What the near plane and the plane through the eye do to occluders and to what is tested.
 
 use crate::{
+    connected::hides,
     judge::{is_blocked, is_in_window},
     random::{Random, window},
     session::{Told, polygon},
@@ -21,8 +22,16 @@ fn straight(near_m: f64) -> ViewWindow {
     window(DVec3::ZERO, DVec3::Z, DVec3::Y, [1.0, 1.0], [0.0, 0.0], near_m)
 }
 
-fn hides_box(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
-    culler.test_box(bounds).verdict == Verdict::Hidden
+/// All polygons, and those of them that what was visible last leaves.
+fn drawn_last(told: &Told, window: &ViewWindow) -> (Vec<PolygonId>, Vec<PolygonId>) {
+    let in_view: VisibleBlocks = told.scene.visible_ids().collect();
+    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
+    last.build(0, &told.scene, window, &in_view);
+    let is_drawn = |id: &PolygonId| {
+        let polygon = told.scene.polygon(*id);
+        !last.culler().hides_polygon(&polygon) && !hides(&last, &polygon.bounds())
+    };
+    (in_view.to_vec(), in_view.ids().filter(is_drawn).collect())
 }
 
 fn hides_point(culler: &dyn OcclusionCuller, x: Vec3) -> bool {
@@ -185,15 +194,7 @@ fn what_crosses_the_eyes_plane_is_drawn() {
     let across = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(1.0, 0.0, -1.2)];
     let hidden = [at(-1.0, 0.0, 2.0), at(-1.0, 0.1, 2.0), at(-0.9, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&across, 1.0), polygon(&hidden, 1.0)]);
-    let in_view: VisibleBlocks = told.scene.visible_ids().collect();
-    let ids = in_view.to_vec();
-    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
-    last.build(0, &told.scene, &window, &in_view);
-    let is_drawn = |id: &PolygonId| {
-        let polygon = told.scene.polygon(*id);
-        !last.culler().hides_polygon(&polygon) && !hides_box(last.culler(), &polygon.bounds())
-    };
-    let drawn: Vec<PolygonId> = ids.iter().copied().filter(is_drawn).collect();
+    let (ids, drawn) = drawn_last(&told, &window);
     assert!(drawn.contains(&ids[1]), "what passes the eye was culled");
     assert!(!drawn.contains(&ids[2]), "and the wall hides");
     for kind in Method::conservative_cullers() {
@@ -215,15 +216,7 @@ fn what_all_but_touches_the_eyes_plane_is_drawn() {
     let wall = [at(-1.5, -1.5, 1.0), at(1.5, -1.5, 1.0), at(1.5, 1.5, 1.0), at(-1.5, 1.5, 1.0)];
     let far = |x: f32| [at(0.0, -0.9, 2.0), at(0.0, 0.9, 2.0), at(-x, 0.0, 2.0)];
     told.tell(&[polygon(&wall, 1.0), polygon(&far(1.0e3), 1.0), polygon(&far(3.0e4), 1.0)]);
-    let in_view: VisibleBlocks = told.scene.visible_ids().collect();
-    let ids = in_view.to_vec();
-    let mut last = PreviousFrameOccluders::new(PreviousFrameOccluders::PICTURE, 8);
-    last.build(0, &told.scene, &window, &in_view);
-    let is_drawn = |id: &PolygonId| {
-        let polygon = told.scene.polygon(*id);
-        !last.culler().hides_polygon(&polygon) && !hides_box(last.culler(), &polygon.bounds())
-    };
-    let drawn: Vec<PolygonId> = ids.iter().copied().filter(is_drawn).collect();
+    let (ids, drawn) = drawn_last(&told, &window);
     assert_eq!(drawn, [ids[0], ids[2]]);
 }
 

@@ -23,6 +23,20 @@ struct Face {
     next: [EdgeCode; SIDES],
 }
 
+impl Face {
+    /// The numbers of its corners; none of what is no occluder.
+    #[inline]
+    fn corners(&self) -> &[u32] {
+        let corners = &self.corners;
+        let count = if corners[0] == NONE { 0 } else { SIDES - usize::from(corners[SIDES - 1] == NONE) };
+        &corners[..count]
+    }
+}
+
+fn corner_hash(p: Vec3) -> u64 {
+    hash_of([p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0])
+}
+
 const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES] };
 
 /// The occluders of a model as surfaces: polygons whose corners have the same coordinates bit for bit share these corners, and
@@ -87,9 +101,8 @@ impl Surfaces {
 
     fn corner_at(&mut self, p: Vec3) -> u32 {
         let p = p + 0.0; // -0 is 0.
-        let hash = |p: Vec3| hash_of([p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0]);
         let positions = &self.corners;
-        let corner = match self.corner_table.find(hash(p), |corner| positions[corner as usize] == p) {
+        let corner = match self.corner_table.find(corner_hash(p), |corner| positions[corner as usize] == p) {
             Some(corner) => corner,
             None => {
                 let corner = self.free.pop().unwrap_or(self.corners.len() as u32);
@@ -99,7 +112,7 @@ impl Surfaces {
                 }
                 self.corners[corner as usize] = p;
                 let positions = &self.corners;
-                self.corner_table.insert(corner, |corner| hash(positions[corner as usize]));
+                self.corner_table.insert(corner, |corner| corner_hash(positions[corner as usize]));
                 corner
             }
         };
@@ -115,9 +128,8 @@ impl Surfaces {
 
     /// Both ends of an edge, in the order of its polygon.
     pub(super) fn directed(&self, edge: EdgeCode) -> [u32; 2] {
-        let (face, at) = (&self.faces[edge as usize / SIDES], edge as usize % SIDES);
-        let count = if face.corners[SIDES - 1] == NONE { SIDES - 1 } else { SIDES };
-        [face.corners[at], face.corners[if at + 1 == count { 0 } else { at + 1 }]]
+        let (corners, at) = (self.faces[edge as usize / SIDES].corners(), edge as usize % SIDES);
+        [corners[at], corners[if at + 1 == corners.len() { 0 } else { at + 1 }]]
     }
 
     fn edge_hash(&self, edge: EdgeCode) -> u64 {
@@ -172,7 +184,8 @@ impl Surfaces {
         self.edge_table = table;
     }
 
-    fn take_out(&mut self, id: PolygonId) {
+    /// Takes a polygon out, if it is there.
+    pub(in crate::occlusion) fn take_out(&mut self, id: PolygonId) {
         let count = self.corners_of(id).len();
         if count == 0 {
             return;
@@ -186,8 +199,7 @@ impl Surfaces {
             self.uses[at] -= 1;
             if self.uses[at] == 0 {
                 let positions = &self.corners;
-                let hash = |p: Vec3| hash_of([p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), 0]);
-                self.corner_table.remove(*corner, |corner| hash(positions[corner as usize]));
+                self.corner_table.remove(*corner, |corner| corner_hash(positions[corner as usize]));
                 self.free.push(*corner);
             }
         }
@@ -196,9 +208,12 @@ impl Surfaces {
     /// The corners of a polygon; none of one that does not occlude.
     #[inline]
     pub(super) fn corners_of(&self, id: PolygonId) -> &[u32] {
-        let corners = self.faces.get(id.index()).map_or(&NO_FACE.corners, |face| &face.corners);
-        let count = if corners[0] == NONE { 0 } else { SIDES - usize::from(corners[SIDES - 1] == NONE) };
-        &corners[..count]
+        self.faces.get(id.index()).map_or(&[], Face::corners)
+    }
+
+    /// Whether a polygon may occlude.
+    pub(in crate::occlusion) fn is_occluder(&self, id: PolygonId) -> bool {
+        !self.corners_of(id).is_empty()
     }
 
     /// About the solid angle at which a polygon is seen, steradians; infinite from nearby.

@@ -35,6 +35,12 @@ impl Table {
     /// The number with this hash that `is_it` accepts.
     #[inline]
     pub(super) fn find(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<u32> {
+        self.place(hash, is_it).map(|at| self.places[at])
+    }
+
+    /// Where that number lies.
+    #[inline]
+    fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {
             return None;
         }
@@ -42,7 +48,7 @@ impl Table {
         loop {
             match self.places[at] {
                 NONE => return None,
-                number if is_it(number) => return Some(number),
+                number if is_it(number) => return Some(at),
                 _ => at = (at + 1) & (self.places.len() - 1),
             }
         }
@@ -71,28 +77,14 @@ impl Table {
 
     /// Puts another number in the place of one; both have this hash.
     pub(super) fn replace(&mut self, number: u32, by: u32, hash: u64) {
-        if let Some(at) = self.place_of(number, hash) {
+        if let Some(at) = self.place(hash, |there| there == number) {
             self.places[at] = by;
-        }
-    }
-
-    fn place_of(&self, number: u32, hash: u64) -> Option<usize> {
-        if self.places.is_empty() {
-            return None;
-        }
-        let mut at = self.start(hash);
-        loop {
-            match self.places[at] {
-                NONE => return None,
-                there if there == number => return Some(at),
-                _ => at = (at + 1) & (self.places.len() - 1),
-            }
         }
     }
 
     /// Takes a number out. What follows it moves up, so that no search ends early.
     pub(super) fn remove(&mut self, number: u32, hash_of: impl Fn(u32) -> u64) {
-        let Some(mut hole) = self.place_of(number, hash_of(number)) else { return };
+        let Some(mut hole) = self.place(hash_of(number), |there| there == number) else { return };
         let last = self.places.len() - 1;
         let mut at = hole;
         loop {
