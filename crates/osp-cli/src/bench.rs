@@ -9,7 +9,7 @@ use super::{
     bench_args::BenchArgs,
     bench_paper,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{complain, file_name, one_line, say},
     outputs::Outputs,
     progress,
     session::OpenSession,
@@ -130,7 +130,7 @@ pub(super) fn command() -> String {
 fn names(files: &[PathBuf]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for file in files {
-        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let name = file_name(file).into_owned();
         let numbered = (2..).map(|number| format!("{name} ({number})"));
         let free = [name.clone()].into_iter().chain(numbered).find(|name| !names.contains(name));
         names.push(free.unwrap_or(name));

@@ -5,7 +5,7 @@ use anyhow::{anyhow, ensure};
 use super::{
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{complain, file_name, one_line, say},
     outputs::Outputs,
     played::Played,
     query::ray_of,
@@ -77,7 +77,7 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
     let ray = args.ray.as_deref().map(ray_of).transpose()?;
     let Played { scene, pipeline, moment, .. } = Played::in_index(&args.frame)?;
     let file = &args.frame.session.file;
-    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    let name = file_name(file);
     let title_of =
         |moment: &Moment, index: IndexKind| format!("{name}, frame {}, {}", moment.frame, index.name());
     let title = title_of(&moment, args.frame.index);

@@ -2,7 +2,9 @@
 //! that others made: what a terminal would take for a command is shown as `\u001b`.
 
 use std::{
+    borrow::Cow,
     io::{self, Write},
+    path::Path,
     sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -24,6 +26,11 @@ pub(super) fn keep_standard_output_for_a_file() {
 pub(super) fn columns() -> Option<u16> {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     said.filter(|columns| *columns > 0).or_else(|| Some(console::Term::stdout().size_checked()?.1))
+}
+
+/// The name of a file without its folder, to be shown.
+pub(super) fn file_name(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
 
 /// Writes a result, with a line end.

@@ -8,7 +8,7 @@ use indicatif::{HumanBytes, ProgressBar};
 
 use super::{
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{complain, file_name, one_line, say},
     pack_args::PackArgs,
     reading::ReadArgs,
     session::OpenSession,
@@ -40,7 +40,7 @@ pub(super) fn run(args: &PackArgs) -> anyhow::Result<Outcome> {
         (_, spacing) => spacing.unwrap_or(0.0),
     };
     for (number, file) in args.files.iter().enumerate() {
-        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+        let name = file_name(file);
         progress.set_message(one_line(&name).into_owned());
         let scene = finished(file, &args.reading)?;
         let offsets = args.repeat.map_or_else(

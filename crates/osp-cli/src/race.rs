@@ -3,7 +3,7 @@
 use super::{
     bench::command,
     outcome::Outcome,
-    output::{complain, say},
+    output::{complain, file_name, say},
     outputs::Outputs,
     race_args::RaceArgs,
     race_view::RaceView,
@@ -33,7 +33,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
             session.notes().warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
             read?;
             args.reading.check_frames(file, &summary, args.pace)?;
-            let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+            let name = file_name(file);
             race_on(args, &name, &session.header, summary, open)
         }
         (None, polygons) => {

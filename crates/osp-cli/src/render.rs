@@ -80,7 +80,12 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     read?;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
-    let bounds = main_bounds(&model, &summary.bounds);
+    let own = session.header.camera.filter(|_| args.camera == RenderCamera::Own);
+    let fixed = args.view.or(own);
+    let bounds = match args.camera {
+        RenderCamera::Own | RenderCamera::Whole if fixed.is_none() => main_bounds(&model, &summary.bounds),
+        _ => summary.bounds,
+    };
     drop(model);
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
@@ -129,8 +134,6 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
     let session = OpenSession::open(&args.file, &args.reading)?;
-    let own = session.header.camera.filter(|_| args.camera == RenderCamera::Own);
-    let fixed = args.view.or(own);
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
             let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);

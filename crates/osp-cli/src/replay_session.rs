@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::{
     allocations,
-    output::complain,
+    output::{complain, file_name},
     progress,
     replay_args::{GroupFiling, PlayArgs, ReplayArgs},
     session::{OpenSession, Reader},
@@ -116,7 +116,7 @@ pub(super) fn replay(
         run.views = rig.as_ref().map(|_| ViewsReport::default());
         runs.push(run);
     }
-    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    let name = file_name(file).into_owned();
 
     #[cfg(feature = "render")]
     let methods = kinds.iter().map(|(_, method)| *method);

@@ -13,7 +13,7 @@ use anyhow::{Context, bail, ensure};
 
 use super::{
     outcome::Outcome,
-    output::say,
+    output::{file_name, say},
     outputs::Output,
     replay_args::ReplayArgs,
     session::OpenSession,
@@ -98,7 +98,7 @@ fn views(args: &ReplayArgs, world: &World) -> anyhow::Result<(String, Views)> {
     };
     if let Some(path) = path {
         let views = recorded(args, path, world, frames.unwrap_or(u64::MAX))?;
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let name = file_name(path);
         return Ok((format!("{} of {name}", camera.name()), Box::new(views.into_iter().map(not_beyond))));
     }
     let frames = frames.unwrap_or(FRAMES);

@@ -13,7 +13,7 @@ use super::{
     allocations, numbers,
     occlusion_test_args::score_parser,
     outcome::Outcome,
-    output::{complain, say},
+    output::{complain, file_name, say},
     parsers::{Size, camera_parser, index_parser},
     progress,
     reading::ReadArgs,
@@ -292,7 +292,7 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
                 continue;
             }
         };
-        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let name = file_name(file).into_owned();
         let mut rows = Rows::default();
         verifier.add_to(&mut rows, &name, polygons);
         if let Some(drawn) = &drawn {

@@ -143,6 +143,8 @@ fn a_rig_has_two_eyes_if_its_stereo_has_and_nothing_visible_is_culled() {
     for words in ["left eye", "right eye", "all views", "views x one", "dual-wall, side-by-side"] {
         assert!(table.contains(words), "{words}: {table}");
     }
+    let words: Vec<&str> = table.split_whitespace().collect();
+    assert!(words.contains(&"view") && words.contains(&"drawn"), "in view and drawn: {table}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use serde::Serialize;
 
 use super::Machine;
-use crate::rows::Rows;
+use crate::{report::json_line, rows::Rows};
 
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
@@ -29,7 +29,7 @@ pub enum Length {
 impl BenchReport {
     /// The report as one JSON object on one line.
     pub fn to_json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+        json_line(self)
     }
 
     /// The sentences that come first: the verdict, what is wrong, and whether the figures mean something.

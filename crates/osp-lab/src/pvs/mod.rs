@@ -180,11 +180,6 @@ impl Pvs {
         self.sets.len() * size_of::<u64>()
     }
 
-    /// Whether this is the model that the sets are of.
-    pub fn is_of(&self, geometry: &dyn Geometry) -> bool {
-        self.polygons == geometry.id_end() && self.model == fingerprint_of_model(geometry)
-    }
-
     /// Stores the set of a cell: one bit for each group, as [`Baker::cell`] makes it.
     pub fn set_cell(&mut self, cell: usize, groups: &[u64]) {
         let words = words_of(self.polygons);

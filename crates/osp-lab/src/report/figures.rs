@@ -20,20 +20,18 @@ impl ReplayReport {
         let Some(rig) = &self.rig else { return rows };
         for run in &self.runs {
             let mut figures = rows.of(VIEWS, &*self.recording, run.name());
-            for (number, view) in rig.views.iter().enumerate() {
-                let means = run.view_means(number);
-                let name = view.name().replacen(", ", " ", 1);
-                figures.maybe(&name, "in view", means.map(|means| means.in_view)).maybe(
-                    &name,
-                    "drawn",
-                    means.map(|means| means.drawn),
-                );
-            }
             if let Some(of) = run.against_one_view() {
                 figures
                     .value("all_views", "us", of.all_views_us)
                     .value("views_x_one", "us", of.views_times_one_us)
                     .value("all_against_one", "", of.ratio);
+            }
+            for (number, view) in rig.views.iter().enumerate() {
+                let means = run.view_means(number);
+                let name = view.name().replacen(", ", " ", 1);
+                figures
+                    .maybe(&format!("{name} in view"), "polygons", means.map(|means| means.in_view))
+                    .maybe(&format!("{name} drawn"), "polygons", means.map(|means| means.drawn));
             }
         }
         rows

@@ -9,6 +9,7 @@ mod csv;
 mod drawing;
 mod figures;
 mod json;
+mod line;
 mod numbers;
 #[cfg(feature = "bench")]
 mod palette;
@@ -32,6 +33,8 @@ pub use chart::draw_frame_times;
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+#[cfg(feature = "bench")]
+pub(crate) use line::json_line;
 pub use numbers::{short, thousands};
 #[cfg(feature = "bench")]
 pub(crate) use palette::LineStyle;

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use hdrhistogram::Histogram;
 
-use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport};
+use super::{AgainstOneView, DrawReport, RigReport, ViewMeans, ViewsReport, line::json_line};
 use osp::{
     frame::{FrameRecord, OcclusionRecord},
     occlusion::{NodeTest, Score},
@@ -311,7 +311,7 @@ pub struct ReplayReport {
 impl ReplayReport {
     /// The report as one JSON object on one line.
     pub fn to_json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+        json_line(self)
     }
 
     /// See [`first_disagreement`].

@@ -13,7 +13,7 @@ use serde::Serialize;
 pub use estimate::Estimate;
 pub(crate) use estimate::quantile;
 #[cfg(feature = "bench")]
-pub(crate) use table::{Cells, RIVAL, Summary, Table, is_of};
+pub(crate) use table::{Cells, RIVAL, Summary, Table, distinct, is_of};
 
 /// The least time that enters a ratio, microseconds: a clock may say that nothing took any.
 const LEAST_US: f64 = 1.0e-3;

@@ -16,7 +16,7 @@ pub(crate) fn is_of(task: &str, part: &str) -> bool {
 }
 
 /// What appears in these texts, each once, in their order.
-pub(super) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut found: Vec<&str> = Vec::new();
     for text in texts {
         if !found.contains(&text) {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::{
     bench::{BenchReport, curves::SYNTHETIC},
     report::{LineStyle, one_line},
-    rows::{RIVAL, Table},
+    rows::{RIVAL, Table, distinct},
 };
 
 /// Significant digits of the numbers: more cannot be seen.
@@ -87,22 +87,12 @@ pub(super) fn of(report: &BenchReport, part: &str, tables: &[&Table<'_>]) -> Vec
             )
         })
         .collect();
-    let mut tasks: Vec<&str> = Vec::new();
-    for table in tables.iter().filter(|table| table.recording.starts_with(SYNTHETIC)) {
-        if !tasks.contains(&table.part) {
-            tasks.push(table.part);
-        }
-    }
-    for task in tasks {
-        let of_task =
-            || tables.iter().filter(|table| table.part == task && table.recording.starts_with(SYNTHETIC));
+    let size_of = |table: &Table<'_>| table.recording.strip_prefix(SYNTHETIC)?.parse::<f64>().ok();
+    let synthetic: Vec<_> = tables.iter().filter_map(|table| Some((table, size_of(table)?))).collect();
+    for task in distinct(synthetic.iter().map(|(table, _)| table.part)) {
         for (figure, unit) in FIGURES {
             let mut lines: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
-            for table in of_task() {
-                let Some(size) = table.recording.strip_prefix(SYNTHETIC).and_then(|size| size.parse().ok())
-                else {
-                    continue;
-                };
+            for &(table, size) in synthetic.iter().filter(|(table, _)| table.part == task) {
                 for index in table.indexes() {
                     let Some(value) = table.value(index, figure) else { continue };
                     match lines.iter_mut().find(|(name, _)| name == index) {

@@ -3,7 +3,7 @@ use serde::Serialize;
 use super::{Race, Racer};
 use crate::{
     Machine,
-    report::{one_line, short, thousands},
+    report::{json_line, one_line, short, thousands},
     rows::Rows,
 };
 
@@ -31,7 +31,7 @@ impl RaceReport {
 
     /// The report as one JSON object on one line.
     pub fn to_json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_else(|e| format!("{{\"error\":{:?}}}", e.to_string()))
+        json_line(self)
     }
 
     /// The report as text: the verdict, a table, the machine.
