@@ -13,7 +13,9 @@ use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig, background_for};
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Header, OpenOptions, Pace, open},
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, summarize, whole_view},
+    replay::{
+        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, summarize, whole_view,
+    },
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyString};
 
@@ -123,12 +125,13 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let wanted = settings.wanted(&summary)?;
 
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    let whole = main_bounds(&model, &summary.bounds);
     drop(model);
     let mut drawer = Offscreen::on(gpu, size.0, size.1, &config).map_err(undrawn)?;
     drawer.set_occlusion(occlusion.while_drawing()).map_err(undrawn)?;
     drawer.set_environment(header.environment.as_deref());
     drawer.set_time(*time_s);
-    let camera = settings.camera(&header, &summary.bounds, artist.backwards(), drawer.aspect());
+    let camera = settings.camera(&header, (&summary.bounds, &whole), artist.backwards(), drawer.aspect());
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
@@ -186,14 +189,14 @@ impl Settings {
     fn camera(
         &self,
         header: &Header,
-        bounds: &Aabb,
+        (bounds, whole): (&Aabb, &Aabb),
         artist_backwards: Option<Vec3>,
         aspect: f32,
     ) -> Box<dyn Fn(&Moment) -> view::View> {
         match self.eye {
             Eye::Whole => {
                 let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-                let view = whole_view(bounds, of_camera.or(artist_backwards), aspect);
+                let view = whole_view(whole, of_camera.or(artist_backwards), aspect);
                 Box::new(move |_| view)
             }
             Eye::Path(choice) => {

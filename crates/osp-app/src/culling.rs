@@ -208,7 +208,7 @@ impl Culling {
     /// Goes on with a model that another thread has inserted, or without one, or if that was done by another plan, inserts
     /// it.
     pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
-        match indexed.filter(|indexed| indexed.plan.is(&self.plan)) {
+        match indexed.filter(|indexed| indexed.plan == self.plan) {
             Some(indexed) => self.take(indexed, true),
             None => self.take(self.plan.clone().index(scene, bounds), false),
         }

@@ -11,7 +11,7 @@ use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
 /// How a model is indexed and culled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
     pub(super) occlusion: Method,
@@ -47,14 +47,6 @@ impl CullingPlan {
     #[must_use]
     pub fn with_tests(self, node_test: NodeTest, score: Score) -> Self {
         Self { node_test, score, ..self }
-    }
-
-    /// Whether both lead to the same index.
-    pub(super) fn is(&self, other: &Self) -> bool {
-        let of = |plan: &Self| {
-            (plan.kind, plan.occlusion, plan.occluders, plan.node_test, plan.score, plan.auto_basis)
-        };
-        of(self) == of(other)
     }
 
     /// An index of no model.

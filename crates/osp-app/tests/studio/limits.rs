@@ -28,10 +28,12 @@ fn a_replay_in_a_window_plays_what_comes_before_the_limit() {
     let table = Table::new();
     let path = twenty_faces(&table);
     let options = OpenOptions { limits: FEW, ..OpenOptions::default() };
-    let player =
+    let mut player =
         Session::to_play_with(&path, Pace::Samples(1), CameraChoice::Auto, &options).expect("readable");
     assert_eq!(replay(&player).frame_count(), 12);
     let remarks = player.remarks().join(" ");
+    player.seek(12);
+    assert_eq!(player.scene().counts().polygons, 12);
     assert!(remarks.contains("line 14: expected at most 12 polygons (--max-polygons N"), "{remarks}");
     let player = Session::to_play(&path, Pace::Samples(1), CameraChoice::Auto).expect("readable");
     assert_eq!((replay(&player).frame_count(), player.remarks()), (20, &[][..]));

@@ -294,7 +294,7 @@ struct Place {
     is_front: bool,
     texture: vec4<f32>,
     gradients: Gradients,
-    // The normal of the triangle, on the same side.
+    // Of a disco ball the normal of the triangle, on the same side; else as the normal.
     facet: vec3<f32>,
 }
 
@@ -323,12 +323,12 @@ fn place_of(in: Painted) -> Place {
     let is_front = in.kinds.z == 1u;
     let normal = select(-outwards, outwards, is_front);
     let texture = texture_of(material, material.kinds.z, in.texture.xy + texture_shift(material), gradients);
-    let across = cross(dx, dy);
-    let facet = across * (inverseSqrt(max(dot(across, across), 1.0e-30)) * select(-1.0, 1.0, dot(across, normal) >= 0.0));
     if material.kinds.y == DISCO {
+        let across = cross(dx, dy);
+        let facet = across * (inverseSqrt(max(dot(across, across), 1.0e-30)) * select(-1.0, 1.0, dot(across, normal) >= 0.0));
         return Place(disco_normal(facet, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet);
     }
-    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, facet);
+    return Place(relief(material, in, normal, gradients, dx, dy), to_eye, is_front, texture, gradients, normal);
 }
 
 // Of what is not additive.

@@ -46,7 +46,6 @@ impl SessionState {
 pub struct Player<I> {
     pacer: Pacer<I>,
     state: SessionState,
-    /// The model is finished: events only move the eye.
     events: Vec<Event>,
     changes: Vec<Change>,
     clock: StageClock,
