@@ -1,8 +1,8 @@
 //! The culler with an engine's keys, against the layer below it with the same objects.
 //!
-//! `cargo bench --bench culler [-- SIZE... WORD...]`. So many objects (100,000 unless told) stand about in a square, in rows or in no order, and
-//! walls among them. In every frame none or a tenth of them moves, and a hundredth is replaced by others; then one camera, two eyes, or
-//! a camera that hides by the walls is culled, and what is to be drawn is listed. The layer below is a `Pipeline` around `Osp` with a
+//! `cargo bench --bench culler [-- SIZE... WORD...]`. SIZE objects (100,000 without it) stand in a square, in rows or in no order, with
+//! walls among them. In a frame a tenth of them moves and a hundredth is replaced, or nothing changes. Then the frame culls for one
+//! camera, for two eyes, or for a camera that hides by the walls, and lists the visible objects. The layer below is a `Pipeline` around `Osp` with a
 //! `Geometry` that is a plain array; the culler has `Dense` numbers, or 64-bit keys. All follow every frame, in turns that begin with
 //! another one each time. The table has medians, microseconds a frame, and the median of the ratio to the layer below, frame by frame;
 //! rows whose names do not hold all words are left out.

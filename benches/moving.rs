@@ -1,4 +1,4 @@
-//! Polygons that move, from frame to frame: follow them, then find what a view sees, as a list of numbers.
+//! Polygons that move from frame to frame: each structure updates their boxes, then lists the ids in a view.
 //!
 //! `cargo bench --bench moving [-- [drawn | shuffled] [each] SIZE...]`. A share of the polygons (0, 0.1, 1, 10 and 100 %) moves in
 //! every frame, always the same ones, each on its own small circle; updates come by number. `drawn`: a synthetic session, and
@@ -6,7 +6,7 @@
 //! drawn by lot. The view sees about a tenth. `each`: a call of `update` for each polygon, not one of `update_all` for all.
 //!
 //! In every frame each structure follows and culls, in turns that begin with another one each time, and all have to find the
-//! same polygons. `loop-beside` is an index of what rests and a plain loop over what is known to move. The table has
+//! same polygons. `loop-beside` is an index of the resting polygons beside a plain loop over the moving ones. The table has
 //! microseconds a frame: median, 99th percentile and the largest; nanoseconds to follow one polygon; and the median of the ratio
 //! to `osp`, frame by frame.
 
@@ -34,7 +34,7 @@ const TURN: f32 = 0.125;
 const FRAMES: usize = 100;
 const BEFORE: usize = 40;
 
-/// What is measured: where the boxes come from, and how changes are told.
+/// A case: the order of the boxes, and the call that updates them.
 #[derive(Clone, Copy)]
 struct Kind {
     is_shuffled: bool,
@@ -125,7 +125,7 @@ impl Follow for One {
     }
 }
 
-/// What rests in an index, and what is known to move in a plain loop.
+/// An index of the resting polygons, and a plain loop over the moving ones.
 struct Beside {
     resting: Osp,
     moving: Box<dyn SpatialIndex>,

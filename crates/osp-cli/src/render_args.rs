@@ -106,9 +106,9 @@ pub(super) struct RenderArgs {
     /// the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
-    /// Where the eye is: `own` is the session's own camera (that of a sketch's thumbnail), else `whole`; `whole` shows the
-    /// model, but not what lies far from all else, from the side of the session's own camera, or from which the artist
-    /// began it; `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around
+    /// Place of the eye. `own` is the session's own camera (that of a sketch's thumbnail), else `whole`. `whole` frames the
+    /// model without distant strays, from the side of the session's own camera, else from the artist's first side.
+    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around
     /// the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
