@@ -167,17 +167,30 @@ impl VisibleBlocks {
 
     /// Lets an index that lists numbers fill the set: the list is kept from frame to frame.
     pub(crate) fn fill_by_list<R>(&mut self, list: impl FnOnce(&mut Vec<PolygonId>) -> R) -> R {
+        let room = (self.masks.len() * BLOCK).min(MOST_LISTED);
+        self.with_list(room, |set, ids| {
+            let result = list(ids);
+            set.set_all(ids);
+            result
+        })
+    }
+
+    /// Lends an empty list with room for so many numbers, which is kept from frame to frame.
+    pub(crate) fn with_list<R>(
+        &mut self,
+        room: usize,
+        with: impl FnOnce(&mut Self, &mut Vec<PolygonId>) -> R,
+    ) -> R {
         let mut ids = std::mem::take(&mut self.listed);
         ids.clear();
-        ids.reserve((self.masks.len() * BLOCK).min(MOST_LISTED) + BEHIND);
-        let result = list(&mut ids);
-        self.set_all(&ids);
+        ids.reserve(room + BEHIND);
+        let result = with(self, &mut ids);
         self.listed = ids;
         result
     }
 
     /// Sets polygons, each once and not there before.
-    fn set_all(&mut self, ids: &[PolygonId]) {
+    pub(crate) fn set_all(&mut self, ids: &[PolygonId]) {
         let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
         if ids.is_empty() {
             return;

@@ -17,8 +17,13 @@ fn most() -> Frustum {
     view(Vec3::new(0.4, 0.3, 5.2), Vec3::ZERO, 44.0, 1.1, 0.1, 20.0)
 }
 
-/// The ids of an answer as a list that had one already, and as blocks: the same.
-fn ask(osp: &Osp, frustum: &Frustum, list: &mut DrawList, blocks: &mut VisibleBlocks) -> (u64, Vec<u32>) {
+/// The ids of an answer as a list that had one already, and as blocks: the same. With the nodes read for each.
+fn ask(
+    osp: &Osp,
+    frustum: &Frustum,
+    list: &mut DrawList,
+    blocks: &mut VisibleBlocks,
+) -> ([u64; 2], Vec<u32>) {
     list.clear();
     list.push(PolygonId(u32::MAX));
     let work = osp.frustum_cull(frustum, list);
@@ -29,11 +34,11 @@ fn ask(osp: &Osp, frustum: &Frustum, list: &mut DrawList, blocks: &mut VisibleBl
     ids.sort_unstable();
     blocks.clear();
     let same = osp.frustum_cull_blocks(frustum, blocks);
-    assert_eq!((same.nodes, same.boxes, same.planes), (work.nodes, work.boxes, work.planes));
-    assert_eq!((same.reported, same.taken_whole), (work.reported, work.taken_whole));
+    assert_eq!(same.reported, work.reported);
+    assert!(same.taken_whole <= same.reported);
     assert_eq!(blocks.len(), ids.len());
     assert!(blocks.ids().map(|id| id.0).eq(ids.iter().copied()), "as blocks, another answer");
-    (work.nodes, ids)
+    ([work.nodes, same.nodes], ids)
 }
 
 fn filled(ids: impl Fn(u32) -> u32, boxes: &[Aabb], mut osp: Osp) -> (Osp, BruteForce) {
@@ -52,7 +57,7 @@ fn filled(ids: impl Fn(u32) -> u32, boxes: &[Aabb], mut osp: Osp) -> (Osp, Brute
 #[test]
 fn of_a_model_mostly_in_view_no_more_is_read_than_what_is_hidden_or_cut() {
     let boxes = drawn(30_000, 71);
-    for boxes in [boxes.clone(), shuffled(boxes, 72)] {
+    for (boxes, is_shuffled) in [(boxes.clone(), false), (shuffled(boxes, 72), true)] {
         let (osp, reference) =
             filled(|i| i, &boxes, Osp::new(&IndexConfig { root: root(), capacity: 30_000 }));
         let (mut list, mut blocks) = (DrawList::new(), VisibleBlocks::new());
@@ -63,7 +68,10 @@ fn of_a_model_mostly_in_view_no_more_is_read_than_what_is_hidden_or_cut() {
         // Pages hold sixteen runs. Those in view are not looked at, one by one they would be three times as many.
         let mut pages = Pages(0);
         osp.traverse(&most(), &mut pages);
-        assert!(nodes * 2 < pages.0, "{nodes} nodes and pages looked at, {} in view", pages.0);
+        let [listed, as_blocks] = nodes;
+        assert!(as_blocks * 2 < pages.0, "{as_blocks} nodes and pages looked at, {} in view", pages.0);
+        // To copy the ids of scattered polygons costs less than to skip those of the others.
+        assert_eq!(listed == as_blocks, !is_shuffled, "{listed} nodes and pages for a list");
     }
 }
 

@@ -264,6 +264,60 @@ impl Answer for Outside<'_> {
     }
 }
 
+/// An answer as blocks whose runs of one polygon are listed first, for scattered polygons: one pass over a list sets or clears
+/// bits several times as fast as a walk does.
+pub(super) struct Listing<'a, A> {
+    runs: A,
+    singles: IdWriter<'a>,
+}
+
+impl<'a, A> Listing<'a, A> {
+    /// Runs of several go to `runs`, those of one to `singles`, which is empty.
+    pub(super) fn new(runs: A, singles: &'a mut Vec<PolygonId>) -> Self {
+        Self { runs, singles: IdWriter::new(singles) }
+    }
+}
+
+impl<A: Answer> Answer for Listing<'_, A> {
+    type Done = A::Done;
+
+    const IS_OUTSIDE: bool = A::IS_OUTSIDE;
+
+    #[inline(always)]
+    fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32) {
+        self.runs.run(kernel, first, mask);
+    }
+
+    #[inline(always)]
+    fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
+        self.lanes(kernel, page, (1 << (runs & 31)) - 1);
+    }
+
+    #[inline(always)]
+    fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32) {
+        self.singles.push_copy(kernel, &page.first, count);
+    }
+
+    #[inline(always)]
+    fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+        let exact = u32::from(page.exact);
+        self.singles.push_packed(kernel, &page.first, lanes & exact);
+        self.runs.lanes(kernel, page, lanes & !exact);
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.runs.count() + self.singles.len()
+    }
+
+    /// What the runs of several come to.
+    #[inline(always)]
+    fn finish(self) -> A::Done {
+        self.singles.finish();
+        self.runs.finish()
+    }
+}
+
 #[inline(always)]
 fn runs_of(page: &Page) -> PageRuns<'_> {
     let (gaps, single) = (u32::from(page.gaps), u32::from(page.exact));

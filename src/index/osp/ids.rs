@@ -367,10 +367,14 @@ impl IdMap {
     /// Gives a part of the room for exact boxes back if the polygons come from everywhere: runs of one need none, and
     /// pages need the memory. Room for `polygons` more is kept.
     pub(super) fn give_room_back(&mut self, polygons: usize) {
-        let (stores, blocks) = (self.stores.live() as usize, self.blocks);
-        if blocks >= SURE_BLOCKS && stores < blocks / SCATTERED {
-            self.stores.give_room_back(2 * stores + polygons / 16, CHUNKS_BACK);
+        if self.are_scattered() {
+            self.stores.give_room_back(2 * self.stores.live() as usize + polygons / 16, CHUNKS_BACK);
         }
+    }
+
+    /// Whether most polygons have a run of their own.
+    pub(super) fn are_scattered(&self) -> bool {
+        self.blocks >= SURE_BLOCKS && (self.stores.live() as usize) < self.blocks / SCATTERED
     }
 
     pub(super) fn clear(&mut self) {

@@ -20,7 +20,7 @@ use super::{
     pair_sets::{BOTH, Sets},
     plan::{Plan, holds_all},
     pool::NONE,
-    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, WHOLE_WAIT, Waiting, count, store_of},
+    query::{BUCKETS_WAIT, LIST, List, PAGES_WAIT, SEVERAL, STACK, Waiting, count, store_of},
 };
 use crate::{
     index::{
@@ -33,6 +33,8 @@ use crate::{
 
 /// Planes of two eyes whose normals have a smaller scalar product do not lie alike.
 const ALIKE: f32 = 0.9;
+/// Whole pages that wait; a bucket adds sixteen at most, which still fit into a queue of 32.
+const WHOLE_WAIT: usize = 14;
 /// Two slabs of the views lie alike if neither is wider by this factor.
 const AS_WIDE: f32 = 1.25;
 

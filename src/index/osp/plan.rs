@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use super::{
-    answer::{Answer, Blocks, Filling, Ids, Outside},
+    answer::{Answer, Blocks, Filling, Ids, Listing, Outside},
     index::Osp,
     layout::{Node, Target},
     linear::Pass,
@@ -42,7 +42,8 @@ impl Osp {
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
         match plan {
-            Plan::Outside => {
+            // A copy of their ids costs less than a pass over all masks.
+            Plan::Outside if !self.ids.are_scattered() => {
                 let span = self.ids.span();
                 if masks.len() < span.len() {
                     masks.resize(span.len(), 0);
@@ -76,25 +77,55 @@ impl Osp {
         (top, plan, mut work): (u32, Plan, WorkCounts),
         visible: &mut VisibleBlocks,
     ) -> WorkCounts {
-        let is_empty = visible.is_empty();
-        let masks = visible.masks_for(self.ids_end());
-        if plan == Plan::Outside && is_empty {
-            work += self.look_for_outside(top, planes, masks, 0);
-            let answer = Blocks::new(masks);
-            let (open, (blocks, found)) = self.backend.run(Open { osp: self, planes, answer });
-            visible.note_filled(self.ids.span(), work.reported as usize);
-            visible.note_filled(blocks, found);
-            work += open;
-            return work;
-        }
-        let answer = Blocks::new(masks);
-        let (more, (blocks, found)) = match plan {
-            Plan::All => self.backend.run(All { osp: self, planes, answer }),
-            _ => self.backend.run(Cull { osp: self, top, planes, answer }),
+        let is_outside = plan == Plan::Outside && visible.is_empty();
+        let found = match plan {
+            Plan::All => self.fill(visible, |answer| self.backend.run(All { osp: self, planes, answer })),
+            _ if is_outside => {
+                let outside = self.take_outside_out(top, planes, visible);
+                visible.note_filled(self.ids.span(), outside.reported as usize);
+                work += outside;
+                self.fill(visible, |answer| self.backend.run(Open { osp: self, planes, answer }))
+            }
+            _ if self.ids.are_scattered() => visible.with_list(self.len, |visible, singles| {
+                let work = self.fill(visible, |runs| {
+                    let answer = Listing::new(runs, singles);
+                    self.backend.run(Cull { osp: self, top, planes, answer })
+                });
+                visible.set_all(singles);
+                work
+            }),
+            _ => self.fill(visible, |answer| self.backend.run(Cull { osp: self, top, planes, answer })),
         };
-        visible.note_filled(blocks, found);
-        work += more;
+        work += found;
         work
+    }
+
+    /// Lets a query write the masks of a set.
+    fn fill(
+        &self,
+        visible: &mut VisibleBlocks,
+        query: impl FnOnce(Blocks<'_>) -> (WorkCounts, (Range<usize>, usize)),
+    ) -> WorkCounts {
+        let (work, (blocks, found)) = query(Blocks::new(visible.masks_for(self.ids_end())));
+        visible.note_filled(blocks, found);
+        work
+    }
+
+    /// Sets the masks of an empty set to all polygons in the tree, without those outside of the frustum. The set has to note them.
+    fn take_outside_out(&self, top: u32, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
+        let end = self.ids_end();
+        if !self.ids.are_scattered() {
+            return self.look_for_outside(top, planes, visible.masks_for(end), 0);
+        }
+        visible.with_list(self.len, |visible, singles| {
+            let masks = visible.masks_for(end);
+            let answer = Listing::new(Outside::new(masks, 0, &self.ids), singles);
+            let (work, _) = self.backend.run(Cull { osp: self, top, planes, answer });
+            for id in singles {
+                masks[id.index() / BLOCK] &= !(1 << (id.index() % BLOCK));
+            }
+            work
+        })
     }
 
     /// The numbers of all polygons lie below, those of the open block, too.

@@ -184,14 +184,6 @@ pub(super) struct Below {
     pub(super) planes: u8,
 }
 
-/// A page inside every plane, found in the tree.
-#[derive(Clone, Copy)]
-struct Whole {
-    number: u32,
-    runs: u8,
-    single: bool,
-}
-
 /// A run that planes cut.
 #[derive(Clone, Copy)]
 struct CutRun<'a> {
@@ -212,8 +204,8 @@ pub(super) const LIST: usize = 16;
 pub(super) const BUCKETS_WAIT: usize = 8;
 pub(super) const PAGES_WAIT: usize = 12;
 
-/// Whole pages that wait; a bucket adds sixteen at most, which still fit into a queue of 32.
-pub(super) const WHOLE_WAIT: usize = 14;
+/// Buckets inside every plane that wait for their pages' cache lines.
+const WHOLE_WAIT: usize = 1;
 
 /// Nodes that wait at most: seven at each level, and the chain of levels on top.
 pub(super) const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
@@ -227,7 +219,7 @@ struct Walk<'a, K, A> {
     /// Polygons reported after a test of their own.
     tested: u64,
     buckets: Waiting<Below, 32>,
-    whole: Waiting<Whole, 32>,
+    whole: Waiting<u32, 4>,
     pages: Waiting<Below, 32>,
     /// The runs that one plane cuts, by plane, and those that several cut.
     cut: [List<CutRun<'a>, 32>; 7],
@@ -343,7 +335,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
             self.wait_for_bucket(Below { number: bucket.next, planes });
         }
         if planes == 0 {
-            self.whole_bucket(bucket);
+            self.whole_bucket(number, bucket);
             return;
         }
         let sides = self.planes.sides16(self.kernel, planes, &bucket.boxes);
@@ -360,34 +352,38 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     /// Takes all pages of a bucket without a test, when they have come from memory. Of pages of single polygons only
     /// the ids are read.
     #[inline(always)]
-    fn whole_bucket(&mut self, bucket: &Bucket) {
+    fn whole_bucket(&mut self, number: u32, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
         self.work.nodes += pages.len() as u64;
         for (i, &number) in pages.iter().enumerate() {
-            let single = bucket.single >> i & 1 == 1;
             // SAFETY: it is a child of an entry found in the tree.
             let page: *const Page = unsafe { self.osp.known_page(number) };
-            if single {
+            if bucket.single >> i & 1 == 1 {
                 prefetch_lines::<1, _>(page)
             } else {
                 prefetch_lines::<2, _>(page)
             }
-            self.whole.push(Whole { number, runs: bucket.counts[i], single });
         }
-        while self.whole.len() > WHOLE_WAIT {
+        self.whole.push(number);
+        if self.whole.len() > WHOLE_WAIT {
             self.next_whole();
         }
     }
 
     #[inline(always)]
     fn next_whole(&mut self) {
-        let Whole { number, runs, single } = self.whole.pop();
         // SAFETY: every waiting entry was found in the tree.
-        let page = unsafe { self.osp.known_page(number) };
-        if single {
-            self.answer.single(self.kernel, page, u32::from(runs));
-        } else {
-            self.answer.page(self.kernel, page, u32::from(runs));
+        let bucket = unsafe { self.osp.known_bucket(self.whole.pop()) };
+        let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
+        for (i, &number) in pages.iter().enumerate() {
+            // SAFETY: as above.
+            let page = unsafe { self.osp.known_page(number) };
+            let runs = u32::from(bucket.counts[i]);
+            if bucket.single >> i & 1 == 1 {
+                self.answer.single(self.kernel, page, runs);
+            } else {
+                self.answer.page(self.kernel, page, runs);
+            }
         }
     }
 
@@ -414,8 +410,14 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
         // SAFETY: as above.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
-        let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         count(&mut self.work, u32::from(page.runs), planes);
+        if u32::from(page.exact) == page.used() {
+            let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
+            self.tested += u64::from((page.used() & !behind).count_ones());
+            self.answer.lanes(self.kernel, page, A::of_run(page.used(), behind));
+            return;
+        }
+        let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         let seen = page.used() & !sides.behind;
         // A run of one has its polygon's own box: it has had its test.
         let exact = u32::from(page.exact);

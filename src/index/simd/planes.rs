@@ -44,6 +44,21 @@ impl PlaneSet {
         all
     }
 
+    /// The boxes behind one of the planes of `mask`; of sixteen.
+    #[inline(always)]
+    pub(crate) fn behind16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> u32 {
+        let mut behind = 0;
+        let mut left = mask;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (low, _) = kernel.sides(&self.planes[i], &boxes.0[0], 0);
+            let (high, _) = kernel.sides(&self.planes[i], &boxes.0[1], 0);
+            behind |= low | high << 8;
+        }
+        behind
+    }
+
     /// How sixteen boxes in whole rows lie to the planes of `mask`.
     #[inline(always)]
     pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
