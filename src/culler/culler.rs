@@ -190,7 +190,7 @@ impl<K: Key> Culler<K> {
             let mask = camera.layers();
             if let (Some(hiding), Some(window)) = (&mut *hiding, camera.hiding_window()) {
                 let (in_view, drawn) = (&views.in_view[i], &mut views.drawn[i]);
-                let view = (window, camera.frustum());
+                let view = (i, window, camera.frustum());
                 views.is_thinned[i] = hiding.cull(filed, (layers, mask), view, in_view, drawn);
             }
             if !layers.sees_all(mask) {
@@ -204,7 +204,11 @@ impl<K: Key> Culler<K> {
     /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
     /// changes.
     pub fn frame(&self) -> Frame<'_, K> {
-        Frame::new(&self.keys, self.views.iter())
+        let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
+            let hiding = self.hiding.as_ref().filter(|_| is_thinned);
+            (in_view, drawn, hiding.and_then(|hiding| hiding.culler(camera)))
+        });
+        Frame::new(&self.keys, views)
     }
 
     /// The nearest object that a ray meets, and where. `hit` says where the ray meets an object itself, if it does, in lengths of

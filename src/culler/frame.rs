@@ -1,7 +1,11 @@
 use std::{fmt, ops::Index};
 
 use super::keys::{Key, Places};
-use crate::polygon::{PolygonId, VisibleBlocks};
+use crate::{
+    math::{Aabb, Sphere},
+    occlusion::{OcclusionCuller, Tested, Verdict},
+    polygon::{PolygonId, VisibleBlocks},
+};
 
 /// Cameras whose answers a frame holds without allocating.
 const FEW: usize = 8;
@@ -24,18 +28,20 @@ pub struct Seen<'a, K: Key> {
     in_view: &'a VisibleBlocks,
     drawn: &'a VisibleBlocks,
     keys: &'a K::Places,
+    /// Of a camera that hides by occluders, and has any in view.
+    culler: Option<&'a dyn OcclusionCuller>,
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// Each camera's objects in view, and those that are left of them where occluders hide some.
+    /// Each camera's objects in view, those of them that are left where occluders hide some, and what tests that.
     pub(super) fn new(
         keys: &'a K::Places,
-        views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks)>,
+        views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
     ) -> Self {
-        let nothing = Seen { in_view: &NOTHING, drawn: &NOTHING, keys };
+        let nothing = Seen { in_view: &NOTHING, drawn: &NOTHING, keys, culler: None };
         let mut frame = Self { first: [nothing; FEW], more: Vec::new(), len: 0 };
-        for (in_view, drawn) in views {
-            let seen = Seen { in_view, drawn, keys };
+        for (in_view, drawn, culler) in views {
+            let seen = Seen { in_view, drawn, keys, culler };
             match frame.first.get_mut(frame.len) {
                 Some(place) => *place = seen,
                 None => frame.more.push(seen),
@@ -109,6 +115,28 @@ impl<'a, K: Key> Seen<'a, K> {
         self.number(key).is_some_and(|number| self.in_view.contains(number))
     }
 
+    /// Whether the occluders of this frame hide all of a box that is in view, for sure: `false` means that it may be visible. The
+    /// box, world space, metres, need not be of an object: for a light, a sound or a stand-in of something that is not loaded. A box
+    /// that is not finite is never hidden. O(log occluders).
+    ///
+    /// Always `false` of a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
+    pub fn hides_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> bool {
+        let [min, max] = bounds.map(|corner| corner.into().into());
+        let bounds = Aabb::new(min, max);
+        bounds.is_valid() && self.is_hidden(|culler| culler.test_box(&bounds))
+    }
+
+    /// The same of a sphere. One with a negative radius, or that is not finite, is never hidden.
+    pub fn hides_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> bool {
+        let sphere = Sphere { center: center.into().into(), radius_m };
+        let is_finite = sphere.center.is_finite() && radius_m.is_finite() && radius_m >= 0.0;
+        is_finite && self.is_hidden(|culler| culler.test_sphere(&sphere))
+    }
+
+    fn is_hidden(&self, test: impl Fn(&dyn OcclusionCuller) -> Tested) -> bool {
+        self.culler.is_some_and(|culler| test(culler).verdict == Verdict::Hidden)
+    }
+
     fn number(&self, key: K) -> Option<PolygonId> {
         self.keys.number(self.keys.slot(key)?)
     }
@@ -162,8 +190,11 @@ impl Views {
         }
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks)> {
+    /// By camera what is in view, what is drawn, and whether occluders hide some.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks, bool)> {
         let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_thinned);
-        drawn.map(|((in_view, drawn), &is_thinned)| (in_view, if is_thinned { drawn } else { in_view }))
+        drawn.map(|((in_view, drawn), &is_thinned)| {
+            (in_view, if is_thinned { drawn } else { in_view }, is_thinned)
+        })
     }
 }

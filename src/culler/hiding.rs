@@ -3,7 +3,9 @@ use std::collections::BTreeMap;
 use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
-    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionConfig, ViewOcclusion, remove_hidden},
+    occlusion::{
+        CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, ViewOcclusion, remove_hidden,
+    },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
@@ -19,7 +21,9 @@ pub(super) struct Hiding {
     has_occluder: ById<bool>,
     changes: Vec<Change>,
     pool: OccluderPool,
-    view: ViewOcclusion,
+    config: OcclusionConfig,
+    /// By camera of a frame.
+    views: Vec<ViewOcclusion>,
 }
 
 /// What an object hides by.
@@ -44,8 +48,8 @@ impl Hiding {
             has_occluder: ById::new(false),
             changes: Vec::new(),
             pool: OccluderPool::new(config.pool),
-            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
-            view: ViewOcclusion::new(Occlusion::Msvbsp, &config),
+            config,
+            views: Vec::new(),
         }
     }
 
@@ -115,13 +119,18 @@ impl Hiding {
         self.changes.clear();
     }
 
+    /// The culler of a camera for which [`Hiding::cull`] was the last to build one.
+    pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
+        self.views.get(camera).map(ViewOcclusion::culler)
+    }
+
     /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. What is hidden by an object that a camera on these
     /// layers does not see would be missing: then nothing is hidden.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,
         (layers, mask): (&Layers, u32),
-        (window, frustum): (&ViewWindow, &Frustum),
+        (camera, window, frustum): (usize, &ViewWindow, &Frustum),
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
@@ -129,12 +138,17 @@ impl Hiding {
         if self.of_object.is_empty() || !sees_all() {
             return false;
         }
-        self.view.select(&self.pool, &self.surfaces, window);
-        if self.view.selector().chosen().is_empty() {
+        if self.views.len() <= camera {
+            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
+            self.views.resize_with(camera + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
+        }
+        let view = &mut self.views[camera];
+        view.select(&self.pool, &self.surfaces, window);
+        if view.selector().chosen().is_empty() {
             return false;
         }
-        self.view.build(window);
-        let culler = self.view.culler();
+        view.build(window);
+        let culler = view.culler();
         remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
         true
     }

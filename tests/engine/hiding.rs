@@ -68,6 +68,12 @@ fn a_wall_hides_two_thousand_meshes_in_the_first_frame() {
     assert!(frame[0].iter().eq([9000]), "the wall itself is drawn");
     assert!(!frame[0].contains(5) && frame[0].is_in_view(5));
     assert_eq!((frame[1].len(), frame[1].hidden()), (2001, 0), "occlusion is a view's");
+    let behind = [[-0.1_f32, -0.1, -6.0], [0.1, 0.1, -5.0]];
+    assert!(frame[0].hides_box(behind) && frame[0].hides_sphere([0.0_f32, 0.0, -6.0], 0.5));
+    assert!(!frame[1].hides_box(behind), "occlusion is a view's");
+    assert!(!frame[0].hides_box([[-0.1_f32, -0.1, -4.5], [0.1, 0.1, -3.5]]), "the wall cuts it");
+    assert!(!frame[0].hides_box([[f32::NAN; 3]; 2]) && !frame[0].hides_box([behind[1], behind[0]]));
+    assert!(!frame[0].hides_sphere([0.0_f32, 0.0, -6.0], f32::NAN));
 
     // Whoever does not see the wall sees what is behind it; so does everybody once it has moved, has gone, or was refused.
     let hidden =
@@ -135,7 +141,7 @@ fn a_camera_far_from_the_origin_and_one_without_a_far_plane_hide_by_a_wall() {
 #[test]
 fn no_hidden_object_can_be_seen_by_a_ray() {
     let mut rng = Rng(5);
-    let mut hidden = 0;
+    let (mut hidden, mut hidden_boxes, mut hidden_spheres) = (0, 0, 0);
     for scene in 0..12 {
         let room = Aabb::new(Vec3::new(-8.0, -6.0, -30.0), Vec3::new(8.0, 6.0, -3.0));
         let mut culler = Culler::<usize>::new();
@@ -207,8 +213,23 @@ fn no_hidden_object_can_be_seen_by_a_ray() {
                 }
                 assert_eq!(seen.hidden(), count);
                 hidden += count;
+                // Boxes and spheres that are no objects.
+                for _ in 0..100 {
+                    let (center, half_m) = (rng.point(&room), rng.range(0.0, 0.6));
+                    let bounds = Aabb::cube(center, 2.0 * half_m);
+                    if seen.hides_box([bounds.min, bounds.max]) {
+                        hidden_boxes += 1;
+                        assert_eq!(shown(eye, &bounds, &triangles, &mut rng), 0, "scene {scene}, {bounds:?}");
+                    }
+                    if seen.hides_sphere(center, half_m) {
+                        hidden_spheres += 1;
+                        let inside = Aabb::cube(center, 2.0 * half_m / 3.0_f32.sqrt());
+                        assert_eq!(shown(eye, &inside, &triangles, &mut rng), 0, "scene {scene}, {inside:?}");
+                    }
+                }
             }
         }
     }
     assert!(hidden > 2000, "{hidden}");
+    assert!(hidden_boxes > 500 && hidden_spheres > 500, "{hidden_boxes} and {hidden_spheres}");
 }
