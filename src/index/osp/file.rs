@@ -1,11 +1,10 @@
-//! Inserting runs: placing, appending, widening the boxes above, splitting.
+//! Inserting runs: placing, appending, widening the boxes above.
 
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
     index::Osp,
     layout::{Bucket, Link, Node, OWN, Run, TakenRun, Target},
     pool::NONE,
-    tuning::LEAF_RUNS,
 };
 use crate::{
     index::simd::{Halves, Wide, prefetch_lines},
@@ -88,17 +87,6 @@ impl Osp {
         } else if leaf.runs >= leaf.pack_at {
             self.let_wait_for_packing(head);
         }
-    }
-
-    /// Inserts all runs anew, now that they are too many to be kept at the top.
-    fn build_tree(&mut self) {
-        self.is_flat = false;
-        self.shape += 1;
-        let head = std::mem::replace(&mut self.nodes[self.top].own, NONE);
-        self.take_apart(head, |osp, (run, bounds, loose)| {
-            let bounds = Wide::from_box(&bounds);
-            osp.file(run, bounds, osp.way(bounds), loose);
-        });
     }
 
     /// The bucket that is missing on a run's way: a leaf, or the list of the straddlers.
@@ -266,26 +254,29 @@ impl Osp {
         self.ids.set_place(run.first / 16, run.lanes(), place);
     }
 
+    /// Moves what a chain's first bucket holds to a second one: whatever points to the first stays right.
+    pub(super) fn empty_first(&mut self, head: u32) {
+        let full = self.buckets.take();
+        // The chain waits by its first bucket.
+        self.buckets[full] = Bucket { prev: head, waits: false, divides: false, ..self.buckets[head] };
+        let Bucket { next: after, pages, page_count, .. } = self.buckets[full];
+        if after != NONE {
+            self.buckets[after].prev = full;
+        }
+        for &page in &pages[..page_count as usize] {
+            self.pages[page].bucket = full;
+        }
+        let bucket = &mut self.buckets[head];
+        bucket.next = full;
+        (bucket.page_count, bucket.single, bucket.counts) = (0, 0, [0; 16]);
+        (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Halves::EMPTY);
+        (bucket.last, bucket.last_bounds) = (NONE, Wide::EMPTY);
+    }
+
     /// An empty page at the end of a chain's first bucket.
     fn new_page(&mut self, head: u32) -> u32 {
         if self.buckets[head].page_count == 16 {
-            // The first bucket is full: what it holds moves to a second one, so that whatever points to the first
-            // stays right.
-            let full = self.buckets.take();
-            // What waits to be packed is the chain, by its first bucket.
-            self.buckets[full] = Bucket { prev: head, waits: false, ..self.buckets[head] };
-            let after = self.buckets[full].next;
-            if after != NONE {
-                self.buckets[after].prev = full;
-            }
-            for i in 0..16 {
-                let page = self.buckets[head].pages[i];
-                self.pages[page].bucket = full;
-            }
-            let bucket = &mut self.buckets[head];
-            bucket.next = full;
-            (bucket.page_count, bucket.single, bucket.counts) = (0, 0, [0; 16]);
-            (bucket.bounds, bucket.boxes) = (Wide::EMPTY, Halves::EMPTY);
+            self.empty_first(head);
         }
         let page_number = self.pages.take();
         let bucket = &mut self.buckets[head];
@@ -309,66 +300,6 @@ impl Osp {
             }
             (at, slot) = (node.parent, node.slot);
         }
-    }
-
-    /// Makes a node of a leaf that holds too many runs.
-    /// * Most of them are short enough for a smaller cell: they are moved to the node's children.
-    /// * Most are as long as the cell: wait until there are twice as many.
-    /// * ... and there are: the whole leaf becomes the node's straddlers as it is, and what comes from now on goes to
-    ///   the children.
-    ///
-    /// So no split ever moves more than twice [`LEAF_RUNS`] runs.
-    fn try_split(&mut self, head: u32) {
-        let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
-        if slot == OWN || shift == 0 {
-            self.buckets[head].split_at = u32::MAX;
-        } else if movable >= runs - runs / 2 {
-            self.split(head);
-        } else if runs <= LEAF_RUNS * 2 {
-            self.buckets[head].split_at = LEAF_RUNS * 2;
-        } else {
-            self.adopt(head);
-        }
-    }
-
-    /// Puts a new node in the place of a leaf.
-    fn node_for(&mut self, head: u32) -> u32 {
-        let Bucket { parent, slot, shift, .. } = self.buckets[head];
-        let cell = self.cell_of_slot(parent, slot);
-        let number = self.nodes.take();
-        let node = &mut self.nodes[number];
-        (node.shift, node.key, node.parent, node.slot) = (shift, cell, parent, slot);
-        self.set_child(parent, slot, Link::node(number), &cell);
-        self.count_node(parent, slot, 1);
-        self.shape += 1;
-        number
-    }
-
-    /// Notes that so many nodes have come below a slot, or have gone.
-    pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
-        let (mut at, mut slot) = (node, slot);
-        while at != NONE {
-            let node = &mut self.nodes[at];
-            let count = &mut node.nodes_below[slot as usize];
-            *count = count.wrapping_add_signed(change);
-            (at, slot) = (node.parent, node.slot);
-        }
-    }
-
-    fn adopt(&mut self, head: u32) {
-        let number = self.node_for(head);
-        self.nodes[number].own = head;
-        let mut at = head;
-        while at != NONE {
-            let bucket = &mut self.buckets[at];
-            (bucket.parent, bucket.slot, bucket.shift, bucket.split_at) = (number, OWN, 0, u32::MAX);
-            at = bucket.next;
-        }
-    }
-
-    fn split(&mut self, head: u32) {
-        let number = self.node_for(head);
-        self.take_apart(head, |osp, run| osp.move_down(number, run));
     }
 
     /// Gives a chain of buckets back, handing its runs out.
@@ -409,30 +340,6 @@ impl Osp {
         let page = &self.pages[number];
         for &first in &page.first[..usize::from(page.runs)] {
             self.ids.prefetch_detail(first / 16);
-        }
-    }
-
-    /// Puts a run where it belongs at a new node.
-    fn move_down(&mut self, number: u32, (run, bounds, loose): TakenRun) {
-        let Node { shift, key: cell, children, own, .. } = self.nodes[number];
-        let wide = Wide::from_box(&bounds);
-        let key = self.grid.key(wide);
-        // A run whose box has shrunk may have its centre in another cell by now; it stays with this one.
-        let key = if grid::same_cell(&key, &cell, shift) { key } else { cell };
-        let level = self.grid.level_for(wide);
-        let slot = if level >= shift { OWN } else { grid::octant(&key, shift) as u32 };
-        let link = if slot == OWN { Link::NONE } else { children[slot as usize] };
-        let bucket = match link.target() {
-            Target::Leaf(bucket) => bucket,
-            _ if slot == OWN && own != NONE => own,
-            _ => self.new_bucket(number, slot, &key),
-        };
-        let place = self.append(bucket, run, wide, level);
-        if loose {
-            self.mark_loose(place);
-        }
-        if slot != OWN {
-            self.nodes[number].boxes.widen(slot as usize, &bounds);
         }
     }
 

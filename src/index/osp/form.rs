@@ -3,6 +3,7 @@
 use super::{
     index::{CHANGES_BETWEEN, Osp},
     linear::Linear,
+    movers::OWN_GROUP,
     pool::NONE,
 };
 use crate::{
@@ -17,17 +18,24 @@ const BACK_TO_LINEAR: usize = 2;
 impl Osp {
     /// Whether what is in the tree should be a plain list.
     pub(super) fn is_small(&self) -> bool {
-        self.ids.blocks() < self.linear_blocks / BACK_TO_LINEAR
+        self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
-    /// Moves all polygons from the plain list to the tree.
+    /// Begins a tree. The blocks of the plain list are put into it at once, or become flat rows beside it, which commits put into
+    /// it bit by bit.
     #[inline(never)]
-    pub(super) fn make_tree(&mut self) {
+    pub(super) fn make_tree(&mut self, is_at_once: bool) {
         self.is_linear = false;
         let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0));
         for (number, lanes, boxes) in linear.blocks() {
-            self.open.begin_with(number, lanes, boxes);
-            self.close_block();
+            let count = lanes.count_ones() as usize;
+            if !is_at_once && count >= OWN_GROUP {
+                self.movers.take_block(number, lanes, boxes);
+                self.len -= count;
+            } else {
+                self.open.begin_with(number, lanes, boxes);
+                self.close_block();
+            }
         }
         linear.clear();
         self.linear = linear;

@@ -58,6 +58,8 @@ pub struct Osp {
     pub(super) queue: u32,
     /// Leaves that wait to be packed.
     pub(super) to_pack: VecDeque<u32>,
+    /// Straddlers that wait to be moved to the children of their node.
+    pub(super) to_divide: VecDeque<u32>,
     /// Runs inserted since the last commit.
     pub(super) came: u32,
     /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
@@ -108,6 +110,7 @@ impl Osp {
             taken: Vec::with_capacity(MOST_TAKEN),
             queue: NONE,
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
+            to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             came: 0,
             movers: Movers::with_room_for(config.room()),
             clock: 0,
@@ -130,7 +133,7 @@ impl Osp {
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
         self.linear_blocks = blocks;
         if self.is_linear && (blocks == 0 || self.linear.len() > blocks) {
-            self.make_tree();
+            self.make_tree(true);
         }
         self
     }
@@ -196,14 +199,26 @@ impl Osp {
             let mut gathered = self.gathered.take().unwrap_or_default();
             self.open.gather(&mut gathered);
             let store = self.ids.file_block(&self.open, gathered.shared);
-            let runs = &mut gathered.runs[..gathered.count];
-            for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
-                run.store = store;
-            }
-            self.file_runs(runs);
-            self.gathered = Some(gathered);
+            self.file_gathered(gathered, store);
         }
         self.open.close();
+    }
+
+    /// Inserts the runs of some polygons of a block that is not open.
+    pub(super) fn file_block(&mut self, block: &OpenBlock) {
+        let mut gathered = self.gathered.take().unwrap_or_default();
+        block.gather(&mut gathered);
+        let store = self.ids.file_block(block, gathered.shared);
+        self.file_gathered(gathered, store);
+    }
+
+    fn file_gathered(&mut self, mut gathered: Box<Gathered>, store: u32) {
+        let runs = &mut gathered.runs[..gathered.count];
+        for (run, _) in runs.iter_mut().filter(|(run, _)| run.mask != 1) {
+            run.store = store;
+        }
+        self.file_runs(runs);
+        self.gathered = Some(gathered);
     }
 
     /// The polygons of a block that are kept in the open one.
@@ -262,11 +277,11 @@ impl SpatialIndex for Osp {
         if self.is_linear {
             match self.linear.insert(id.0, bounds, self.linear_blocks) {
                 Inserted::Done => {
-                    self.len += 1;
+                    (self.len, self.came) = (self.len + 1, self.came + 1);
                     return Ok(());
                 }
                 Inserted::Present => return Err(IndexError::Duplicate(id)),
-                Inserted::Full => self.make_tree(),
+                Inserted::Full => self.make_tree(self.came >= AT_ONCE),
             }
         }
         let (block, lane) = (id.0 / 16, id.index() % 16);
@@ -339,16 +354,20 @@ impl SpatialIndex for Osp {
     }
 
     fn commit(&mut self) {
-        self.settle();
+        let came = self.came;
+        self.settle(came);
         if self.is_linear {
             self.linear.commit();
+            self.came = 0;
             return;
         }
         if self.queue != NONE {
             self.keep_up(UPKEEP_PER_COMMIT + self.removals);
         }
-        self.pack_some();
-        self.removals = 0;
+        self.divide_some(came);
+        self.pack_some(came);
+        // Without what was put elsewhere.
+        (self.came, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
             self.make_room();
@@ -425,7 +444,7 @@ impl SpatialIndex for Osp {
             + self.ids.bytes()
             + self.linear.bytes()
             + self.movers.bytes()
-            + self.to_pack.capacity() * size_of::<u32>()
+            + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
     }
 
     fn clear(&mut self) {
@@ -437,6 +456,9 @@ impl SpatialIndex for Osp {
         self.len = 0;
     }
 }
+
+/// Polygons that came since the last commit from which on a plain list becomes a tree at once.
+const AT_ONCE: u32 = 64;
 
 /// Blocks closed between two looks at the room that is left.
 pub(super) const CHANGES_BETWEEN: u32 = 64;
@@ -466,6 +488,7 @@ impl Osp {
         self.ids.clear();
         self.open.close();
         self.to_pack.clear();
+        self.to_divide.clear();
         (self.queue, self.removals, self.came) = (NONE, 0, 0);
         self.shape += 1;
         self.init_root();

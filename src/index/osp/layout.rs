@@ -127,6 +127,10 @@ pub(super) struct Bucket {
     pub(super) single: u16,
     /// First of the chain only: whether it waits to be packed.
     pub(super) waits: bool,
+    /// First of the chain only: whether those behind it wait to be moved to the node's children.
+    pub(super) divides: bool,
+    /// Whether its runs wait to be moved to the node's children.
+    pub(super) drains: bool,
     /// First of the chain only: runs at which it is packed next.
     pub(super) pack_at: u32,
     pub(super) pages: [u32; 16],
@@ -154,6 +158,8 @@ impl Pooled for Bucket {
         counts: [0; 16],
         single: 0,
         waits: false,
+        divides: false,
+        drains: false,
         pack_at: super::tuning::PACKED_FIRST,
         pages: [NONE; 16],
         boxes: Halves::EMPTY,

@@ -20,6 +20,7 @@
 //!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
 //! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
 //! * If most is, the walk looks for what is hidden and takes it out of all ids: of what is seen, nothing is read (`plan.rs`).
+//! * A leaf that is full is divided in shares of a frame (`divide.rs`).
 //! * Leaves of polygons that arrive in no order are packed in the order of space, few in a frame (`order.rs`).
 //! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
 //!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
@@ -41,6 +42,7 @@
 mod adjust;
 mod announce;
 mod answer;
+mod divide;
 mod file;
 mod form;
 mod grid;

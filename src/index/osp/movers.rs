@@ -4,6 +4,7 @@
 //! A block of sixteen ids of which many move has a group of its own, with a lane for each id: what follows each other by
 //! number is written and found together. Those of other blocks share groups in the order in which they came.
 
+use super::tuning::LINEAR_BLOCKS;
 use crate::{
     index::simd::{Boxes, Wide},
     math::Aabb,
@@ -12,7 +13,7 @@ use crate::{
 
 /// Moving polygons of a block from which on it has a group of its own. Fewer: such groups have more empty lanes, which are
 /// tested in vain.
-const OWN_GROUP: usize = 8;
+pub(super) const OWN_GROUP: usize = 8;
 
 /// A group of a block is given up when fewer than this are left in it. Less than half of [`OWN_GROUP`], so that what stops
 /// and starts at the border is not copied in turn.
@@ -209,9 +210,9 @@ impl Movers {
     pub(super) fn with_room_for(polygons: usize) -> Self {
         // In a browser memory that is reserved counts as used.
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
-        let groups = polygons / BLOCK + 1;
+        let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
         let (own, blocks) = (Groups::with_room_for(groups), Vec::with_capacity(groups));
-        Self {
+        let mut movers = Self {
             // Numbers of what came in the place of something else are new.
             slots: Slots::with_room_for(2 * polygons),
             own,
@@ -222,7 +223,13 @@ impl Movers {
             ids_end: 0,
             most: [0; 3],
             unlooked: [0; 2],
+        };
+        if polygons > 0 {
+            // The memory for a plain list is written to here, so that no frame waits for it.
+            (0..LINEAR_BLOCKS as u32).for_each(|block| movers.take_block(block, u16::MAX, &Boxes::EMPTY));
+            movers.clear();
         }
+        movers
     }
 
     pub(super) fn clear(&mut self) {
@@ -337,6 +344,21 @@ impl Movers {
         if count >= OWN_GROUP {
             self.give_own_group(block);
         }
+    }
+
+    /// Takes in at least [`OWN_GROUP`] polygons of a block of which none is here. They count as resting.
+    pub(super) fn take_block(&mut self, block: u32, lanes: u16, boxes: &Boxes<BLOCK>) {
+        let group = self.blocks.len();
+        self.own.push();
+        self.blocks.push(block);
+        (self.own.boxes[group], self.own.lanes[group]) = (*boxes, lanes);
+        for lane in lanes_of(lanes) {
+            self.slots.set(id_in(block, lane), Some(Slot::own(group, lane)));
+        }
+        self.len += lanes.count_ones() as usize;
+        self.ids_end = self.ids_end.max((block as usize + 1) * BLOCK);
+        self.most[1] = self.most[1].max(self.blocks.len());
+        self.most[2] = self.most[2].max(self.ids_end);
     }
 
     /// The ids of a block that are here, and their slots.

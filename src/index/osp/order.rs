@@ -42,8 +42,7 @@ impl Osp {
     }
 
     /// Packs a few of the leaves that wait.
-    pub(super) fn pack_some(&mut self) {
-        let came = std::mem::take(&mut self.came);
+    pub(super) fn pack_some(&mut self, came: u32) {
         for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
             // It may be gone, be another bucket now, or hold other runs.
@@ -58,7 +57,8 @@ impl Osp {
 
     /// Gives a bucket back.
     pub(super) fn give_bucket(&mut self, number: u32) {
-        self.buckets[number].waits = false;
+        let bucket = &mut self.buckets[number];
+        (bucket.waits, bucket.divides, bucket.drains) = (false, false, false);
         self.buckets.give(number);
     }
 
@@ -182,6 +182,9 @@ mod tests {
         for (id, bounds) in boxes(true) {
             osp.insert(id, &bounds).expect("a finite box, each id once");
             osp.to_pack.clear();
+            if id.0 % 16 == 15 {
+                osp.commit();
+            }
         }
         osp
     }

@@ -164,7 +164,7 @@ impl Osp {
     }
 
     /// Takes a page out of its bucket; the bucket's last page takes its place.
-    fn detach_page(&mut self, page_number: u32) {
+    pub(super) fn detach_page(&mut self, page_number: u32) {
         let (bucket_number, at) = (self.pages[page_number].bucket, usize::from(self.pages[page_number].at));
         let bucket = &mut self.buckets[bucket_number];
         bucket.page_count -= 1;
@@ -204,7 +204,7 @@ impl Osp {
 
     /// After a bucket's pages have changed: removes it if it is empty, joins it with its neighbour, makes the boxes
     /// above fit.
-    fn settle_bucket(&mut self, bucket: u32) {
+    pub(super) fn settle_bucket(&mut self, bucket: u32) {
         let head = self.chain_head(bucket);
         let Bucket { parent, slot, .. } = self.buckets[head];
         self.join_bucket(bucket);
@@ -228,7 +228,9 @@ impl Osp {
         for (into, from) in [(prev, bucket), (bucket, next)] {
             if into != NONE && from != NONE {
                 let counts = (self.buckets[into].page_count, self.buckets[from].page_count);
-                if page_count <= 8 && counts.0 + counts.1 <= 16 {
+                // What waits to be moved to the node's children keeps apart from what stays.
+                let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
+                if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
                     self.pour(from, into);
                     return;
                 }

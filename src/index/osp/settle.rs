@@ -1,7 +1,7 @@
 //! Which polygons are kept in flat rows beside the tree: those that move in frame after frame. They go back when they have
 //! rested. A caller need not tell which will move.
 
-use super::{index::Osp, linear::Inserted};
+use super::{index::Osp, linear::Inserted, open::OpenBlock};
 use crate::{
     index::simd::Wide,
     polygon::{BLOCK, PolygonId},
@@ -29,8 +29,8 @@ impl Osp {
         }
     }
 
-    /// Puts a bounded number of polygons that have rested back.
-    pub(super) fn settle(&mut self) {
+    /// Puts a bounded number of polygons that have rested back: more, if many came since the last commit.
+    pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
             return;
@@ -42,30 +42,50 @@ impl Osp {
             self.round = self.clock;
             self.movers.begin_round();
         }
-        for _ in 0..GROUPS_A_COMMIT + self.movers.group_count() / GROUPS_SHARE {
+        let share = self.movers.group_count() / GROUPS_SHARE + came as usize / BLOCK;
+        for _ in 0..GROUPS_A_COMMIT + share {
             if self.movers.is_round_over() {
                 return;
             }
             let (resting, count) = self.movers.next_resting();
-            for &id in &resting[..count] {
-                if let Some(bounds) = self.movers.remove(id) {
-                    self.put_back(id, Wide::from_box(&bounds));
+            self.put_back(&resting[..count]);
+        }
+    }
+
+    /// Puts polygons of a group into the tree or the list.
+    fn put_back(&mut self, resting: &[PolygonId]) {
+        for of_block in resting.chunk_by(|a, b| a.0 / 16 == b.0 / 16) {
+            let number = of_block[0].0 / 16;
+            let is_apart = of_block.len() > 1 && !self.is_linear && !self.open.is(number);
+            let mut block = OpenBlock::new();
+            block.begin(number, self.ids.filed(number));
+            for &id in of_block {
+                let Some(bounds) = self.movers.remove(id) else { continue };
+                let bounds = Wide::from_box(&bounds);
+                self.upkeep.filed += 1;
+                if is_apart {
+                    // The block that is being drawn stays open.
+                    block.add(id.index() % BLOCK, bounds);
+                    self.len += 1;
+                } else if !self.put_into_list(id, bounds) {
+                    self.put(number, id.index() % BLOCK, bounds);
                 }
+            }
+            if is_apart {
+                self.file_block(&block);
             }
         }
     }
 
-    fn put_back(&mut self, id: PolygonId, bounds: Wide) {
-        if self.is_linear {
-            match self.linear.insert(id.0, bounds, self.linear_blocks) {
-                Inserted::Full => self.make_tree(),
-                _ => {
-                    self.len += 1;
-                    return;
-                }
-            }
+    /// Puts a polygon into the plain list, if there is one and it has room.
+    fn put_into_list(&mut self, id: PolygonId, bounds: Wide) -> bool {
+        if !self.is_linear {
+            return false;
         }
-        self.put(id.0 / BLOCK as u32, id.index() % BLOCK, bounds);
-        self.upkeep.filed += 1;
+        match self.linear.insert(id.0, bounds, self.linear_blocks) {
+            Inserted::Full => self.make_tree(true),
+            _ => self.len += 1,
+        }
+        self.is_linear
     }
 }

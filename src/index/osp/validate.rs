@@ -186,6 +186,8 @@ impl Osp {
             ensure!((bucket.parent, bucket.slot) == (node, slot), "bucket {at} hangs elsewhere");
             ensure!(bucket.prev == before, "bucket {at} does not know the one before it");
             ensure!(at == head || !bucket.waits, "bucket {at} waits to be packed and is not the first");
+            ensure!(!bucket.drains || at != head && slot == OWN, "bucket {at} waits to be moved to children");
+            ensure!(at == head || !bucket.divides, "bucket {at} divides and is not the first");
             let mut fresh = *bucket;
             fresh.refresh();
             let kept = (bucket.bounds, bucket.last, bucket.last_bounds);
@@ -211,6 +213,7 @@ impl Osp {
             (before, at) = (at, bucket.next);
         }
         let first = &self.buckets[head];
+        ensure!(!first.divides || self.to_divide.contains(&head), "list {head} divides and does not wait");
         ensure!(found.runs == first.runs, "leaf {head}: {} runs found, {} counted", found.runs, first.runs);
         ensure!(found.polygons == first.polygons, "leaf {head} counts its polygons wrongly");
         Ok(found)

@@ -1,0 +1,157 @@
+//! Dividing a leaf that is full, in shares of a frame. A new node takes the whole leaf over as its straddlers, so that queries
+//! find every run as before; the commits that follow move them to the node's children.
+
+use super::{
+    index::Osp,
+    layout::{Bucket, Link, OWN, Run},
+    pool::NONE,
+    tuning::LEAF_RUNS,
+};
+use crate::{index::simd::Wide, math::Aabb};
+
+/// Runs that a commit moves at most: a page, and twice as many as came since the last commit.
+const MOVED_A_COMMIT: u32 = 16;
+const MOVED_FOR_EACH: u32 = 2;
+
+impl Osp {
+    /// Makes a node of a leaf that holds too many runs.
+    /// * Most of them are short enough for a smaller cell: commits move them to the node's children.
+    /// * Most are as long as the cell: wait until there are twice as many.
+    /// * ... and there are: the whole leaf becomes the node's straddlers as it is, and what comes from now on goes to
+    ///   the children.
+    ///
+    /// So a node never waits for more than twice [`LEAF_RUNS`] runs to be moved.
+    pub(super) fn try_split(&mut self, head: u32) {
+        let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
+        if slot == OWN || shift == 0 {
+            self.buckets[head].split_at = u32::MAX;
+        } else if movable >= runs - runs / 2 {
+            self.adopt(head);
+            self.divide(head);
+        } else if runs <= LEAF_RUNS * 2 {
+            self.buckets[head].split_at = LEAF_RUNS * 2;
+        } else {
+            self.adopt(head);
+        }
+    }
+
+    /// Puts a new node in the place of a leaf.
+    fn node_for(&mut self, head: u32) -> u32 {
+        let Bucket { parent, slot, shift, .. } = self.buckets[head];
+        let cell = self.cell_of_slot(parent, slot);
+        let number = self.nodes.take();
+        let node = &mut self.nodes[number];
+        (node.shift, node.key, node.parent, node.slot) = (shift, cell, parent, slot);
+        self.set_child(parent, slot, Link::node(number), &cell);
+        self.count_node(parent, slot, 1);
+        self.shape += 1;
+        number
+    }
+
+    /// Notes that so many nodes have come below a slot, or have gone.
+    pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
+        let (mut at, mut slot) = (node, slot);
+        while at != NONE {
+            let node = &mut self.nodes[at];
+            let count = &mut node.nodes_below[slot as usize];
+            *count = count.wrapping_add_signed(change);
+            (at, slot) = (node.parent, node.slot);
+        }
+    }
+
+    fn adopt(&mut self, head: u32) {
+        let number = self.node_for(head);
+        self.nodes[number].own = head;
+        let mut at = head;
+        while at != NONE {
+            let bucket = &mut self.buckets[at];
+            (bucket.parent, bucket.slot, bucket.shift, bucket.split_at) = (number, OWN, 0, u32::MAX);
+            at = bucket.next;
+        }
+    }
+
+    /// Makes a tree of the one list at the top, which is too long.
+    pub(super) fn build_tree(&mut self) {
+        self.is_flat = false;
+        self.shape += 1;
+        let head = self.nodes[self.top].own;
+        self.buckets[head].split_at = u32::MAX;
+        self.divide(head);
+    }
+
+    /// Lets the straddlers of a node wait to be moved to its children. What straddles stays.
+    fn divide(&mut self, head: u32) {
+        self.empty_first(head);
+        let mut at = self.buckets[head].next;
+        while at != NONE {
+            self.buckets[at].drains = true;
+            at = self.buckets[at].next;
+        }
+        self.buckets[head].divides = true;
+        self.to_divide.push_back(head);
+    }
+
+    /// Moves some of the runs that wait.
+    pub(super) fn divide_some(&mut self, came: u32) {
+        let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
+        while left > 0 {
+            let Some(&head) = self.to_divide.front() else { return };
+            match self.next_to_move(head) {
+                Some(bucket) => left = left.saturating_sub(self.move_page_down(head, bucket)),
+                None => _ = self.to_divide.pop_front(),
+            }
+        }
+    }
+
+    /// A bucket of the chain whose runs wait; none if all have been moved, or if the chain is gone.
+    fn next_to_move(&mut self, head: u32) -> Option<u32> {
+        while self.buckets[head].divides {
+            let mut at = self.buckets[head].next;
+            while at != NONE && !self.buckets[at].drains {
+                at = self.buckets[at].next;
+            }
+            if at == NONE {
+                self.buckets[head].divides = false;
+                // It may have kept no run.
+                self.settle_bucket(head);
+                return None;
+            }
+            if self.buckets[at].page_count > 0 {
+                return Some(at);
+            }
+            self.unlink_bucket(at);
+        }
+        None
+    }
+
+    /// Takes an empty bucket that is not the first out of its chain.
+    fn unlink_bucket(&mut self, bucket: u32) {
+        let Bucket { prev, next, .. } = self.buckets[bucket];
+        self.buckets[prev].next = next;
+        if next != NONE {
+            self.buckets[next].prev = prev;
+        }
+        self.give_bucket(bucket);
+    }
+
+    /// Inserts the runs of a bucket's last page anew; returns how many, at least one.
+    fn move_page_down(&mut self, head: u32, bucket: u32) -> u32 {
+        let Bucket { pages, page_count, .. } = self.buckets[bucket];
+        let page = pages[page_count as usize - 1];
+        let (count, loose) = (usize::from(self.pages[page].runs), self.pages[page].loose);
+        let mut runs = [(Run::NONE, Aabb::EMPTY); 16];
+        for (lane, run) in runs.iter_mut().enumerate().take(count) {
+            *run = self.pages.run(page, lane);
+        }
+        self.detach_page(page);
+        self.release_page(page);
+        let first = &mut self.buckets[head];
+        first.runs -= count as u32;
+        first.polygons -= runs.iter().map(|(run, _)| run.mask.count_ones()).sum::<u32>();
+        for (lane, (run, bounds)) in runs.into_iter().enumerate().take(count) {
+            let bounds = Wide::from_box(&bounds);
+            self.file(run, bounds, self.way(bounds), loose >> lane & 1 == 1);
+        }
+        (count as u32).max(1)
+    }
+}
