@@ -128,7 +128,7 @@ impl Below {
         let index = Osp::new(&IndexConfig { root, capacity: world.boxes.len() });
         let mut pipeline = Pipeline::new(Box::new(index), world.boxes.len(), StageClock::default());
         if hides {
-            let config = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
+            let config = PassConfig::new(Occlusion::Msvbsp);
             pipeline = pipeline.with_occlusion(config);
         }
         let all = (0..world.boxes.len() as u32).map(|id| Change::Insert(PolygonId(id)));

@@ -47,7 +47,7 @@ impl Variant {
         let root = Aabb::cube(bounds.center(), bounds.extent().max_element());
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
-        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
+        let mut pipeline = pipeline.with_occlusion(PassConfig::for_strokes(choice));
         pipeline.load(scene);
         Self {
             name,

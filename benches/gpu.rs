@@ -80,7 +80,7 @@ impl Measured {
         let index = IndexKind::Osp.create(&IndexConfig { root, capacity });
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         // What is culled on the adapter alone is culled by the frustum here.
-        let mut pipeline = method.add_to(pipeline, PassConfig::default());
+        let mut pipeline = method.add_to(pipeline, PassConfig::for_strokes(Occlusion::Auto));
         pipeline.load(scene);
         let histogram = || Histogram::new(3);
         let ns = [

@@ -95,10 +95,8 @@ fn main() {
     world.spawn(WALL, Object::Wall(wall));
 
     let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 4096 });
-    // To draw a mesh costs about 10 us, so that a test for each is worth it.
-    let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
     let culler = Pipeline::new(Box::new(index), 4096, StageClock::default());
-    let mut culler = culler.with_occlusion(occlusion);
+    let mut culler = culler.with_occlusion(PassConfig::new(Occlusion::Msvbsp));
 
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.1, 100.0);
     let view = View::look_at(Vec3::new(0.0, 1.6, 0.0), Vec3::new(0.0, 1.6, -5.0), projection);

@@ -109,8 +109,8 @@
 //!
 //! // The cube in which most things will lie, and how many will come: hints, not limits.
 //! let index = Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, 64.0), capacity: 1000 });
-//! // Drawing a mesh takes 10 microseconds, so the pass tests every mesh.
-//! let occlusion = PassConfig { polygon_ns: 10_000.0, ..PassConfig::new(Occlusion::Msvbsp) };
+//! // A mesh is taken to cost 10 microseconds to draw, so the pass tests every one.
+//! let occlusion = PassConfig::new(Occlusion::Msvbsp);
 //! let mut culler = Pipeline::new(Box::new(index), 1000, StageClock::default()).with_occlusion(occlusion);
 //! culler.load(&world);
 //!
@@ -187,7 +187,8 @@ pub mod polygon;
 pub mod view;
 
 pub use culler::{
-    ALL_LAYERS, Camera, CameraError, Culler, Dense, Depth, Frame, Key, Occluder, OccluderError, Refusal, Seen,
+    ALL_LAYERS, Camera, CameraError, Culler, Dense, Depth, Frame, Key, Missing, Occluder, OccluderError,
+    Oracle, OracleError, Refusal, Seen,
 };
 
 #[cfg(doctest)]

@@ -8,6 +8,8 @@ mod cameras;
 mod culler;
 #[path = "engine/hiding.rs"]
 mod hiding;
+#[path = "engine/oracle.rs"]
+mod oracle;
 
 use osp::{
     frame::{PassConfig, Pipeline, PreviousFramePass, StageClock},
@@ -120,6 +122,27 @@ fn what_the_engine_calls_a_wall_hides_and_nothing_else_does() {
         world.0[wall] = None;
         pipeline.frame(&world, &[Change::Remove(PolygonId(wall as u32))], &ahead());
         assert_eq!(pipeline.draw_list().len(), all, "{name:?}");
+    }
+}
+
+#[test]
+fn settings_that_name_nothing_but_the_method_hide_the_meshes_behind_a_wall() {
+    for (choice, meshes) in [(Occlusion::Msvbsp, 20), (Occlusion::Depth, 20), (Occlusion::Auto, 2000)] {
+        let mesh = |i: u32| {
+            let center = Vec3::new((i % 50) as f32 * 0.02 - 0.5, (i / 50) as f32 * 0.02 - 0.5, -6.0);
+            Some(Thing::Mesh(Aabb::cube(center, 0.02)))
+        };
+        let mut world = World((0..meshes).map(mesh).collect());
+        world.0.push(Some(Thing::Wall(square(2.0, 1.9))));
+        let index = Osp::new(&IndexConfig::default());
+        let pipeline = Pipeline::new(Box::new(index), 64, StageClock::default());
+        let mut pipeline = pipeline.with_occlusion(PassConfig::new(choice));
+        pipeline.load(&world);
+        for _ in 0..3 {
+            pipeline.frame(&world, &[], &ahead());
+        }
+        assert_eq!(pipeline.in_view().len(), meshes as usize + 1, "{}", choice.name());
+        assert!(pipeline.draw_list().ids().eq([PolygonId(meshes)]), "{}: only the wall", choice.name());
     }
 }
 

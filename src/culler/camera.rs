@@ -147,6 +147,15 @@ impl Camera {
         self.window.as_ref().filter(|_| self.hides)
     }
 
+    pub(super) fn world_from_clip(&self) -> &DMat4 {
+        &self.world_from_clip
+    }
+
+    /// Of the near and the far plane, clip space.
+    pub(super) fn depths(&self) -> (f64, f64) {
+        (self.near, self.far)
+    }
+
     pub(super) fn layers(&self) -> u32 {
         self.layers
     }

@@ -14,6 +14,7 @@ mod hiding;
 mod keys;
 mod layers;
 mod occluder;
+mod oracle;
 mod waiting;
 
 pub use camera::{ALL_LAYERS, Camera, CameraError, Depth};
@@ -21,3 +22,4 @@ pub use culler::{Culler, Refusal};
 pub use frame::{Frame, Seen};
 pub use keys::{Dense, Key};
 pub use occluder::{Occluder, OccluderError};
+pub use oracle::{Missing, Oracle, OracleError};

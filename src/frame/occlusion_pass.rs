@@ -30,9 +30,9 @@ pub struct PassConfig {
     pub choice: Occlusion,
     /// Most occluders of a frame; `None` is 64, and 16 for [`Occlusion::Auto`] where a polygon costs less than 640 ns.
     pub occluders: Option<usize>,
-    /// What it costs to draw one polygon, nanoseconds. A test is taken for 100 ns, and only what costs four times as much to draw
+    /// Cost of drawing one polygon, nanoseconds. A test is taken for 100 ns, and only what costs four times as much to draw
     /// is tested: from 400 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 40 polygons and
-    /// more. An engine whose "polygons" are whole meshes sets this to what a mesh costs.
+    /// more.
     pub polygon_ns: f64,
     /// What [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
@@ -50,17 +50,22 @@ impl Default for PassConfig {
 }
 
 impl PassConfig {
-    /// A method with its own number of occluders, and polygons that cost 10 ns each: those of a stroke, drawn by the thousand.
+    /// A method with its own number of occluders, for an engine whose "polygons" are meshes: drawing one costs 10 microseconds, so
+    /// each is tested.
     pub fn new(choice: Occlusion) -> Self {
-        let AutoConfig { polygon_ns, .. } = AutoConfig::default();
         Self {
             choice,
             occluders: None,
-            polygon_ns,
+            polygon_ns: MESH_NS,
             basis: AutoBasis::default(),
             node_test: CullConfig::default().node_test,
             score: Score::default(),
         }
+    }
+
+    /// The same for the polygons of strokes, which are drawn by the thousand: each costs 10 ns.
+    pub fn for_strokes(choice: Occlusion) -> Self {
+        Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
     }
 
     /// How the index is culled.
@@ -77,6 +82,9 @@ impl PassConfig {
         })
     }
 }
+
+/// Cost of drawing a mesh, nanoseconds: a draw call, and some thousand vertices.
+const MESH_NS: f64 = 10_000.0;
 
 /// From this cost of a polygon on, nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;

@@ -6,6 +6,7 @@ use osp::{
     glam::Vec3,
     index::IndexConfig,
     math::{Aabb, rotate, unit},
+    occlusion::Occlusion,
     view::{self, Projection},
 };
 use osp_lab::Method;
@@ -136,7 +137,7 @@ fn draw(settings: &Settings) -> PyResult<Image> {
     let index = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(IndexKind::Osp.create(&index), capacity, StageClock::default());
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::default() };
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };
     let mut pipeline = occlusion.add_to(pipeline, pass);
     let learns = occlusion.is_on_cpu();
 

@@ -5,6 +5,7 @@ use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
+    occlusion::Occlusion,
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -203,7 +204,7 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         let pipeline = match run.occlusion {
             // What is drawn must not depend on the clock.
             Some(method) => {
-                method.add_to(pipeline, PassConfig { basis: AutoBasis::Work, ..PassConfig::default() })
+                method.add_to(pipeline, PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) })
             }
             None => pipeline,
         };

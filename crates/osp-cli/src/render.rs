@@ -24,6 +24,7 @@ use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::{rotate, unit},
+    occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::View,
 };
@@ -158,7 +159,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
     let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
-    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::default() };
+    let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
     let mut player = Player::new(session, args.pace);

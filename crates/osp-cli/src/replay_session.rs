@@ -15,6 +15,7 @@ use super::{
 use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
+    occlusion::Occlusion,
 };
 use osp_lab::{
     Method, lost_polygons,
@@ -238,7 +239,7 @@ fn lanes(
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
                 let (node_test, score) = (play.tests.node_test(), play.tests.score());
                 let pass =
-                    PassConfig { occluders, polygon_ns, basis, node_test, score, ..PassConfig::default() };
+                    PassConfig { occluders, polygon_ns, basis, node_test, score, ..PassConfig::for_strokes(Occlusion::Auto) };
                 method.add_to(pipeline, pass)
             }
             None => pipeline,

@@ -4,7 +4,7 @@ use osp::{
     frame::{AutoBasis, Loading, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
     math::Aabb,
-    occlusion::{NodeTest, Score},
+    occlusion::{NodeTest, Occlusion, Score},
 };
 use osp_lab::Method;
 use osp_rivals::IndexKind;
@@ -82,7 +82,7 @@ impl CullingPlan {
             node_test: self.node_test,
             score: self.score,
             basis: self.auto_basis,
-            ..PassConfig::default()
+            ..PassConfig::for_strokes(Occlusion::Auto)
         };
         let pipeline = Pipeline::new(index, capacity, StageClock::default());
         let mut pipeline = self.occlusion.add_to(pipeline, pass);

@@ -11,6 +11,7 @@ use super::scenes::{all_ids, gpu, set};
 use osp::{
     frame::{PassConfig, Pipeline, StageClock},
     index::IndexConfig,
+    occlusion::Occlusion,
     polygon::PolygonId,
     view::View,
 };
@@ -87,7 +88,7 @@ fn compare(gpu: &Arc<Gpu>, path: &Path, choice: CameraChoice) -> LeftOut {
     let mut by_view: Vec<Pipeline> = IndexKind::DEFAULT.iter().copied().map(pipeline).collect();
     let mut by_occlusion = Vec::new();
     for kind in Method::conservative_cullers() {
-        let pass = PassConfig::default();
+        let pass = PassConfig::for_strokes(Occlusion::Auto);
         by_occlusion.push((kind.name(), kind.add_to(pipeline(IndexKind::Osp), pass)));
     }
     let mut eyes = Eyes::new(gpu);

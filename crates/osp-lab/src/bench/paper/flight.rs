@@ -171,7 +171,7 @@ impl Maker<'_> {
             polygon_ns: self.polygon_ns,
             node_test: self.config.node_test,
             score: self.config.score,
-            ..PassConfig::default()
+            ..PassConfig::for_strokes(Occlusion::Auto)
         };
         let index = IndexKind::Osp.create(&self.index());
         let pipeline = Pipeline::new(index, capacity, StageClock::default());

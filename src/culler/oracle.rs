@@ -1,0 +1,221 @@
+use glam::{DMat4, DVec3, DVec4};
+use thiserror::Error;
+
+use super::camera::Camera;
+use crate::{
+    index::{IndexConfig, Osp, SpatialIndex},
+    math::{Aabb, Ray},
+    polygon::PolygonId,
+};
+
+/// Share of the way to a point within which another surface neither hides it nor fails to: the points of touching surfaces.
+const TOUCHES: f64 = 1.0e-5;
+
+/// A ray that passes a triangle at no more than this share of its size beside it is taken to meet it.
+const BESIDE: f64 = 1.0e-6;
+
+/// Boxes are larger by this share of the largest coordinate.
+const ROUNDING: f32 = 4.0e-6;
+
+/// Points nearer than this share to the edge of the screen are not tested.
+const EDGE: f64 = 1.0e-4;
+
+/// Why a triangle was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum OracleError {
+    /// A coordinate is infinite or NaN.
+    #[error("triangle {triangle}: expected finite coordinates, found {found:?}")]
+    NotFinite {
+        /// Its place among those of the call.
+        triangle: usize,
+        /// Its corners.
+        found: [[f32; 3]; 3],
+    },
+    /// There are too many.
+    #[error("triangle {triangle}: expected at most {limit} triangles", limit = PolygonId::LIMIT)]
+    Full {
+        /// Its place among those of the call.
+        triangle: usize,
+    },
+}
+
+/// A point that a camera shows, of an object that is not drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Missing {
+    /// The object.
+    pub object: u32,
+    /// The point, world space, metres.
+    pub point_m: [f32; 3],
+}
+
+/// Tests the draw list of any culler, this crate's or another one, by rays: no ray from the camera may reach a point of an object
+/// that was left out. It finds wrong lists, and never blames a right one; it proves nothing, because it tests points.
+///
+/// ```
+/// use osp::{Camera, Depth, Oracle};
+///
+/// let wall = [[-2.0, -2.0, -4.0], [2.0, -2.0, -4.0], [0.0, 2.0, -4.0_f32]];
+/// let behind = [[-0.1, 0.0, -6.0], [0.1, 0.0, -6.0], [0.0, 0.1, -6.0_f32]];
+/// let mut oracle = Oracle::new();
+/// oracle.add(0, [wall])?;
+/// oracle.add(1, [behind])?;
+/// let clip_from_world = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.1, 0.0_f32];
+/// let camera = Camera::from_matrix(clip_from_world, Depth::OneToZero)?;
+/// assert!(oracle.missing(&camera, |object| object == 0, 16).is_empty()); // The wall hides the other.
+/// assert_eq!(oracle.missing(&camera, |object| object == 1, 16)[0].object, 0); // The wall is missing.
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Oracle {
+    triangles: Vec<[DVec3; 3]>,
+    /// By triangle.
+    objects: Vec<u32>,
+}
+
+impl Oracle {
+    /// An oracle of an empty world.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds opaque triangles of an object, seen from both sides; corners in world space, metres. What is transparent is an object
+    /// that the camera is not asked about: leave it out.
+    ///
+    /// # Errors
+    /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. Those before it were added.
+    pub fn add(
+        &mut self,
+        object: u32,
+        triangles: impl IntoIterator<Item = [[f32; 3]; 3]>,
+    ) -> Result<(), OracleError> {
+        for (triangle, corners) in triangles.into_iter().enumerate() {
+            if !corners.iter().flatten().all(|number| number.is_finite()) {
+                return Err(OracleError::NotFinite { triangle, found: corners });
+            }
+            if self.triangles.len() >= PolygonId::LIMIT as usize {
+                return Err(OracleError::Full { triangle });
+            }
+            self.triangles.push(corners.map(|corner| DVec3::from_array(corner.map(f64::from))));
+            self.objects.push(object);
+        }
+        Ok(())
+    }
+
+    /// A point of each object that the camera shows although the object is not drawn; of each triangle the middle and other points are
+    /// tested, `points` in all. Takes O(triangles log triangles), and O(triangles of what is not drawn x `points` x log triangles).
+    pub fn missing(&self, camera: &Camera, is_drawn: impl Fn(u32) -> bool, points: u32) -> Vec<Missing> {
+        let clip_from_world = camera.world_from_clip().inverse();
+        let world = World::new(&self.triangles);
+        let mut missing: Vec<Missing> = Vec::new();
+        for (triangle, &object) in self.objects.iter().enumerate() {
+            if missing.last().is_some_and(|last| last.object == object) || is_drawn(object) {
+                continue;
+            }
+            let shown = (0..points.max(1))
+                .map(|number| point_of(&self.triangles[triangle], number))
+                .find(|&point| self.shows(&world, camera, &clip_from_world, triangle, point));
+            if let Some(point) = shown {
+                missing.push(Missing { object, point_m: point.as_vec3().into() });
+            }
+        }
+        missing.sort_by_key(|found| found.object);
+        missing.dedup_by_key(|found| found.object);
+        missing
+    }
+
+    /// Whether the camera shows a point of a triangle.
+    fn shows(
+        &self,
+        world: &World,
+        camera: &Camera,
+        clip_from_world: &DMat4,
+        triangle: usize,
+        point: DVec3,
+    ) -> bool {
+        let clip = *clip_from_world * point.extend(1.0);
+        let [x, y, depth] = [clip.x, clip.y, clip.z].map(|coordinate| coordinate / clip.w);
+        let (near, far) = camera.depths();
+        let (low, high) = (near.min(far), near.max(far));
+        let is_on_screen = clip.w > 0.0 && x.abs() < 1.0 - EDGE && y.abs() < 1.0 - EDGE;
+        if !is_on_screen || !(depth > low + EDGE * EDGE && depth < high - EDGE * EDGE) {
+            return false;
+        }
+        let start = *camera.world_from_clip() * DVec4::new(x, y, near, 1.0);
+        let start = start.truncate() / start.w;
+        !self.is_hidden(world, triangle, start, point - start)
+    }
+
+    /// Whether a surface lies between the start of a ray and its end, on a triangle.
+    fn is_hidden(&self, world: &World, triangle: usize, start: DVec3, way: DVec3) -> bool {
+        let object = self.objects[triangle];
+        world.any_along(start, way, |other| {
+            let is_own = self.objects[other] == object;
+            let end = if is_own { 1.0 - TOUCHES } else { 1.0 + TOUCHES };
+            let t = if other == triangle { None } else { meet(start, way, &self.triangles[other]) };
+            t.is_some_and(|t| (0.0..end).contains(&t))
+        })
+    }
+}
+
+/// All triangles by their boxes, which are larger by what rounding to `f32` may take away.
+struct World {
+    index: Osp,
+    bounds: Aabb,
+}
+
+impl World {
+    fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let box_of = |corners: &[DVec3; 3]| Aabb::from_points(&corners.map(|corner| corner.as_vec3()));
+        let around = triangles.iter().fold(Aabb::EMPTY, |around, corners| around.union(&box_of(corners)));
+        let margin_m = ROUNDING * around.min.abs().max(around.max.abs()).max_element();
+        let mut index = Osp::new(&IndexConfig { root: around, capacity: triangles.len() });
+        for (number, corners) in triangles.iter().enumerate() {
+            let Aabb { min, max } = box_of(corners);
+            let bounds = Aabb::new(min - margin_m, max + margin_m);
+            // A triangle whose box overflows hides nothing.
+            _ = index.insert(PolygonId(number as u32), &bounds);
+        }
+        index.commit();
+        Self { index, bounds: Aabb::new(around.min - margin_m, around.max + margin_m) }
+    }
+
+    /// Whether `is_met` holds for a triangle near a ray, up to a little behind its end.
+    fn any_along(&self, start: DVec3, way: DVec3, mut is_met: impl FnMut(usize) -> bool) -> bool {
+        // From where the ray enters the world: its coordinates are then no larger than those of the boxes.
+        let (min, max) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
+        let (to_min, to_max) = ((min - start) / way, (max - start) / way);
+        let enters = to_min.min(to_max).max_element();
+        let skipped = if enters.is_finite() { enters.clamp(0.0, 0.999) } else { 0.0 };
+        let left = way * (1.0 - skipped);
+        let ray = Ray::new((start + way * skipped).as_vec3(), left.as_vec3());
+        let mut hit = |id: PolygonId| is_met(id.index()).then_some(0.0);
+        self.index.ray_any(&ray, 1.0 + 1.0e-3, &mut hit).is_some()
+    }
+}
+
+/// A point of a triangle: its middle, and then others that fill it evenly (Martin Roberts's R2 sequence).
+fn point_of([a, b, c]: &[DVec3; 3], number: u32) -> DVec3 {
+    if number == 0 {
+        return (*a + *b + *c) / 3.0;
+    }
+    let [u, v] =
+        [0.754_877_666_246_693, 0.569_840_290_998_053_2].map(|step| (f64::from(number) * step).fract());
+    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    *a + (*b - *a) * u + (*c - *a) * v
+}
+
+/// Where a ray meets a triangle, a little larger than it is, in lengths of the ray (Tomas Möller and Ben Trumbore, "Fast, Minimum Storage
+/// Ray/Triangle Intersection", 1997).
+fn meet(start: DVec3, way: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
+    let (to_b, to_c) = (*b - *a, *c - *a);
+    let across = way.cross(to_c);
+    let volume = to_b.dot(across);
+    if volume == 0.0 {
+        return None;
+    }
+    let from_a = start - *a;
+    let along = from_a.cross(to_b);
+    let (u, v, t) = (from_a.dot(across) / volume, way.dot(along) / volume, to_c.dot(along) / volume);
+    (u >= -BESIDE && v >= -BESIDE && u + v <= 1.0 + BESIDE).then_some(t)
+}
