@@ -215,6 +215,21 @@ impl<K: Key> Culler<K> {
         Some((self.key(number)?, t))
     }
 
+    /// The objects whose boxes a ray enters, and where, in lengths of its direction: 0 from inside, `t_max` at most; the nearest first.
+    /// An engine that tests the objects themselves may stop at the first box behind its nearest hit.
+    pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
+        let mut entered = Vec::new();
+        let mut note = |number| {
+            let t = ray.enter_box(&self.filed.get(number)?, t_max)?;
+            entered.push((t, number));
+            // Nothing is hit: the walk goes on.
+            None
+        };
+        self.filed.index().ray_nearest(&ray, t_max, &mut note);
+        entered.sort_unstable_by(|(a, first), (b, second)| a.total_cmp(b).then(first.cmp(second)));
+        entered.into_iter().filter_map(|(t, number)| Some((self.key(number)?, t)))
+    }
+
     /// The objects whose boxes share a point with a box, touching included, in any order.
     pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
         let [min, max] = bounds.map(|corner| corner.into().into());

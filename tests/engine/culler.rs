@@ -179,6 +179,12 @@ impl Pair {
             assert_eq!(hit.map(|(_, t)| t), nearest);
             let hit = self.handles.pick(ray, |handle, ray| enter((handle.index >> 33) as u32, ray));
             assert_eq!(hit.map(|(_, t)| t), nearest);
+            let t_max = if rng.below(2) == 0 { f32::INFINITY } else { world_m * rng.unit() };
+            let expected = self.where_all(|o| ray.enter_box(&o.bounds, t_max).is_some());
+            let (handles, numbers) = (self.handles.on_ray(ray, t_max), self.numbers.on_ray(ray, t_max));
+            let (keys, ts): (Vec<_>, Vec<_>) = handles.unzip();
+            assert!(ts.is_sorted() && ts.first().copied() == nearest.filter(|&t| t <= t_max));
+            self.assert_found(&expected, keys.into_iter(), numbers.map(|(key, _)| key));
         }
     }
 }
@@ -246,6 +252,7 @@ fn what_has_gone_is_found_by_no_query_and_what_came_by_the_next_commit() {
     let ray = Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
     assert_eq!(culler.in_box(unit).count(), 0);
     assert_eq!(culler.pick(ray, |key, _| panic!("{key}")), None);
+    assert_eq!(culler.on_ray(ray, f32::INFINITY).count(), 0);
     culler.commit();
     assert!(culler.in_sphere([5.5_f32; 3], 0.1).eq(["new"]));
     assert_eq!((culler.bounds("old"), culler.len()), (None, 1));
