@@ -38,6 +38,9 @@ test("all cases of the shared script", async () => {
       assert.deepEqual(osp.box(Number(id)), boxes);
     },
     remove: ([id]) => osp.remove(Uint32Array.of(id)),
+    // An index knows no occluders.
+    quad: () => {},
+    unhidden: () => {},
     visible: (words) => {
       checked.visible += 1;
       const expected = words.map(Number);
