@@ -212,11 +212,7 @@ impl Index {
         radius_m: f64,
     ) -> PyResult<Column<'py, u32>> {
         let center = arrays::vector(center, "center")?;
-        let radius_m = arrays::round_up(radius_m);
-        if !(radius_m >= 0.0 && radius_m.is_finite()) {
-            let message = format!("radius_m: expected a finite number, 0 or more; found {radius_m}");
-            return Err(PyValueError::new_err(message));
-        }
+        let radius_m = arrays::radius(radius_m)?;
         self.ask(py, |inner| {
             let mut ids = Vec::new();
             let sphere = Sphere { center, radius_m };
@@ -238,8 +234,8 @@ impl Index {
     ) -> PyResult<Option<(u32, f32)>> {
         let (origin, direction) =
             (arrays::vector(origin, "origin")?, arrays::vector(direction, "direction")?);
-        let ray = ray(origin, direction, || "direction".to_owned())?;
-        let t_max = limit(t_max)?;
+        let ray = arrays::ray(origin, direction, || "direction".to_owned())?;
+        let t_max = arrays::t_max(t_max)?;
         py.detach(|| Ok(self.read()?.first_hit(&ray, t_max).map(|(id, t)| (id.0, t))))
     }
 
@@ -260,11 +256,11 @@ impl Index {
             let message = format!("directions: expected {origins}, as many as origins; found {directions}");
             return Err(PyValueError::new_err(message));
         }
-        let t_max = limit(t_max)?;
+        let t_max = arrays::t_max(t_max)?;
         let hits = py.detach(|| {
             let inner = self.read()?;
             let hit = |(row, (&origin, &direction)): (usize, (&Vec3, &Vec3))| {
-                let ray = ray(origin, direction, || format!("directions, row {row}"))?;
+                let ray = arrays::ray(origin, direction, || format!("directions, row {row}"))?;
                 let hit = inner.first_hit(&ray, t_max);
                 Ok(hit.map_or((-1, f32::INFINITY), |(id, t)| (i64::from(id.0), t)))
             };
@@ -435,20 +431,6 @@ fn unknown(id: PolygonId) -> PyErr {
 /// What the index refuses although it was checked before.
 fn refused(error: IndexError) -> PyErr {
     PyValueError::new_err(error.to_string())
-}
-
-fn ray(origin: Vec3, direction: Vec3, what: impl Fn() -> String) -> PyResult<Ray> {
-    if direction == Vec3::ZERO {
-        return Err(PyValueError::new_err(format!("{}: expected a direction other than zero", what())));
-    }
-    Ok(Ray::new(origin, direction))
-}
-
-fn limit(t_max: f64) -> PyResult<f32> {
-    if t_max >= 0.0 {
-        return Ok(t_max as f32);
-    }
-    Err(PyValueError::new_err(format!("t_max: expected a number, 0 or more; found {t_max}")))
 }
 
 fn numbers(py: Python<'_>, ids: Vec<PolygonId>) -> Column<'_, u32> {

@@ -5,6 +5,8 @@
 //! What is public here is described in `python/osp/_native.pyi` and in the text of each item, which Python's `help` shows.
 
 mod arrays;
+mod camera;
+mod culler;
 mod errors;
 mod index;
 mod mesh;
@@ -22,6 +24,8 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<view::View>()?;
+    module.add_class::<camera::Camera>()?;
+    module.add_class::<culler::Culler>()?;
     module.add_class::<index::Index>()?;
     module.add_class::<mesh::Mesh>()?;
     module.add_class::<recording::Recording>()?;
@@ -40,5 +44,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Python aligns its objects to 16 bytes; what needs more has to be in a box.
 const _: () = {
     assert!(align_of::<view::View>() <= 16 && align_of::<index::Index>() <= 16);
+    assert!(align_of::<camera::Camera>() <= 16 && align_of::<culler::Culler>() <= 16);
     assert!(align_of::<mesh::Mesh>() <= 16 && align_of::<recording::Recording>() <= 16);
 };
