@@ -250,6 +250,20 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|number| self.key(number))
     }
 
+    /// The `count` objects whose boxes are nearest to a point, and their distances from it, metres: 0 from inside; the nearest first.
+    pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
+        let point = point.into().into();
+        let mut distance_m = |number| {
+            let is_there = self.key(number).is_some();
+            let bounds = self.filed.get(number).filter(|_| is_there);
+            // What has gone is left out.
+            bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
+        };
+        let mut found = Vec::new();
+        self.filed.index().nearest(point, count.min(self.filed.index().len()), &mut distance_m, &mut found);
+        found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
+    }
+
     /// The key of an object that is there now.
     fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
