@@ -57,7 +57,7 @@ namespace OspCulling
         }
     }
 
-    /// <summary>An object whose box a ray enters; T is in lengths of the direction, 0 from inside.</summary>
+    /// <summary>An object whose box a ray enters, at T lengths of the direction, or that is T away; 0 from inside.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspHit
     {
@@ -319,7 +319,7 @@ namespace OspCulling
             Osp.Check(Native.osp_culler_remove_occluder(handle, key));
         }
 
-        /// <summary>Makes all changes known to InBox, InSphere and OnRay. Cull does it, too.</summary>
+        /// <summary>Makes all changes known to InBox, InSphere, OnRay and Nearest. Cull does it, too.</summary>
         public void Commit()
         {
             Osp.Check(Native.osp_culler_commit(handle));
@@ -444,6 +444,22 @@ namespace OspCulling
                 return (int)count;
             }
         }
+
+        /// <summary>The objects whose boxes are nearest to a point, as many as hits holds, the nearest first; how many. T is the
+        /// distance.</summary>
+        public int Nearest(float x, float y, float z, Span<OspHit> hits)
+        {
+            float* point = stackalloc float[3];
+            point[0] = x;
+            point[1] = y;
+            point[2] = z;
+            fixed (OspHit* to = &MemoryMarshal.GetReference(hits))
+            {
+                UIntPtr count;
+                Osp.Check(Native.osp_culler_nearest(handle, point, to, (UIntPtr)hits.Length, out count));
+                return (int)count;
+            }
+        }
     }
 
     sealed class CullerHandle : SafeHandleZeroOrMinusOneIsInvalid
@@ -549,5 +565,9 @@ namespace OspCulling
         [DllImport(Library, CallingConvention = C)]
         internal static extern OspStatus osp_culler_on_ray(CullerHandle culler, float* origin, float* direction, float tMax,
             OspHit* hits, UIntPtr room, out UIntPtr count);
+
+        [DllImport(Library, CallingConvention = C)]
+        internal static extern OspStatus osp_culler_nearest(
+            CullerHandle culler, float* point, OspHit* hits, UIntPtr room, out UIntPtr count);
     }
 }

@@ -247,7 +247,7 @@ typedef struct {
 } OspRefused;
 
 /**
- * An object whose box a ray enters.
+ * An object whose box a ray enters, or that is near.
  */
 typedef struct {
     /**
@@ -255,7 +255,7 @@ typedef struct {
      */
     uint64_t key;
     /**
-     * Where, in lengths of the ray's direction from its origin; 0 from inside.
+     * Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
      */
     float t;
 } OspHit;
@@ -376,7 +376,7 @@ OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
 OspStatus osp_culler_remove_occluder(OspCuller *culler, uint64_t key);
 
 /**
- * Makes all changes known to osp_culler_in_box, osp_culler_in_sphere and osp_culler_on_ray. osp_culler_cull does it, too.
+ * Makes all changes known to osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest. osp_culler_cull does it, too.
  */
 OspStatus osp_culler_commit(OspCuller *culler);
 
@@ -443,6 +443,16 @@ OspStatus osp_culler_on_ray(const OspCuller *culler,
                             OspHit *hits,
                             size_t room,
                             size_t *count);
+
+/**
+ * Finds the objects whose boxes are nearest to a point, x y z: hits gets as many as there is room for, if there are so many, the nearest
+ * first, with their distances as t, metres, 0 from inside; *count is how many it got.
+ */
+OspStatus osp_culler_nearest(const OspCuller *culler,
+                             const float *point,
+                             OspHit *hits,
+                             size_t room,
+                             size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -7,7 +7,9 @@ use crate::{
     camera::OspCamera,
     handle::Guarded,
     status::{Failure, OspStatus, Outcome},
-    types::{OSP_MAX_CAMERAS, OSP_MAX_OBJECTS, OspBox, OspHit, OspRefusal, OspRefused, OspSeen, ray, sphere},
+    types::{
+        self, OSP_MAX_CAMERAS, OSP_MAX_OBJECTS, OspBox, OspHit, OspRefusal, OspRefused, OspSeen, ray, sphere,
+    },
 };
 
 /// A culler of objects, each known by a key of the caller's, 64 bits, and a box. Objects come, move and go at any time.
@@ -193,7 +195,7 @@ pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key:
     })
 }
 
-/// Makes all changes known to osp_culler_in_box, osp_culler_in_sphere and osp_culler_on_ray. osp_culler_cull does it, too.
+/// Makes all changes known to osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest. osp_culler_cull does it, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_commit(culler: *mut OspCuller) -> OspStatus {
     border(|| {
@@ -361,5 +363,25 @@ pub unsafe extern "C" fn osp_culler_on_ray(
         let ray = ray(origin, direction, t_max)?;
         answer.write_first(culler.read()?.on_ray(ray, t_max).map(|(key, t)| OspHit { key, t }));
         Ok(())
+    })
+}
+
+/// Finds the objects whose boxes are nearest to a point, x y z: hits gets as many as there is room for, if there are so many, the nearest
+/// first, with their distances as t, metres, 0 from inside; *count is how many it got.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn osp_culler_nearest(
+    culler: *const OspCuller,
+    point: *const f32,
+    hits: *mut OspHit,
+    room: usize,
+    count: *mut usize,
+) -> OspStatus {
+    border(|| {
+        // SAFETY: the header asks it of the caller.
+        let (answer, culler, point) = unsafe {
+            (Answer::new(hits, room, count, "hits")?, self::culler(culler)?, numbers(point, "point")?)
+        };
+        let point = types::point(point, "point")?;
+        answer.write(culler.read()?.nearest(point, room).map(|(key, t)| OspHit { key, t }))
     })
 }

@@ -48,13 +48,13 @@ impl OspBox {
     }
 }
 
-/// An object whose box a ray enters.
+/// An object whose box a ray enters, or that is near.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspHit {
     /// Its key.
     pub key: u64,
-    /// Where, in lengths of the ray's direction from its origin; 0 from inside.
+    /// Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
     pub t: f32,
 }
 
@@ -105,7 +105,7 @@ fn refused<T>(message: String) -> Outcome<T> {
 }
 
 /// A point as a function takes it.
-fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
+pub(crate) fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
     let point = Vec3::from(xyz);
     if point.is_finite() {
         Ok(point)

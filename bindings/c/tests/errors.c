@@ -190,6 +190,15 @@ static void errors_of_queries(OspCuller *culler) {
     EXPECT(count == 2 && fabsf(hits[0].t - 5) < 1e-4f);
     EXPECT_OK(osp_culler_on_ray(culler, zero, along, INFINITY, NULL, 0, &count));
     EXPECT(count == 2);
+    REFUSED(INVALID_ARGUMENT, osp_culler_nearest(culler, nowhere, hits, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_nearest(culler, NULL, hits, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_nearest(culler, zero, NULL, 4, &count));
+    EXPECT_OK(osp_culler_nearest(culler, zero, hits, 4, &count));
+    EXPECT(count == 2 && hits[0].t == 5 && hits[1].t == 5 && hits[0].key != hits[1].key);
+    EXPECT_OK(osp_culler_nearest(culler, zero, hits, 1, &count));
+    EXPECT(count == 1);
+    EXPECT_OK(osp_culler_nearest(culler, zero, NULL, 0, &count));
+    EXPECT(count == 0);
 }
 
 /* A box that is none leaves its object out, and the others in. */

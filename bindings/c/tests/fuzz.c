@@ -214,6 +214,12 @@ static void call(OspCuller *culler) {
                 EXPECT(hits[i - 1].t <= hits[i].t && place_of(hits[i].key) < in_use);
             }
         }
+        if (sane(osp_culler_nearest(culler, floats, hits, some, &count)) == OSP_STATUS_OK) {
+            EXPECT(count <= some && count <= in_use);
+            for (size_t i = 1; i < count; i++) {
+                EXPECT(hits[i - 1].t <= hits[i].t && place_of(hits[i].key) < in_use);
+            }
+        }
         break;
     case 10:
         if (sane(osp_culler_box(culler, keys[0], boxes)) == OSP_STATUS_OK) {

@@ -101,6 +101,9 @@ static class Test
             culler.Remove(new ulong[] { 1, 3 });
             culler.Commit();
             Expect(culler.InBox(Unit, room, out count) && count == 1 && room[0] == ulong.MaxValue, "the one that stayed");
+            var near = new OspHit[3];
+            Refused(OspStatus.InvalidArgument, () => culler.Nearest(0, float.NaN, 0, near));
+            Expect(culler.Nearest(0, 3, 0, near) == 1 && near[0].Key == ulong.MaxValue && near[0].T == 2, "the nearest");
             culler.Clear();
             Expect(culler.Count == 0, "nothing");
         }

@@ -5,7 +5,6 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArr
 use osp::{
     glam::{Mat4, Vec3},
     math::{Aabb, Ray},
-    polygon::PolygonId,
 };
 use pyo3::{
     exceptions::{PyTypeError, PyValueError},
@@ -153,16 +152,9 @@ pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResu
     Ok(values)
 }
 
-/// Boxes: an array of the shape (n, 6), or two of (n, 3) with the smallest and the largest corners. Rounded outwards.
-pub(crate) fn boxes(boxes: &Bound<'_, PyAny>, maxs: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Aabb>> {
-    let corners = corners(boxes, maxs)?;
-    let bounds =
-        |(row, [min, max]): (usize, &[[f64; 3]; 2])| bounds_of(*min, *max, || format!("boxes, row {row}"));
-    corners.iter().enumerate().map(bounds).collect()
-}
-
-/// The same for boxes that may be empty or not finite. Six numbers, or two times three, are one box.
-pub(crate) fn unchecked_boxes(
+/// Boxes, which may be empty or not finite: an array of the shape (n, 6), or two of (n, 3) with the smallest and the largest corners;
+/// six numbers, or two times three, are one box. Rounded outwards.
+pub(crate) fn boxes(
     boxes: &Bound<'_, PyAny>,
     maxs: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<[[f32; 3]; 2]>> {
@@ -201,18 +193,14 @@ pub(crate) fn one_box(min: &Bound<'_, PyAny>, max: &Bound<'_, PyAny>) -> PyResul
         let Numbers { shape, values } = floats(value, what)?;
         values.try_into().ok().filter(|_| shape == [3]).ok_or_else(|| wrong_shape(what, "(3,)", &shape))
     };
-    bounds_of(corner(min, "min")?, corner(max, "max")?, || "box".to_owned())
-}
-
-fn bounds_of(min: [f64; 3], max: [f64; 3], what: impl Fn() -> String) -> PyResult<Aabb> {
+    let (min, max) = (corner(min, "min")?, corner(max, "max")?);
     let bounds = Aabb::new(Vec3::from_array(min.map(round_down)), Vec3::from_array(max.map(round_up)));
     let is_in_order = min.iter().zip(&max).all(|(min, max)| min <= max);
     if is_in_order && bounds.is_valid() {
         return Ok(bounds);
     }
     Err(PyValueError::new_err(format!(
-        "{}: expected finite numbers (of float32) with min <= max; found {min:?} and {max:?}",
-        what()
+        "box: expected finite numbers (of float32) with min <= max; found {min:?} and {max:?}"
     )))
 }
 
@@ -249,12 +237,6 @@ fn round_up(v: f64) -> f32 {
 
 fn round_down(v: f64) -> f32 {
     -round_up(-v)
-}
-
-/// Ids of polygons: whole numbers below [`PolygonId::LIMIT`]; one alone counts as an array of one.
-pub(crate) fn ids(value: &Bound<'_, PyAny>) -> PyResult<Vec<PolygonId>> {
-    let ids = whole_numbers(value, "ids", u64::from(PolygonId::LIMIT) - 1)?;
-    Ok(ids.into_iter().map(|id| PolygonId(id as u32)).collect())
 }
 
 /// Whole numbers from 0 to `most`; one alone counts as an array of one.

@@ -1,7 +1,10 @@
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use osp::{glam::Vec3, math::Ray};
+use osp::{
+    glam::Vec3,
+    math::{Aabb, Ray},
+};
 use pyo3::{
     exceptions::{PyKeyError, PyValueError},
     prelude::*,
@@ -57,7 +60,7 @@ impl Culler {
         boxes: &Bound<'_, PyAny>,
         maxs: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let (keys, boxes) = (keys_of(keys)?, arrays::unchecked_boxes(boxes, maxs)?);
+        let (keys, boxes) = (keys_of(keys)?, arrays::boxes(boxes, maxs)?);
         as_many(keys.len(), boxes.len(), "boxes")?;
         py.detach(|| {
             let mut culler = self.change()?;
@@ -163,7 +166,7 @@ impl Culler {
         PyTuple::new(py, seen.into_iter().map(|keys| keys.into_pyarray(py)))
     }
 
-    /// Makes all changes known to `in_box`, `in_sphere`, `on_ray` and `pick`. `cull` does it, too.
+    /// Makes all changes known to `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest`. `cull` does it, too.
     fn commit(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             self.change()?.commit();
@@ -223,8 +226,7 @@ impl Culler {
         direction: &Bound<'py, PyAny>,
         t_max: f64,
     ) -> PyResult<(Keys<'py>, Bound<'py, PyArray1<f32>>)> {
-        let (keys, ts): (Vec<_>, Vec<_>) = self.candidates(py, origin, direction, t_max)?.into_iter().unzip();
-        Ok((keys.into_pyarray(py), ts.into_pyarray(py)))
+        Ok(columns(py, self.candidates(py, origin, direction, t_max)?))
     }
 
     /// The object that a ray meets first, and where: `(key, t)`, or None. `hit(key)` says where the ray meets an object itself, or
@@ -254,6 +256,53 @@ impl Culler {
             }
         }
         Ok(nearest)
+    }
+
+    /// The first boxes that many rays enter: `origins` and `directions` of the shape (n, 3). Returns the keys (0 where a ray enters
+    /// nothing) and the `t` (float32; infinite there).
+    #[pyo3(signature = (origins, directions, t_max=f64::INFINITY))]
+    fn rays<'py>(
+        &self,
+        py: Python<'py>,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        t_max: f64,
+    ) -> PyResult<(Keys<'py>, Bound<'py, PyArray1<f32>>)> {
+        let origins = arrays::vectors(origins, "origins")?;
+        let directions = arrays::vectors(directions, "directions")?;
+        if origins.len() != directions.len() {
+            let (origins, directions) = (origins.len(), directions.len());
+            let message = format!("directions: expected {origins}, as many as origins; found {directions}");
+            return Err(PyValueError::new_err(message));
+        }
+        let t_max = arrays::t_max(t_max)?;
+        let hits = py.detach(|| {
+            let culler = self.read()?;
+            let enter = |key: u64, ray: &Ray| {
+                let [min, max] = culler.bounds(key)?;
+                ray.enter_box(&Aabb::new(min.into(), max.into()), t_max)
+            };
+            let hit = |(row, (&origin, &direction)): (usize, (&Vec3, &Vec3))| {
+                let ray = arrays::ray(origin, direction, || format!("directions, row {row}"))?;
+                Ok(culler.pick(ray, enter).unwrap_or((0, f32::INFINITY)))
+            };
+            origins.iter().zip(&directions).enumerate().map(hit).collect::<PyResult<Vec<_>>>()
+        })?;
+        Ok(columns(py, hits))
+    }
+
+    /// The `count` objects whose boxes are nearest to a point: their keys, the nearest first, and their distances in metres
+    /// (float32; 0 for a box that holds the point). Fewer if there are fewer.
+    #[pyo3(signature = (point, count=1))]
+    fn nearest<'py>(
+        &self,
+        py: Python<'py>,
+        point: &Bound<'py, PyAny>,
+        count: usize,
+    ) -> PyResult<(Keys<'py>, Bound<'py, PyArray1<f32>>)> {
+        let point = arrays::vector(point, "point")?;
+        let found = py.detach(|| Ok::<_, PyErr>(self.read()?.nearest(point, count).collect::<Vec<_>>()))?;
+        Ok(columns(py, found))
     }
 
     fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
@@ -292,6 +341,12 @@ impl Culler {
         let t_max = arrays::t_max(t_max)?;
         py.detach(|| Ok(self.read()?.on_ray(ray, t_max).collect()))
     }
+}
+
+/// Keys, and a number for each, as two arrays.
+fn columns(py: Python<'_>, rows: Vec<(u64, f32)>) -> (Keys<'_>, Bound<'_, PyArray1<f32>>) {
+    let (keys, numbers): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+    (keys.into_pyarray(py), numbers.into_pyarray(py))
 }
 
 /// Keys: whole numbers of 64 bits.

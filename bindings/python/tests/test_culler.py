@@ -100,6 +100,83 @@ def test_a_ray_lists_candidates_and_picks_by_a_callback():
         culler.pick((0, 0, 0), (0, 0, -1), lambda key: 1 / 0)
 
 
+def test_queries_answer_as_brute_force(rng):
+    boxes = random_boxes(rng, 3000)
+    culler = osp.Culler()
+    culler.set(np.arange(3000), boxes)
+    culler.commit()
+    for _ in range(60):
+        low, size = rng.uniform(-10, 10, 3), rng.uniform(0, 5, 3)
+        low, high = low.astype(np.float32), (low + size).astype(np.float32)
+        touching = (boxes[:, :3] <= high).all(axis=1) & (low <= boxes[:, 3:]).all(axis=1)
+        assert (sorted_keys(culler.in_box(low, high)) == np.flatnonzero(touching)).all()
+
+        center, radius = rng.uniform(-10, 10, 3).astype(np.float32), np.float32(rng.uniform(0, 4))
+        squared = ((np.clip(center, boxes[:, :3], boxes[:, 3:]) - center) ** 2).sum(axis=1)
+        answer = np.zeros(3000, dtype=bool)
+        answer[culler.in_sphere(center, float(radius))] = True
+        is_clear = abs(squared - radius**2) > 1e-4
+        assert (answer == (squared <= radius**2))[is_clear].all()
+
+        nearest, distances = culler.nearest(center, 7)
+        assert nearest.dtype == np.uint64 and distances.dtype == np.float32
+        assert np.allclose(distances, np.sort(np.sqrt(squared))[:7], atol=1e-5)
+        assert np.allclose(distances, np.sqrt(squared[nearest]), atol=1e-5)
+
+        direction = rng.normal(size=3).astype(np.float32)
+        entered = enter(boxes.astype(float), center.astype(float), direction.astype(float))
+        hit = culler.pick(center, direction)
+        if hit is None:
+            assert np.isinf(entered).all()
+        else:
+            assert np.isclose(hit[1], entered.min(), rtol=1e-4, atol=1e-4)
+            assert np.isclose(hit[1], entered[hit[0]], rtol=1e-4, atol=1e-4)
+    assert [len(column) for column in culler.nearest((0, 0, 0), 4000)] == [3000, 3000]
+    assert [len(column) for column in osp.Culler().nearest((0, 0, 0), 3)] == [0, 0]
+
+
+def enter(boxes, origin, direction):
+    """Where a ray enters each box; infinite where it misses."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (boxes[:, :3] - origin) / direction, (boxes[:, 3:] - origin) / direction
+    near, far = np.fmin(a, b).max(axis=1), np.fmax(a, b).min(axis=1)
+    return np.where((near <= far) & (far >= 0), np.maximum(near, 0), np.inf)
+
+
+def test_many_rays_are_as_each_alone(rng):
+    culler = osp.Culler()
+    culler.set(np.arange(500), random_boxes(rng, 500))
+    culler.commit()
+    origins, directions = rng.uniform(-10, 10, (100, 3)), rng.normal(size=(100, 3))
+    keys, ts = culler.rays(origins, directions, t_max=8)
+    assert keys.dtype == np.uint64 and ts.dtype == np.float32
+    for origin, direction, key, t in zip(origins, directions, keys, ts):
+        alone = culler.pick(origin, direction, t_max=8)
+        assert (alone or (0, INF)) == (key, t)
+    assert 0 < np.isfinite(ts).sum() < 100
+    assert [len(column) for column in culler.rays(np.empty((0, 3)), np.empty((0, 3)))] == [0, 0]
+
+
+def test_other_arrays_are_taken(rng):
+    boxes = random_boxes(rng, 100)
+    for same in [
+        boxes,
+        np.asfortranarray(boxes),
+        np.repeat(boxes, 2, axis=0)[::2],
+        boxes.astype(np.float64),
+        boxes.astype(">f4"),
+        boxes.tolist(),
+    ]:
+        culler = osp.Culler()
+        culler.set(np.arange(100, dtype=np.uint8), same)
+        assert all((culler.bounds(i).ravel() == boxes[i]).all() for i in range(100))
+    culler.set([], np.empty((0, 6)))
+    culler.set(range(2), np.array([[0, 0, 0, 1, 2, 3]] * 2))
+    culler.remove([])
+    culler.remove(np.uint32(0))
+    assert len(culler) == 99
+
+
 def test_refused_boxes_are_named_and_the_others_are_in():
     culler = osp.Culler()
     culler.set([1, 2, 3, 4], [BOX, [0, 0, NAN, 1, 1, 1], [0, 2, 0, 1, 1, 1], [0, 0, 0, 1, 1, INF]])
@@ -179,6 +256,15 @@ CASES = [
     (lambda c: c.in_sphere((0, 0, 0), -1), ValueError, "radius_m"),
     (lambda c: c.on_ray((0, 0, 0), (0, 0, 0)), ValueError, "direction"),
     (lambda c: c.pick((0, 0, 0), (0, 0, 1), t_max=NAN), ValueError, "t_max"),
+    (lambda c: c.rays(np.zeros((2, 3)), np.ones((3, 3))), ValueError, "directions: expected 2"),
+    (lambda c: c.rays(np.zeros((2, 3)), np.zeros((2, 3))), ValueError, "directions, row 0"),
+    (lambda c: c.nearest((0, 0, 0), -1), OverflowError, "negative"),
+    (lambda c: c.nearest((0, 0)), ValueError, "point"),
+    (lambda c: c.set([1], [[0, 0, 0], [1]]), ValueError, "inhomogeneous"),
+    (lambda c: c.set([1], np.zeros((1, 6), complex)), TypeError, "complex128"),
+    (lambda c: c.set([1], np.zeros((1, 6), np.longdouble)), TypeError, "float128|longdouble"),
+    (lambda c: c.in_box((0, 0, 0), (1, 1)), ValueError, r"max: .*\(3,\)"),
+    (lambda c: c.in_sphere((0, 0, INF), 1), ValueError, "center: expected finite"),
     (lambda c: c.pick((0, 0, 5), (0, 0, -1), lambda key: "far"), TypeError, "str"),
 ]
 

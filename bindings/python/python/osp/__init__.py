@@ -1,7 +1,7 @@
 """Visibility culling for 3D models that grow, for numpy.
 
-* `Culler`: objects with keys of yours that come, move and go; which of them does each camera see, also behind walls?
-* `Index`: boxes with small ids; the nearest to a point, the first on each of many rays, in a ball, a box or a frustum.
+* `Culler`: objects with keys of yours that come, move and go; which of them does each camera see, also behind walls? Which lie in a
+  box or a ball, meet a ray, are nearest?
 * `visible`, `Mesh`: which triangles of a mesh a camera sees, also behind what hides them.
 * `open`: recorded sketches (Tilt Brush, Open Brush, A-Painter, CASSIE, osp's own, .obj, .glb) as arrays.
 * `replay`, `verify`: measure spatial structures and occlusion culling on a recording.
@@ -23,7 +23,6 @@ from ._native import (
     AdapterError,
     Camera,
     Culler,
-    Index,
     Mesh,
     RecordingError,
     View,
@@ -40,7 +39,6 @@ __all__ = [
     "AdapterError",
     "Camera",
     "Culler",
-    "Index",
     "Mesh",
     "Recording",
     "RecordingError",
