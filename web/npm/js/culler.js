@@ -159,6 +159,12 @@ export class Culler {
     return nearest;
   }
 
+  nearest(point, count = 1) {
+    this.#ask(numbers(point, 3, "point"));
+    const found = this.#culler.nearest(number(count, "count"));
+    return { keys: this.#found(found), distances: this.#measured(found) };
+  }
+
   screenRay(camera, x, y) {
     const culler = this.#culler;
     this.#writeCameras([camera]);

@@ -90,7 +90,7 @@ export class Culler<K extends Key = number> {
   hidden(camera?: number): number;
   /** What was refused between the last two calls of `cull`, and why; of very much the beginning. */
   readonly refused: { key: K; why: string }[];
-  /** Makes all changes known to `inBox`, `inSphere`, `onRay` and `pick`. `cull` does it, too. */
+  /** Makes all changes known to `inBox`, `inSphere`, `onRay`, `pick` and `nearest`. `cull` does it, too. */
   commit(): void;
 
   /** Whether an object has this key. */
@@ -113,6 +113,8 @@ export class Culler<K extends Key = number> {
    * boxes are what is met.
    */
   pick(ray: Ray, hit?: (key: K) => number | null | undefined, tMax?: number): { key: K; t: number } | null;
+  /** The objects whose boxes are nearest to a point, and their distances, 0 from inside; the nearest first. Fewer if there are fewer. */
+  nearest(point: Numbers, count?: number): { keys: Keys<K>; distances: Float32Array };
   /** The ray through a point of a camera's screen, x and y from -1 to 1, from the near plane on; its direction has the length 1. */
   screenRay(camera: Camera, x: number, y: number): { origin: Float32Array; direction: Float32Array };
 

@@ -286,6 +286,22 @@ impl Culler {
         Self::answer(&mut self.found, hits.len(), hits.into_iter().map(|(key, _)| key))
     }
 
+    /// Finds the objects nearest to the point of the first three numbers, the nearest first; how many. Their distances are the numbers
+    /// measured.
+    pub fn nearest(&mut self, count: f64) -> Outcome<usize> {
+        let point = DVec3::from_array(self.point(0)).as_vec3();
+        if !point.is_finite() {
+            return refused("point: expected finite numbers");
+        }
+        if count.is_nan() || count < 0.0 {
+            return refused(&format!("count: expected a number from 0 on, found {count}"));
+        }
+        self.check_answer()?;
+        let near: Vec<_> = self.culler.nearest(point, count as usize).collect();
+        self.measure(near.iter().map(|(_, distance_m)| *distance_m));
+        Self::answer(&mut self.found, near.len(), near.into_iter().map(|(key, _)| key))
+    }
+
     /// Measures the ray through a point of the screen of the camera that was written: its origin, and its direction.
     pub fn screen_ray(&mut self, x: f32, y: f32) -> Outcome<()> {
         let matrix = std::array::from_fn(|i| self.doubles[i]);

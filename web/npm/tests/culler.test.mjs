@@ -115,6 +115,9 @@ test("rays list candidates, the nearest first, and pick by a callback", () => {
   assert.deepEqual(asked, [10, 20], "30 begins behind the hit");
   assert.equal(culler.pick(toward, hit, 6), null);
   assert.deepEqual(culler.pick(toward, (key) => ({ 10: 8, 20: 7.75, 30: 7.25 })[key]), { key: 30, t: 7.25 });
+  const near = culler.nearest([0, 0, 0], 2);
+  assert.deepEqual([[...near.keys], [...near.distances]], [[10, 20], [2, 5]]);
+  assert.equal(culler.nearest([0, 0, 0], 9).keys.length, 3);
   const ray = culler.screenRay(ahead, 0, 0);
   assert.deepEqual([...ray.direction], [0, 0, -1]);
   assert.equal(ray.origin[2], -0.125);
@@ -180,6 +183,8 @@ const REFUSED = [
   [(c) => c.inSphere([0, 0, 0], -1), RangeError, /^sphere: expected a finite center, and a finite radius from 0 on$/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 0]), RangeError, /^ray: expected a finite origin, and a finite direction/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 1], NaN), RangeError, /^tMax: expected a number from 0 on$/],
+  [(c) => c.nearest([0, 0, NaN]), RangeError, /^point: expected finite numbers$/],
+  [(c) => c.nearest([0, 0, 0], -1), RangeError, /^count: expected a number from 0 on, found -1$/],
   [() => new Culler({ keys: "string" }), RangeError, /^keys: expected "uint32" or "uint64", found string$/],
 ];
 

@@ -56,6 +56,7 @@ const eye: Camera = { clipFromWorld: new THREE.Matrix4().elements, depth: "rever
 const [first]: Uint32Array[] = numbered.cull(eye, { clipFromWorld: new Float64Array(16) });
 const picked: { key: number; t: number } | null = numbered.pick(numbered.screenRay(eye, 0, 0), (key) => key / 2);
 const why: string[] = numbered.refused.map(({ why }) => why);
+const { keys: closest }: { keys: Uint32Array } = numbered.nearest([0, 0, 0], 2);
 const big = new Culler<bigint>({ keys: "uint64" });
 big.set(7n, [0, 0, 0, 1, 1, 1]);
 big.remove(BigUint64Array.of(7n));
@@ -79,4 +80,4 @@ export function follow(scene: Scene): number {
   return candidates;
 }
 
-export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, why, keys, on, ts];
+export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, closest, why, keys, on, ts];
