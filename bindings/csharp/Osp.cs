@@ -381,6 +381,18 @@ namespace OspCulling
             return count;
         }
 
+        /// <summary>Of each box whether nothing of it can be on a camera's screen. The boxes are in no culler: of sounds, of
+        /// characters.</summary>
+        public void AreHidden(OspCamera camera, ReadOnlySpan<OspBox> boxes, Span<bool> hidden)
+        {
+            Osp.Length(hidden.Length, boxes.Length, "hidden");
+            fixed (OspBox* places = &MemoryMarshal.GetReference(boxes))
+            fixed (bool* to = &MemoryMarshal.GetReference(hidden))
+            {
+                Osp.Check(Native.osp_culler_are_hidden(handle, &camera, places, (UIntPtr)boxes.Length, (byte*)to));
+            }
+        }
+
         /// <summary>What was refused between the last two calls of Cull, and why; of very much the beginning.</summary>
         public OspRefused[] Refused()
         {
@@ -549,6 +561,10 @@ namespace OspCulling
         [DllImport(Library, CallingConvention = C)]
         internal static extern OspStatus osp_culler_visible(
             CullerHandle culler, UIntPtr camera, ulong* keys, UIntPtr room, out UIntPtr count);
+
+        [DllImport(Library, CallingConvention = C)]
+        internal static extern OspStatus osp_culler_are_hidden(
+            CullerHandle culler, OspCamera* camera, OspBox* boxes, UIntPtr count, byte* hidden);
 
         [DllImport(Library, CallingConvention = C)]
         internal static extern OspStatus osp_culler_refused(

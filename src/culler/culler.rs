@@ -201,6 +201,21 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
+    /// Of each box, whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders where the camera
+    /// [asks for that](Camera::hide_by_occluders). The boxes are in no culler: of sounds, characters, triggers. One that is empty or not
+    /// finite is not hidden. Makes all changes known, as [`Culler::cull`] does.
+    pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
+        self.commit();
+        let corner = |corner: P| corner.into().into();
+        let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
+        let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum().may_see(bounds);
+        let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
+        if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
+            hiding.mark_hidden((&self.layers, camera.layers()), window, &boxes, &mut hidden);
+        }
+        hidden
+    }
+
     /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
     /// changes.
     pub fn frame(&self) -> Frame<'_, K> {

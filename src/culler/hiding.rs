@@ -3,7 +3,9 @@ use std::collections::BTreeMap;
 use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
-    occlusion::{CullConfig, OccluderPool, Occlusion, OcclusionConfig, ViewOcclusion, remove_hidden},
+    occlusion::{
+        CullConfig, OccluderPool, Occlusion, OcclusionConfig, Verdict, ViewOcclusion, remove_hidden,
+    },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
 };
@@ -125,6 +127,16 @@ impl Hiding {
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
+        if !self.build(layers, mask, window) {
+            return false;
+        }
+        let culler = self.view.culler();
+        remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
+        true
+    }
+
+    /// Selects occluders for a view and builds what they hide; false if there is nothing that hides.
+    fn build(&mut self, layers: &Layers, mask: u32, window: &ViewWindow) -> bool {
         let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
         if self.of_object.is_empty() || !sees_all() {
             return false;
@@ -134,9 +146,24 @@ impl Hiding {
             return false;
         }
         self.view.build(window);
-        let culler = self.view.culler();
-        remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
         true
+    }
+
+    /// Sets `hidden` for boxes that a view hides.
+    pub(super) fn mark_hidden(
+        &mut self,
+        (layers, mask): (&Layers, u32),
+        window: &ViewWindow,
+        boxes: &[Aabb],
+        hidden: &mut [bool],
+    ) {
+        if !self.build(layers, mask, window) {
+            return;
+        }
+        let culler = self.view.culler();
+        for (bounds, hidden) in boxes.iter().zip(hidden) {
+            *hidden |= bounds.is_valid() && culler.test_box(bounds).verdict == Verdict::Hidden;
+        }
     }
 }
 

@@ -412,6 +412,17 @@ OspStatus osp_culler_visible(const OspCuller *culler,
                              size_t *count);
 
 /**
+ * Tells of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
+ * hide_by_occluders. The boxes are in no culler: of a sound, a character, a trigger. hidden gets 1 or 0 for each. A box that is empty
+ * or not finite is not hidden. Makes all changes known, as osp_culler_cull does; what that has found stays if there are none.
+ */
+OspStatus osp_culler_are_hidden(OspCuller *culler,
+                                const OspCamera *camera,
+                                const OspBox *boxes,
+                                size_t count,
+                                uint8_t *hidden);
+
+/**
  * What was refused between the last two calls of osp_culler_cull, and why; of very much the beginning.
  */
 OspStatus osp_culler_refused(const OspCuller *culler, OspRefused *refused, size_t room, size_t *count);

@@ -285,6 +285,30 @@ pub unsafe extern "C" fn osp_culler_visible(
     })
 }
 
+/// Tells of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
+/// hide_by_occluders. The boxes are in no culler: of a sound, a character, a trigger. hidden gets 1 or 0 for each. A box that is empty
+/// or not finite is not hidden. Makes all changes known, as osp_culler_cull does; what that has found stays if there are none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn osp_culler_are_hidden(
+    culler: *mut OspCuller,
+    camera: *const OspCamera,
+    boxes: *const OspBox,
+    count: usize,
+    hidden: *mut u8,
+) -> OspStatus {
+    border(|| {
+        // SAFETY: the header asks it of the caller.
+        let (culler, camera, boxes, out) = unsafe {
+            let out = OutList::new(hidden, count, "hidden")?;
+            (self::culler(culler)?, value(camera, "camera")?, list(boxes, count, MOST, "boxes")?, out)
+        };
+        let camera = camera.checked("camera")?;
+        let boxes: Vec<_> = boxes.iter().map(OspBox::corners).collect();
+        out.write(culler.change()?.are_hidden(&camera, &boxes).into_iter().map(u8::from));
+        Ok(())
+    })
+}
+
 /// What was refused between the last two calls of osp_culler_cull, and why; of very much the beginning.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_refused(

@@ -152,6 +152,15 @@ static void errors_of_frames(OspCuller *culler) {
     EXPECT_OK(osp_culler_cull(culler, cameras, 2, NULL));
     EXPECT_OK(osp_culler_cull(culler, cameras, 2, seen));
     EXPECT(seen[0].visible == 3 && seen[1].visible == 3 && seen[1].hidden == 0);
+    uint8_t hidden[2] = {7, 7};
+    OspBox boxes[2] = {GOOD, GOOD};
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(NULL, cameras, boxes, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, NULL, boxes, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, cameras, NULL, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, cameras, boxes, 2, NULL));
+    REFUSED(TOO_MANY, osp_culler_are_hidden(culler, cameras, boxes, SIZE_MAX, hidden));
+    EXPECT_OK(osp_culler_are_hidden(culler, cameras, NULL, 0, NULL));
+    EXPECT(hidden[0] == 7);
     REFUSED(NULL_POINTER, osp_culler_visible(culler, 0, NULL, 4, &count));
     REFUSED(NULL_POINTER, osp_culler_visible(culler, 0, keys, 4, NULL));
     REFUSED(MISALIGNED_POINTER, osp_culler_visible(culler, 0, BESIDE(uint64_t *, keys), 3, &count));

@@ -151,6 +151,15 @@ static void frame(OspCuller *culler, uint64_t *keys, size_t room) {
     }
     EXPECT_OK(osp_culler_refused(culler, refused, MOST, &count));
     EXPECT(count == 0);
+    OspBox boxes[8];
+    uint8_t hidden[8];
+    for (int i = 0; i < 8; i++) {
+        boxes[i] = any_box();
+    }
+    EXPECT_OK(osp_culler_are_hidden(culler, cameras, boxes, 8, hidden));
+    for (int i = 0; i < 8; i++) {
+        EXPECT(hidden[i] == 0 || (hidden[i] == 1 && is_valid(&boxes[i])));
+    }
 }
 
 static void call(OspCuller *culler) {

@@ -79,6 +79,19 @@ static void run(int as_mesh) {
     EXPECT(seen[1].visible == BEHIND + 2 && is_visible(1, 7));
     look(1, OSP_ALL_LAYERS);
     EXPECT(seen[0].visible == 2 && seen[1].visible == 2);
+    /* Boxes that are in no culler: behind the wall, beside it, out of view, and none. */
+    OspBox boxes[4] = {
+        box_of_hand((OspBox){{-1, -1, -6}, {1, 1, -5}}), box_of_hand((OspBox){{5.8f, 0, -6}, {5.9f, 1, -5.9f}}),
+        box_of_hand((OspBox){{-1, -1, 5}, {1, 1, 6}}), {{1, 1, 1}, {0, 0, 0}}};
+    uint8_t hidden[4] = {7, 7, 7, 7};
+    OspCamera eye;
+    const float matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -hand, 0, 0, 0.01f, 0};
+    EXPECT_OK(osp_camera_f32(matrix, OSP_DEPTH_ONE_TO_ZERO, &eye));
+    EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
+    EXPECT(hidden[0] == 0 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
+    eye.hide_by_occluders = 1;
+    EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
+    EXPECT(hidden[0] == 1 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
     /* On another layer: only a camera that sees the wall, too, may leave out what is behind it. */
     uint64_t wall = WALL;
     uint32_t second = 2;

@@ -155,6 +155,10 @@ static class Test
                 eye.HideByOccluders = true;
                 OspSeen seen = culler.Cull(eye);
                 Expect(seen.Visible == 0 && seen.Hidden == 100, "nothing behind the wall");
+                var hidden = new bool[2];
+                culler.AreHidden(eye, new[] { new OspBox(-1, -1, -7, 1, 1, -6), new OspBox(-1, -1, -1.5f, 1, 1, -1) }, hidden);
+                Expect(hidden[0] && !hidden[1], "a box behind the wall, and one before it");
+                Throws<ArgumentException>(() => culler.AreHidden(eye, new OspBox[1], hidden));
                 culler.SetLayers(7, 2);
                 eye.Layers = 2;
                 Expect(culler.Cull(eye).Visible == 1, "a camera without the wall's layer");

@@ -166,6 +166,22 @@ impl Culler {
         PyTuple::new(py, seen.into_iter().map(|keys| keys.into_pyarray(py)))
     }
 
+    /// Of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
+    /// `hide_by_occluders`. An array of truth values. The boxes, as `set` takes them, are in no culler: of a sound, a character, a
+    /// trigger. One that is not finite or has min > max is not hidden. Makes all changes known, as `cull` does.
+    #[pyo3(signature = (camera, boxes, maxs=None))]
+    fn are_hidden<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Bound<'py, PyAny>,
+        boxes: &Bound<'py, PyAny>,
+        maxs: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let (camera, boxes) = (any_camera(camera)?, arrays::boxes(boxes, maxs)?);
+        let hidden = py.detach(|| Ok::<_, PyErr>(self.change()?.are_hidden(&camera, &boxes)))?;
+        Ok(hidden.into_pyarray(py))
+    }
+
     /// Makes all changes known to `in_box`, `in_sphere`, `on_ray`, `pick`, `rays` and `nearest`. `cull` does it, too.
     fn commit(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {

@@ -68,6 +68,9 @@ def test_a_mesh_a_box_and_a_quad_hide_and_layers_part(rng):
         cameras = [osp.Camera(eye, hide_by_occluders=True) for eye in eyes]
         left, right, everything = culler.cull(*cameras, AHEAD)
         assert len(left) == len(right) == 0 and len(everything) == 300
+        others = [[-1, -1, -9, 1, 1, -8], [-1, -1, 4, 1, 1, 5], [0, 0, NAN, 1, 1, 1]]
+        assert culler.are_hidden(cameras[0], behind).all() and not culler.are_hidden(AHEAD, behind).any()
+        assert culler.are_hidden(cameras[0], others).tolist() == [False, True, False]
         culler.set_layers(keys[:5], 2)
         culler.set_layers([5, 6], [4, 2])
         (second,) = culler.cull(osp.Camera(AHEAD, layers=2))

@@ -116,6 +116,15 @@ export class Culler {
     return cameras.map((_, i) => this.#found(culler.see(i)));
   }
 
+  areHidden(camera, boxes) {
+    const culler = this.#culler;
+    numbers(boxes, boxes?.length, "boxes");
+    if (boxes.length % 6 !== 0) throw new RangeError(`boxes: expected a multiple of 6 numbers, found ${boxes.length}`);
+    this.#writeCameras([camera], boxes instanceof Float32Array ? boxes : outward(boxes));
+    const count = culler.are_hidden();
+    return Uint8Array.from(KINDS.uint32.read(culler.found_at(), count));
+  }
+
   hidden(camera = 0) {
     return this.#culler.hidden(number(camera, "camera"));
   }
@@ -205,7 +214,7 @@ export class Culler {
     this.#write([], { double: parts.flatMap((part) => Array.from(part)) });
   }
 
-  #writeCameras(cameras) {
+  #writeCameras(cameras, singles = []) {
     const matrices = [],
       options = [];
     for (const camera of cameras) {
@@ -216,7 +225,7 @@ export class Culler {
       }
       options.push(DEPTHS[depth], Number(hideByOccluders === true), mask(layers));
     }
-    this.#write([], { whole: options, double: matrices });
+    this.#write([], { singles, whole: options, double: matrices });
   }
 
   #bounds(key) {

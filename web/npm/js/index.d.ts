@@ -86,6 +86,12 @@ export class Culler<K extends Key = number> {
    * @throws RangeError a matrix with numbers that are not finite, or without an inverse
    */
   cull(...cameras: Camera[]): Keys<K>[];
+  /**
+   * Of each box, six numbers, 1 if nothing of it can be on a camera's screen, else 0: it is out of view, or behind the occluders if the
+   * camera hides by them. The boxes are in no culler: of a sound, a character, a trigger. One that is not finite or has min > max is not
+   * hidden. Makes all changes known, as `cull` does.
+   */
+  areHidden(camera: Camera, boxes: Numbers): Uint8Array;
   /** How many objects in view of a camera of the last `cull` occluders hide. */
   hidden(camera?: number): number;
   /** What was refused between the last two calls of `cull`, and why; of very much the beginning. */

@@ -222,6 +222,21 @@ impl Culler {
         self.culler.frame().get(camera).map_or(0, |seen| seen.hidden())
     }
 
+    /// Marks the boxes that were written of which the camera that was written sees nothing, by 1 and 0 as keys found; how many boxes.
+    pub fn are_hidden(&mut self) -> Outcome<usize> {
+        let matrix = std::array::from_fn(|i| self.doubles[i]);
+        let options = std::array::from_fn(|i| self.words[i]);
+        let camera = camera(&matrix, &options).or_else(|why| refused(&why))?;
+        self.check_pending()?;
+        let boxes = self.floats.as_chunks::<3>().0.as_chunks::<2>().0;
+        if !room::is_left(self.change_bytes(self.pending).saturating_add(4 * size_of_val(boxes))) {
+            return refused(&format!("there is no memory left for {} boxes", boxes.len()));
+        }
+        let hidden = self.culler.are_hidden(&camera, boxes);
+        (self.pending, self.room) = (0, 0);
+        Self::answer(&mut self.found, hidden.len(), hidden.into_iter().map(u64::from))
+    }
+
     /// Finds what was refused between the last two culls; how many.
     pub fn refused(&mut self) -> Outcome<usize> {
         Self::answer(

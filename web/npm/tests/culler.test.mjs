@@ -77,6 +77,11 @@ test("a quad, a box and a mesh hide for both eyes of a pose; layers part", () =>
     const [left, right, all] = culler.cull(...eyes, { ...ahead });
     assert.deepEqual([left.length, right.length], [0, 0]);
     assert.ok(all.length > 100 && culler.hidden(0) === all.length && culler.hidden(2) === 0 && culler.hidden(3) === 0);
+    const boxes = Float32Array.from([...all].flatMap((key) => [...culler.box(key)]));
+    assert.ok(culler.areHidden(eyes[0], boxes).every((is) => is === 1));
+    assert.ok(culler.areHidden(ahead, boxes).every((is) => is === 0));
+    const others = [-1, -1, -9, 1, 1, -8, -1, -1, 4, 1, 1, 5, 0, 0, NaN, 1, 1, 1];
+    assert.deepEqual([...culler.areHidden(eyes[0], others)], [0, 1, 0]);
     culler.setLayers(all.slice(0, 3), 2);
     culler.setLayers(all.slice(3, 5), Uint32Array.of(4, 6));
     // A camera that does not see the wall's layer leaves out nothing behind it.
@@ -183,6 +188,9 @@ const REFUSED = [
   [(c) => c.inSphere([0, 0, 0], -1), RangeError, /^sphere: expected a finite center, and a finite radius from 0 on$/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 0]), RangeError, /^ray: expected a finite origin, and a finite direction/],
   [(c) => c.onRay([0, 0, 0], [0, 0, 1], NaN), RangeError, /^tMax: expected a number from 0 on$/],
+  [(c) => c.areHidden(ahead, [1, 2, 3]), RangeError, /^boxes: expected a multiple of 6 numbers, found 3$/],
+  [(c) => c.areHidden(ahead), TypeError, /^boxes: expected an array/],
+  [(c) => c.areHidden({ clipFromWorld: new Array(16).fill(0) }, []), RangeError, /inverse$/],
   [(c) => c.nearest([0, 0, NaN]), RangeError, /^point: expected finite numbers$/],
   [(c) => c.nearest([0, 0, 0], -1), RangeError, /^count: expected a number from 0 on, found -1$/],
   [() => new Culler({ keys: "string" }), RangeError, /^keys: expected "uint32" or "uint64", found string$/],

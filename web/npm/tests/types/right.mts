@@ -57,6 +57,7 @@ const [first]: Uint32Array[] = numbered.cull(eye, { clipFromWorld: new Float64Ar
 const picked: { key: number; t: number } | null = numbered.pick(numbered.screenRay(eye, 0, 0), (key) => key / 2);
 const why: string[] = numbered.refused.map(({ why }) => why);
 const { keys: closest }: { keys: Uint32Array } = numbered.nearest([0, 0, 0], 2);
+const outOfSight: Uint8Array = numbered.areHidden(eye, new Float32Array(6));
 const big = new Culler<bigint>({ keys: "uint64" });
 big.set(7n, [0, 0, 0, 1, 1, 1]);
 big.remove(BigUint64Array.of(7n));
@@ -80,4 +81,4 @@ export function follow(scene: Scene): number {
   return candidates;
 }
 
-export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, closest, why, keys, on, ts];
+export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];
