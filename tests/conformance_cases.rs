@@ -34,6 +34,9 @@ const HEAD: &str = "\
 #   found ID ID ...                              what the last of these two must answer, ascending
 #   ray ox oy oz dx dy dz tmax                   from a point along a direction, t in units of its length
 #   hit ID t | hit none                          the box that it enters first, and where (0 from inside), to a part in 10^4
+#   quad ID x y z x y z x y z x y z              gives it an occluder with these corners, in place of the one that it had; an occluder
+#                                                goes with its box: when it moves, and when it is taken out
+#   unhidden ID ID ...                           what the last view must answer with occlusion, ascending
 #
 # A view answers each box that lies wholly behind none of its six planes; touching is not behind. Numbers are f32.
 # tests/conformance_cases.rs makes this file: OSP_WRITE=1 cargo test --test conformance_cases
@@ -102,6 +105,12 @@ fn every_index_answers_as_the_file_says() {
 }
 
 #[test]
+fn a_culler_answers_as_the_file_says() {
+    let checked = run::run_culler(&shipped()).unwrap_or_else(|wrong| panic!("{wrong}"));
+    assert!(checked > 100, "{checked} answers");
+}
+
+#[test]
 fn the_answers_are_those_of_the_plainest_loop() {
     let checked = run::check_answers(&shipped()).unwrap_or_else(|wrong| panic!("{wrong}"));
     assert!(checked > 100, "{checked} answers");
@@ -129,7 +138,16 @@ fn a_wrong_answer_is_found() {
 
 #[test]
 fn a_damaged_line_is_named() {
-    for line in ["box 1 2 3", "view 1 2", "visible 2 1", "hit 1", "boxes 1", "remove -1", "sphere 0 0 0 x"] {
+    for line in [
+        "box 1 2 3",
+        "view 1 2",
+        "visible 2 1",
+        "hit 1",
+        "boxes 1",
+        "remove -1",
+        "sphere 0 0 0 x",
+        "quad 1 0 0 0",
+    ] {
         let error = file::read(&format!("case a\n{line}\n")).expect_err("a bad line");
         assert!(error.starts_with("line 2: "), "{error}");
     }

@@ -147,6 +147,38 @@ fn settings_that_name_nothing_but_the_method_hide_the_meshes_behind_a_wall() {
 }
 
 #[test]
+fn walls_that_were_smaller_than_a_pixel_hide_when_the_eye_has_come_near() {
+    // From 30 m a pixel of the picture is 60 mm wide, and from 1 m 2 mm.
+    let small = |i: u32| {
+        let by = Vec3::new((i % 80) as f32 * 0.02 - 0.8, (i / 80) as f32 * 0.02 - 1.2, -0.5);
+        // The last ones are larger, so that they are among those that are filled.
+        let half_m = if i < 9_584 { 0.008 } else { 0.014 };
+        Some(Thing::Wall(square(0.0, half_m).map(|corner| corner + by)))
+    };
+    let mut world = World((0..9_600).map(small).collect());
+    let last = Aabb::from_points(&square(0.51, 0.001).map(|corner| corner + Vec3::new(0.78, 1.18, 0.0)));
+    let mesh = PolygonId(world.0.len() as u32);
+    world.0.push(Some(Thing::Mesh(last)));
+    let index = Osp::new(&IndexConfig::default());
+    let pipeline = Pipeline::new(Box::new(index), 10_000, StageClock::default());
+    let mut pipeline = pipeline.with_occlusion(PassConfig::new(Occlusion::PreviousFrame));
+    pipeline.load(&world);
+    let projection = Projection::symmetric(100.0, 1.5, 0.01, 100.0);
+    let view = |z: f32| View::look_at(Vec3::new(0.0, 0.0, z), Vec3::new(0.0, 0.0, z - 1.0), projection);
+    for _ in 0..8 {
+        pipeline.frame(&world, &[], &view(30.0));
+    }
+    assert_eq!(pipeline.draw_list().len(), world.0.len(), "nothing is hidden");
+    // At most 256 of those that covered nothing are tried in a frame.
+    let is_hidden = (0..2 * 9_600 / 256).any(|_| {
+        pipeline.frame(&world, &[], &view(0.7));
+        assert!(pipeline.in_view().contains(mesh));
+        !pipeline.draw_list().contains(mesh)
+    });
+    assert!(is_hidden);
+}
+
+#[test]
 fn every_structure_may_be_shared_between_threads() {
     fn shared<T: Send + Sync + ?Sized>() {}
     shared::<Osp>();

@@ -15,39 +15,29 @@ namespace OspCulling
         NullPointer = 2,
         MisalignedPointer = 3,
         TooMany = 4,
-        InvalidBox = 5,
-        InvalidTriangle = 6,
-        UnknownId = 7,
-        InvalidView = 8,
-        InvalidArgument = 9,
-        NotCommitted = 10,
-        Busy = 11,
-        Poisoned = 12,
-        Internal = 13
+        InvalidCamera = 5,
+        InvalidOccluder = 6,
+        InvalidArgument = 7,
+        UnknownKey = 8,
+        Busy = 9,
+        Poisoned = 10,
+        Internal = 11
     }
 
     /// <summary>Which depths a matrix gives, after the division by w. Unity's Camera.projectionMatrix is MinusOneToOne.</summary>
     public enum OspDepth
     {
         ZeroToOne = 0,
-        MinusOneToOne = 1
+        OneToZero = 1,
+        MinusOneToOne = 2
     }
 
-    /// <summary>How a scene finds what is hidden.</summary>
-    public enum OspOcclusion
+    /// <summary>Why an object, or its occluder, was left out.</summary>
+    public enum OspRefusal
     {
-        None = 0,
-        Msvbsp = 1,
-        Depth = 2,
-        DepthLast = 3,
-        Auto = 4
-    }
-
-    /// <summary>Whether a ray looks for what it hits first, or for anything.</summary>
-    public enum OspRayMode
-    {
-        Nearest = 0,
-        Any = 1
+        Bounds = 0,
+        Key = 1,
+        Occluder = 2
     }
 
     /// <summary>A box in world space: its smallest and largest corner.</summary>
@@ -67,41 +57,87 @@ namespace OspCulling
         }
     }
 
-    /// <summary>What a ray hits: Id is Osp.NoId for nothing; T is in units of the direction's length.</summary>
+    /// <summary>An object whose box a ray enters, at T lengths of the direction, or that is T away; 0 from inside.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct OspHit
     {
-        public uint Id;
+        public ulong Key;
         public float T;
+    }
 
-        public bool IsHit
+    /// <summary>What a camera sees: objects to draw, and objects in view that occluders hide.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public struct OspSeen
+    {
+        readonly UIntPtr visible, hidden;
+
+        public int Visible
         {
-            get { return Id != Osp.NoId; }
+            get { return (int)visible; }
+        }
+
+        public int Hidden
+        {
+            get { return (int)hidden; }
         }
     }
 
-    /// <summary>Hints: a cube around most of what will come, and boxes to reserve memory for.</summary>
+    /// <summary>What was left out, and why.</summary>
     [StructLayout(LayoutKind.Sequential)]
-    public struct OspIndexConfig
+    public struct OspRefused
     {
-        public float RootX, RootY, RootZ, RootSize;
-        public uint Capacity;
+        public ulong Key;
+        public OspRefusal Why;
     }
 
-    /// <summary>Hints, a method, and what it costs to draw one box or triangle, nanoseconds.</summary>
+    /// <summary>A camera or a light. It sees all layers, and nothing is hidden, unless you say otherwise.</summary>
     [StructLayout(LayoutKind.Sequential)]
-    public struct OspSceneConfig
+    public unsafe struct OspCamera
     {
-        public OspIndexConfig Index;
-        public OspOcclusion Occlusion;
-        public float DrawNs;
-    }
+        fixed double clipFromWorld[16];
+        int depth, hideByOccluders;
+        /// <summary>The camera sees objects on one of these layers, a bit each.</summary>
+        public uint Layers;
 
-    /// <summary>What a frame has found, for all its views together.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public struct OspFrame
-    {
-        public ulong Count, InView, Visible, Occluders, InsertNs, CullNs, OcclusionNs;
+        /// <summary>From sixteen numbers from world to clip space, column after column: any projection.</summary>
+        public OspCamera(ReadOnlySpan<float> clipFromWorld, OspDepth depth)
+        {
+            Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
+            fixed (float* matrix = &MemoryMarshal.GetReference(clipFromWorld))
+            {
+                Osp.Check(Native.osp_camera_f32(matrix, (int)depth, out this));
+            }
+        }
+
+        /// <summary>From a matrix in 64 bits: for an eye far from the origin.</summary>
+        public OspCamera(ReadOnlySpan<double> clipFromWorld, OspDepth depth)
+        {
+            Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
+            fixed (double* matrix = &MemoryMarshal.GetReference(clipFromWorld))
+            {
+                Osp.Check(Native.osp_camera_f64(matrix, (int)depth, out this));
+            }
+        }
+
+        /// <summary>Whether what occluders hide is left out.</summary>
+        public bool HideByOccluders
+        {
+            get { return hideByOccluders != 0; }
+            set { hideByOccluders = value ? 1 : 0; }
+        }
+
+        /// <summary>The ray through a point of the screen, from -1 to 1; origin and direction get x y z each.</summary>
+        public void Ray(float x, float y, Span<float> origin, Span<float> direction)
+        {
+            Osp.Length(origin.Length, 3, "origin");
+            Osp.Length(direction.Length, 3, "direction");
+            OspCamera camera = this;
+            fixed (float* from = &MemoryMarshal.GetReference(origin))
+            fixed (float* along = &MemoryMarshal.GetReference(direction))
+            {
+                Osp.Check(Native.osp_camera_ray(&camera, x, y, from, along));
+            }
+        }
     }
 
     /// <summary>A call that was refused; it has changed nothing. The message is the library's.</summary>
@@ -118,9 +154,9 @@ namespace OspCulling
     /// <summary>Constants, and the version of the library that is loaded.</summary>
     public static class Osp
     {
-        public const uint NoId = uint.MaxValue;
-        public const int MaxIds = 1 << 27;
-        public const int MaxViews = 64;
+        public const int MaxObjects = 1 << 27;
+        public const int MaxCameras = 64;
+        public const uint AllLayers = uint.MaxValue;
         /// <summary>The version that this file is for: major * 65536 + minor * 256 + patch.</summary>
         public const uint Version = 256;
 
@@ -137,7 +173,7 @@ namespace OspCulling
             }
         }
 
-        /// <summary>Whether all ids found room; throws for every other refusal.</summary>
+        /// <summary>Whether all values found room; throws for every other refusal.</summary>
         internal static bool HadRoom(OspStatus status)
         {
             if (status == OspStatus.BufferTooSmall)
@@ -156,11 +192,11 @@ namespace OspCulling
             }
         }
 
-        internal static void Grow(ref uint[] ids, int count)
+        internal static void Grow<T>(ref T[] values, int count)
         {
-            if (ids.Length < count)
+            if (values.Length < count)
             {
-                ids = new uint[Math.Max(count, Math.Min(2 * (long)ids.Length, MaxIds))];
+                values = new T[Math.Max(count, Math.Min(2 * (long)values.Length, MaxObjects))];
             }
         }
 
@@ -174,24 +210,16 @@ namespace OspCulling
         }
     }
 
-    /// <summary>An index of boxes: they come, move and go at any time, and each view finds those that it may see.</summary>
-    public sealed unsafe class OspIndex : IDisposable
+    /// <summary>Finds what cameras see of objects that come, move and go at any time. Each has a key of yours and a box.</summary>
+    public sealed unsafe class OspCuller : IDisposable
     {
-        readonly IndexHandle handle = new IndexHandle();
+        readonly CullerHandle handle = new CullerHandle();
 
-        public OspIndex()
+        public OspCuller()
         {
             Osp.CheckVersion();
             IntPtr made;
-            Osp.Check(Native.osp_index_new(null, out made));
-            handle.Take(made);
-        }
-
-        public OspIndex(OspIndexConfig config)
-        {
-            Osp.CheckVersion();
-            IntPtr made;
-            Osp.Check(Native.osp_index_new(&config, out made));
+            Osp.Check(Native.osp_culler_new(out made));
             handle.Take(made);
         }
 
@@ -201,358 +229,254 @@ namespace OspCulling
             handle.Dispose();
         }
 
-        /// <summary>Boxes in the index.</summary>
+        /// <summary>Objects with a box that was not refused.</summary>
         public int Count
         {
             get
             {
                 UIntPtr count;
-                Osp.Check(Native.osp_index_count(handle, out count));
+                Osp.Check(Native.osp_culler_count(handle, out count));
                 return (int)count;
             }
         }
 
-        /// <summary>Memory that it holds, bytes.</summary>
-        public long Memory
+        /// <summary>Inserts an object, or moves it. A box that is none leaves it out; Refused names it.</summary>
+        public void Set(ulong key, OspBox box)
         {
-            get
+            Osp.Check(Native.osp_culler_set(handle, &key, &box, (UIntPtr)1));
+        }
+
+        /// <summary>Inserts or moves many objects.</summary>
+        public void Set(ReadOnlySpan<ulong> keys, ReadOnlySpan<OspBox> boxes)
+        {
+            Osp.Length(boxes.Length, keys.Length, "boxes");
+            fixed (ulong* named = &MemoryMarshal.GetReference(keys))
+            fixed (OspBox* places = &MemoryMarshal.GetReference(boxes))
             {
-                UIntPtr bytes;
-                Osp.Check(Native.osp_index_memory(handle, out bytes));
-                return (long)bytes;
+                Osp.Check(Native.osp_culler_set(handle, named, places, (UIntPtr)keys.Length));
             }
         }
 
-        /// <summary>Inserts a box and gives it an id.</summary>
-        public uint Insert(OspBox box)
+        /// <summary>Takes an object out, with its occluder and layers. Nothing happens if there is none.</summary>
+        public void Remove(ulong key)
         {
-            uint id;
-            Osp.Check(Native.osp_index_insert(handle, &box, (UIntPtr)1, &id));
-            return id;
+            Osp.Check(Native.osp_culler_remove(handle, &key, (UIntPtr)1));
         }
 
-        /// <summary>Inserts boxes, all or none; ids is as long.</summary>
-        public void Insert(ReadOnlySpan<OspBox> boxes, Span<uint> ids)
+        /// <summary>Takes many objects out.</summary>
+        public void Remove(ReadOnlySpan<ulong> keys)
         {
-            Osp.Length(ids.Length, boxes.Length, "ids");
-            fixed (OspBox* from = &MemoryMarshal.GetReference(boxes))
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
+            fixed (ulong* named = &MemoryMarshal.GetReference(keys))
             {
-                Osp.Check(Native.osp_index_insert(handle, from, (UIntPtr)boxes.Length, to));
+                Osp.Check(Native.osp_culler_remove(handle, named, (UIntPtr)keys.Length));
             }
-        }
-
-        /// <summary>Moves a box.</summary>
-        public void Update(uint id, OspBox box)
-        {
-            Osp.Check(Native.osp_index_update(handle, &id, &box, (UIntPtr)1));
-        }
-
-        /// <summary>Moves boxes, all or none; ids and boxes are of one length.</summary>
-        public void Update(ReadOnlySpan<uint> ids, ReadOnlySpan<OspBox> boxes)
-        {
-            Osp.Length(ids.Length, boxes.Length, "ids");
-            fixed (uint* whose = &MemoryMarshal.GetReference(ids))
-            fixed (OspBox* from = &MemoryMarshal.GetReference(boxes))
-            {
-                Osp.Check(Native.osp_index_update(handle, whose, from, (UIntPtr)boxes.Length));
-            }
-        }
-
-        /// <summary>Takes a box out.</summary>
-        public void Remove(uint id)
-        {
-            Osp.Check(Native.osp_index_remove(handle, id));
         }
 
         /// <summary>Takes everything out.</summary>
         public void Clear()
         {
-            Osp.Check(Native.osp_index_clear(handle));
+            Osp.Check(Native.osp_culler_clear(handle));
         }
 
-        /// <summary>Ends a batch of changes: once a frame, before the queries.</summary>
+        /// <summary>Puts an object on layers, a bit each. Objects are on the mask 1 unless they are put elsewhere.</summary>
+        public void SetLayers(ulong key, uint layers)
+        {
+            Osp.Check(Native.osp_culler_set_layers(handle, &key, &layers, (UIntPtr)1));
+        }
+
+        /// <summary>Gives an object a flat, convex quad that hides: x y z of each corner. It stays until the object moves.</summary>
+        public void SetOccluderQuad(ulong key, ReadOnlySpan<float> corners)
+        {
+            Osp.Length(corners.Length, 12, "corners");
+            fixed (float* numbers = &MemoryMarshal.GetReference(corners))
+            {
+                Osp.Check(Native.osp_culler_set_occluder_quad(handle, key, numbers));
+            }
+        }
+
+        /// <summary>Gives an object the six sides of a box that hide.</summary>
+        public void SetOccluderBox(ulong key, OspBox box)
+        {
+            Osp.Check(Native.osp_culler_set_occluder_box(handle, key, &box));
+        }
+
+        /// <summary>Gives an object a mesh that hides: three numbers for each vertex, three indices for each triangle.</summary>
+        public void SetOccluderMesh(ulong key, ReadOnlySpan<float> vertices, ReadOnlySpan<uint> indices)
+        {
+            Osp.Length(vertices.Length % 3, 0, "vertices, beyond three for each");
+            Osp.Length(indices.Length % 3, 0, "indices, beyond three for each triangle");
+            fixed (float* numbers = &MemoryMarshal.GetReference(vertices))
+            fixed (uint* places = &MemoryMarshal.GetReference(indices))
+            {
+                Osp.Check(Native.osp_culler_set_occluder_mesh(handle, key, numbers, (UIntPtr)(vertices.Length / 3), places,
+                    (UIntPtr)(indices.Length / 3)));
+            }
+        }
+
+        /// <summary>Takes an object's occluder away. Nothing happens if there is none.</summary>
+        public void RemoveOccluder(ulong key)
+        {
+            Osp.Check(Native.osp_culler_remove_occluder(handle, key));
+        }
+
+        /// <summary>Makes all changes known to InBox, InSphere, OnRay and Nearest. Cull does it, too.</summary>
         public void Commit()
         {
-            Osp.Check(Native.osp_index_commit(handle));
+            Osp.Check(Native.osp_culler_commit(handle));
         }
 
-        /// <summary>The box with an id.</summary>
-        public OspBox Box(uint id)
+        /// <summary>The box of an object, as it was set last.</summary>
+        public OspBox Box(ulong key)
         {
             OspBox box;
-            Osp.Check(Native.osp_index_box(handle, id, out box));
+            Osp.Check(Native.osp_culler_box(handle, key, out box));
             return box;
         }
 
-        /// <summary>The boxes that a view may see, ascending. clipFromWorld: sixteen numbers, column after column. False if there
-        /// are more than ids holds: then nothing is in it, and count says how many.</summary>
-        public bool Frustum(ReadOnlySpan<float> clipFromWorld, OspDepth depth, Span<uint> ids, out int count)
+        /// <summary>Finds what a camera sees; Visible lists it.</summary>
+        public OspSeen Cull(OspCamera camera)
         {
-            Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
-            fixed (float* matrix = &MemoryMarshal.GetReference(clipFromWorld))
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
+            OspSeen seen;
+            Osp.Check(Native.osp_culler_cull(handle, &camera, (UIntPtr)1, &seen));
+            return seen;
+        }
+
+        /// <summary>Finds what each camera sees, in one walk: two eyes, a camera and its lights. seen is empty, or has one for each.</summary>
+        public void Cull(ReadOnlySpan<OspCamera> cameras, Span<OspSeen> seen)
+        {
+            if (seen.Length > 0)
+            {
+                Osp.Length(seen.Length, cameras.Length, "seen");
+            }
+            fixed (OspCamera* eyes = &MemoryMarshal.GetReference(cameras))
+            fixed (OspSeen* to = &MemoryMarshal.GetReference(seen))
+            {
+                OspSeen* places = seen.Length > 0 ? to : null;
+                Osp.Check(Native.osp_culler_cull(handle, eyes, (UIntPtr)cameras.Length, places));
+            }
+        }
+
+        /// <summary>The keys of what a camera of the last Cull sees, in no order. False if there are more than keys holds.</summary>
+        public bool Visible(int camera, Span<ulong> keys, out int count)
+        {
+            fixed (ulong* to = &MemoryMarshal.GetReference(keys))
             {
                 UIntPtr found;
-                OspStatus status = Native.osp_index_frustum(handle, matrix, (int)depth, to, (UIntPtr)ids.Length, out found);
+                UIntPtr place = (UIntPtr)unchecked((uint)camera);
+                OspStatus status = Native.osp_culler_visible(handle, place, to, (UIntPtr)keys.Length, out found);
                 count = (int)found;
                 return Osp.HadRoom(status);
             }
         }
 
-        /// <summary>The boxes that a view may see, in an array that grows where it has to; how many.</summary>
-        public int Frustum(ReadOnlySpan<float> clipFromWorld, OspDepth depth, ref uint[] ids)
+        /// <summary>The same in an array that grows where it has to; how many.</summary>
+        public int Visible(int camera, ref ulong[] keys)
         {
             int count;
-            ids = ids ?? Array.Empty<uint>();
-            // Another thread may change the index in between.
-            while (!Frustum(clipFromWorld, depth, ids, out count))
+            keys = keys ?? Array.Empty<ulong>();
+            while (!Visible(camera, keys, out count))
             {
-                Osp.Grow(ref ids, count);
+                Osp.Grow(ref keys, count);
             }
             return count;
         }
 
-        /// <summary>The boxes behind none of six planes a b c d.</summary>
-        public bool FrustumOfPlanes(ReadOnlySpan<float> planes, Span<uint> ids, out int count)
+        /// <summary>Of each box whether nothing of it can be on a camera's screen. The boxes are in no culler: of sounds, of
+        /// characters.</summary>
+        public void AreHidden(OspCamera camera, ReadOnlySpan<OspBox> boxes, Span<bool> hidden)
         {
-            Osp.Length(planes.Length, 24, "planes");
-            fixed (float* numbers = &MemoryMarshal.GetReference(planes))
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
+            Osp.Length(hidden.Length, boxes.Length, "hidden");
+            fixed (OspBox* places = &MemoryMarshal.GetReference(boxes))
+            fixed (bool* to = &MemoryMarshal.GetReference(hidden))
+            {
+                Osp.Check(Native.osp_culler_are_hidden(handle, &camera, places, (UIntPtr)boxes.Length, (byte*)to));
+            }
+        }
+
+        /// <summary>What was refused between the last two calls of Cull, and why; of very much the beginning.</summary>
+        public OspRefused[] Refused()
+        {
+            OspRefused[] refused = Array.Empty<OspRefused>();
+            while (true)
+            {
+                fixed (OspRefused* to = &MemoryMarshal.GetReference(refused.AsSpan()))
+                {
+                    UIntPtr found;
+                    OspStatus status = Native.osp_culler_refused(handle, to, (UIntPtr)refused.Length, out found);
+                    if (Osp.HadRoom(status))
+                    {
+                        Array.Resize(ref refused, (int)found);
+                        return refused;
+                    }
+                    refused = new OspRefused[(int)found];
+                }
+            }
+        }
+
+        /// <summary>The objects whose boxes share a point with a box. False if there are more than keys holds.</summary>
+        public bool InBox(OspBox box, Span<ulong> keys, out int count)
+        {
+            fixed (ulong* to = &MemoryMarshal.GetReference(keys))
             {
                 UIntPtr found;
-                OspStatus status = Native.osp_index_frustum_of_planes(handle, numbers, to, (UIntPtr)ids.Length, out found);
+                OspStatus status = Native.osp_culler_in_box(handle, &box, to, (UIntPtr)keys.Length, out found);
                 count = (int)found;
                 return Osp.HadRoom(status);
             }
         }
 
-        /// <summary>The boxes that share a point with a box.</summary>
-        public bool BoxQuery(OspBox box, Span<uint> ids, out int count)
-        {
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
-            {
-                UIntPtr found;
-                OspStatus status = Native.osp_index_box_query(handle, &box, to, (UIntPtr)ids.Length, out found);
-                count = (int)found;
-                return Osp.HadRoom(status);
-            }
-        }
-
-        /// <summary>The boxes that share a point with a ball.</summary>
-        public bool SphereQuery(float x, float y, float z, float radius, Span<uint> ids, out int count)
+        /// <summary>The objects whose boxes share a point with a ball.</summary>
+        public bool InSphere(float x, float y, float z, float radius, Span<ulong> keys, out int count)
         {
             float* center = stackalloc float[3];
             center[0] = x;
             center[1] = y;
             center[2] = z;
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
+            fixed (ulong* to = &MemoryMarshal.GetReference(keys))
             {
                 UIntPtr found;
-                OspStatus status = Native.osp_index_sphere_query(handle, center, radius, to, (UIntPtr)ids.Length, out found);
+                OspStatus status = Native.osp_culler_in_sphere(handle, center, radius, to, (UIntPtr)keys.Length, out found);
                 count = (int)found;
                 return Osp.HadRoom(status);
             }
         }
 
-        /// <summary>A box that a ray enters at t up to tMax. origin and direction are x y z.</summary>
-        public OspHit Ray(ReadOnlySpan<float> origin, ReadOnlySpan<float> direction, float tMax, OspRayMode mode)
+        /// <summary>The objects whose boxes a ray enters at t up to tMax, the nearest first, as many as hits holds; how many there
+        /// are. origin and direction are x y z. To pick by a mesh, test one after the other until T is beyond the nearest hit.</summary>
+        public int OnRay(ReadOnlySpan<float> origin, ReadOnlySpan<float> direction, float tMax, Span<OspHit> hits)
         {
             Osp.Length(origin.Length, 3, "origin");
             Osp.Length(direction.Length, 3, "direction");
             fixed (float* from = &MemoryMarshal.GetReference(origin))
             fixed (float* along = &MemoryMarshal.GetReference(direction))
-            {
-                OspHit hit;
-                Osp.Check(Native.osp_index_ray(handle, from, along, tMax, (int)mode, out hit));
-                return hit;
-            }
-        }
-    }
-
-    /// <summary>A scene of boxes and triangles. Opaque triangles hide what is behind them; boxes stand for meshes.</summary>
-    public sealed unsafe class OspScene : IDisposable
-    {
-        readonly SceneHandle handle = new SceneHandle();
-
-        public OspScene(OspSceneConfig config)
-        {
-            Osp.CheckVersion();
-            IntPtr made;
-            Osp.Check(Native.osp_scene_new(&config, out made));
-            handle.Take(made);
-        }
-
-        /// <summary>Frees it, as soon as no call is running.</summary>
-        public void Dispose()
-        {
-            handle.Dispose();
-        }
-
-        /// <summary>Boxes and triangles in the scene.</summary>
-        public int Count
-        {
-            get
+            fixed (OspHit* to = &MemoryMarshal.GetReference(hits))
             {
                 UIntPtr count;
-                Osp.Check(Native.osp_scene_count(handle, out count));
+                Osp.Check(Native.osp_culler_on_ray(handle, from, along, tMax, to, (UIntPtr)hits.Length, out count));
                 return (int)count;
             }
         }
 
-        /// <summary>Memory of the boxes, the triangles and their index, bytes.</summary>
-        public long Memory
+        /// <summary>The objects whose boxes are nearest to a point, as many as hits holds, the nearest first; how many. T is the
+        /// distance.</summary>
+        public int Nearest(float x, float y, float z, Span<OspHit> hits)
         {
-            get
+            float* point = stackalloc float[3];
+            point[0] = x;
+            point[1] = y;
+            point[2] = z;
+            fixed (OspHit* to = &MemoryMarshal.GetReference(hits))
             {
-                UIntPtr bytes;
-                Osp.Check(Native.osp_scene_memory(handle, out bytes));
-                return (long)bytes;
-            }
-        }
-
-        /// <summary>Inserts a box, which hides nothing, and gives it an id.</summary>
-        public uint InsertBox(OspBox box)
-        {
-            uint id;
-            Osp.Check(Native.osp_scene_insert_boxes(handle, &box, (UIntPtr)1, &id));
-            return id;
-        }
-
-        /// <summary>Inserts triangles, all or none: three numbers for each vertex, three indices and an id for each triangle. With
-        /// no indices the vertices are taken in their order.</summary>
-        public void InsertTriangles(ReadOnlySpan<float> vertices, ReadOnlySpan<uint> indices, bool isOpaque, Span<uint> ids)
-        {
-            if (vertices.Length % 3 != 0)
-            {
-                throw new ArgumentException("expected three numbers for each vertex, found " + vertices.Length, "vertices");
-            }
-            if (indices.Length > 0)
-            {
-                Osp.Length(indices.Length, checked(3 * ids.Length), "indices");
-            }
-            fixed (float* numbers = &MemoryMarshal.GetReference(vertices))
-            fixed (uint* places = &MemoryMarshal.GetReference(indices))
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
-            {
-                uint* listed = indices.Length > 0 ? places : null;
-                Osp.Check(Native.osp_scene_insert_triangles(handle, numbers, (UIntPtr)(vertices.Length / 3), listed,
-                    (UIntPtr)ids.Length, isOpaque ? 1 : 0, to));
-            }
-        }
-
-        /// <summary>Moves a box.</summary>
-        public void UpdateBox(uint id, OspBox box)
-        {
-            Osp.Check(Native.osp_scene_update_box(handle, id, &box));
-        }
-
-        /// <summary>Moves a triangle: nine numbers.</summary>
-        public void UpdateTriangle(uint id, ReadOnlySpan<float> corners)
-        {
-            Osp.Length(corners.Length, 9, "corners");
-            fixed (float* numbers = &MemoryMarshal.GetReference(corners))
-            {
-                Osp.Check(Native.osp_scene_update_triangle(handle, id, numbers));
-            }
-        }
-
-        /// <summary>Takes a box or a triangle out.</summary>
-        public void Remove(uint id)
-        {
-            Osp.Check(Native.osp_scene_remove(handle, id));
-        }
-
-        /// <summary>Takes the changes over without culling, for queries between frames.</summary>
-        public void Commit()
-        {
-            Osp.Check(Native.osp_scene_commit(handle));
-        }
-
-        /// <summary>A frame: takes the changes over and culls each view. Sixteen numbers for each view, perspectives only.</summary>
-        public OspFrame Frame(ReadOnlySpan<float> clipFromWorld, OspDepth depth)
-        {
-            if (clipFromWorld.Length == 0 || clipFromWorld.Length % 16 != 0)
-            {
-                throw new ArgumentException("expected 16 values for each view, found " + clipFromWorld.Length, "clipFromWorld");
-            }
-            fixed (float* matrices = &MemoryMarshal.GetReference(clipFromWorld))
-            {
-                OspFrame frame;
-                Osp.Check(Native.osp_scene_frame(handle, matrices, (UIntPtr)(clipFromWorld.Length / 16), (int)depth, out frame));
-                return frame;
-            }
-        }
-
-        /// <summary>What to draw of a view of the last frame, ascending. False if there are more than ids holds.</summary>
-        public bool Visible(int view, Span<uint> ids, out int count)
-        {
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
-            {
-                UIntPtr found;
-                OspStatus status =
-                    Native.osp_scene_visible(handle, unchecked((uint)view), to, (UIntPtr)ids.Length, out found);
-                count = (int)found;
-                return Osp.HadRoom(status);
-            }
-        }
-
-        /// <summary>What to draw of a view, in an array that grows where it has to; how many.</summary>
-        public int Visible(int view, ref uint[] ids)
-        {
-            int count;
-            ids = ids ?? Array.Empty<uint>();
-            while (!Visible(view, ids, out count))
-            {
-                Osp.Grow(ref ids, count);
-            }
-            return count;
-        }
-
-        /// <summary>What lies in the frustum of any projection, hidden or not.</summary>
-        public bool Frustum(ReadOnlySpan<float> clipFromWorld, OspDepth depth, Span<uint> ids, out int count)
-        {
-            Osp.Length(clipFromWorld.Length, 16, "clipFromWorld");
-            fixed (float* matrix = &MemoryMarshal.GetReference(clipFromWorld))
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
-            {
-                UIntPtr found;
-                OspStatus status = Native.osp_scene_frustum(handle, matrix, (int)depth, to, (UIntPtr)ids.Length, out found);
-                count = (int)found;
-                return Osp.HadRoom(status);
-            }
-        }
-
-        /// <summary>What shares a point with a box, triangles by their boxes.</summary>
-        public bool BoxQuery(OspBox box, Span<uint> ids, out int count)
-        {
-            fixed (uint* to = &MemoryMarshal.GetReference(ids))
-            {
-                UIntPtr found;
-                OspStatus status = Native.osp_scene_box_query(handle, &box, to, (UIntPtr)ids.Length, out found);
-                count = (int)found;
-                return Osp.HadRoom(status);
-            }
-        }
-
-        /// <summary>Where a ray enters a box or meets a triangle, at t up to tMax. origin and direction are x y z.</summary>
-        public OspHit Ray(ReadOnlySpan<float> origin, ReadOnlySpan<float> direction, float tMax, OspRayMode mode)
-        {
-            Osp.Length(origin.Length, 3, "origin");
-            Osp.Length(direction.Length, 3, "direction");
-            fixed (float* from = &MemoryMarshal.GetReference(origin))
-            fixed (float* along = &MemoryMarshal.GetReference(direction))
-            {
-                OspHit hit;
-                Osp.Check(Native.osp_scene_ray(handle, from, along, tMax, (int)mode, out hit));
-                return hit;
+                UIntPtr count;
+                Osp.Check(Native.osp_culler_nearest(handle, point, to, (UIntPtr)hits.Length, out count));
+                return (int)count;
             }
         }
     }
 
-    sealed class IndexHandle : SafeHandleZeroOrMinusOneIsInvalid
+    sealed class CullerHandle : SafeHandleZeroOrMinusOneIsInvalid
     {
-        internal IndexHandle() : base(true)
+        internal CullerHandle() : base(true)
         {
         }
 
@@ -563,24 +487,7 @@ namespace OspCulling
 
         protected override bool ReleaseHandle()
         {
-            return Native.osp_index_free(handle) == OspStatus.Ok;
-        }
-    }
-
-    sealed class SceneHandle : SafeHandleZeroOrMinusOneIsInvalid
-    {
-        internal SceneHandle() : base(true)
-        {
-        }
-
-        internal void Take(IntPtr made)
-        {
-            SetHandle(made);
-        }
-
-        protected override bool ReleaseHandle()
-        {
-            return Native.osp_scene_free(handle) == OspStatus.Ok;
+            return Native.osp_culler_free(handle) == OspStatus.Ok;
         }
     }
 
@@ -600,104 +507,83 @@ namespace OspCulling
         internal static extern uint osp_version();
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_new(OspIndexConfig* config, out IntPtr index);
+        internal static extern OspStatus osp_camera_f32(float* clipFromWorld, int depth, out OspCamera camera);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_free(IntPtr index);
+        internal static extern OspStatus osp_camera_f64(double* clipFromWorld, int depth, out OspCamera camera);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_insert(IndexHandle index, OspBox* boxes, UIntPtr count, uint* ids);
+        internal static extern OspStatus osp_camera_ray(OspCamera* camera, float x, float y, float* origin, float* direction);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_update(IndexHandle index, uint* ids, OspBox* boxes, UIntPtr count);
+        internal static extern OspStatus osp_culler_new(out IntPtr culler);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_remove(IndexHandle index, uint id);
+        internal static extern OspStatus osp_culler_free(IntPtr culler);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_clear(IndexHandle index);
+        internal static extern OspStatus osp_culler_set(CullerHandle culler, ulong* keys, OspBox* boxes, UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_commit(IndexHandle index);
+        internal static extern OspStatus osp_culler_remove(CullerHandle culler, ulong* keys, UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_count(IndexHandle index, out UIntPtr count);
+        internal static extern OspStatus osp_culler_clear(CullerHandle culler);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_memory(IndexHandle index, out UIntPtr bytes);
+        internal static extern OspStatus osp_culler_set_layers(CullerHandle culler, ulong* keys, uint* layers, UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_box(IndexHandle index, uint id, out OspBox bounds);
+        internal static extern OspStatus osp_culler_set_occluder_quad(CullerHandle culler, ulong key, float* corners);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_frustum(
-            IndexHandle index, float* clipFromWorld, int depth, uint* ids, UIntPtr room, out UIntPtr count);
+        internal static extern OspStatus osp_culler_set_occluder_box(CullerHandle culler, ulong key, OspBox* bounds);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_frustum_of_planes(
-            IndexHandle index, float* planes, uint* ids, UIntPtr room, out UIntPtr count);
+        internal static extern OspStatus osp_culler_set_occluder_mesh(CullerHandle culler, ulong key, float* vertices,
+            UIntPtr vertexCount, uint* indices, UIntPtr triangleCount);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_box_query(
-            IndexHandle index, OspBox* bounds, uint* ids, UIntPtr room, out UIntPtr count);
+        internal static extern OspStatus osp_culler_remove_occluder(CullerHandle culler, ulong key);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_sphere_query(
-            IndexHandle index, float* center, float radius, uint* ids, UIntPtr room, out UIntPtr count);
+        internal static extern OspStatus osp_culler_commit(CullerHandle culler);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_index_ray(
-            IndexHandle index, float* origin, float* direction, float tMax, int mode, out OspHit hit);
+        internal static extern OspStatus osp_culler_count(CullerHandle culler, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_new(OspSceneConfig* config, out IntPtr scene);
+        internal static extern OspStatus osp_culler_box(CullerHandle culler, ulong key, out OspBox bounds);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_free(IntPtr scene);
+        internal static extern OspStatus osp_culler_cull(CullerHandle culler, OspCamera* cameras, UIntPtr cameraCount, OspSeen* seen);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_insert_boxes(SceneHandle scene, OspBox* boxes, UIntPtr count, uint* ids);
+        internal static extern OspStatus osp_culler_visible(
+            CullerHandle culler, UIntPtr camera, ulong* keys, UIntPtr room, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_insert_triangles(SceneHandle scene, float* vertices, UIntPtr vertexCount,
-            uint* indices, UIntPtr triangleCount, int isOpaque, uint* ids);
+        internal static extern OspStatus osp_culler_are_hidden(
+            CullerHandle culler, OspCamera* camera, OspBox* boxes, UIntPtr count, byte* hidden);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_update_box(SceneHandle scene, uint id, OspBox* bounds);
+        internal static extern OspStatus osp_culler_refused(
+            CullerHandle culler, OspRefused* refused, UIntPtr room, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_update_triangle(SceneHandle scene, uint id, float* corners);
+        internal static extern OspStatus osp_culler_in_box(
+            CullerHandle culler, OspBox* bounds, ulong* keys, UIntPtr room, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_remove(SceneHandle scene, uint id);
+        internal static extern OspStatus osp_culler_in_sphere(
+            CullerHandle culler, float* center, float radius, ulong* keys, UIntPtr room, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_count(SceneHandle scene, out UIntPtr count);
+        internal static extern OspStatus osp_culler_on_ray(CullerHandle culler, float* origin, float* direction, float tMax,
+            OspHit* hits, UIntPtr room, out UIntPtr count);
 
         [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_memory(SceneHandle scene, out UIntPtr bytes);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_commit(SceneHandle scene);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_frame(
-            SceneHandle scene, float* clipFromWorld, UIntPtr viewCount, int depth, out OspFrame frame);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_visible(
-            SceneHandle scene, uint view, uint* ids, UIntPtr room, out UIntPtr count);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_frustum(
-            SceneHandle scene, float* clipFromWorld, int depth, uint* ids, UIntPtr room, out UIntPtr count);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_box_query(
-            SceneHandle scene, OspBox* bounds, uint* ids, UIntPtr room, out UIntPtr count);
-
-        [DllImport(Library, CallingConvention = C)]
-        internal static extern OspStatus osp_scene_ray(
-            SceneHandle scene, float* origin, float* direction, float tMax, int mode, out OspHit hit);
+        internal static extern OspStatus osp_culler_nearest(
+            CullerHandle culler, float* point, OspHit* hits, UIntPtr room, out UIntPtr count);
     }
 }

@@ -201,6 +201,21 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
+    /// Of each box, whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders where the camera
+    /// [asks for that](Camera::hide_by_occluders). The boxes are in no culler: of sounds, characters, triggers. One that is empty or not
+    /// finite is not hidden. Makes all changes known, as [`Culler::cull`] does.
+    pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
+        self.commit();
+        let corner = |corner: P| corner.into().into();
+        let boxes: Vec<_> = boxes.iter().map(|&[min, max]| Aabb::new(corner(min), corner(max))).collect();
+        let is_out = |bounds: &Aabb| bounds.is_valid() && !camera.frustum().may_see(bounds);
+        let mut hidden: Vec<_> = boxes.iter().map(is_out).collect();
+        if let (Some(hiding), Some(window)) = (&mut self.hiding, camera.hiding_window()) {
+            hiding.mark_hidden((&self.layers, camera.layers()), window, &boxes, &mut hidden);
+        }
+        hidden
+    }
+
     /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
     /// changes.
     pub fn frame(&self) -> Frame<'_, K> {
@@ -217,6 +232,21 @@ impl<K: Key> Culler<K> {
         let mut meet = |number| hit(self.key(number)?, &ray);
         let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
         Some((self.key(number)?, t))
+    }
+
+    /// The objects whose boxes a ray enters, and where, in lengths of its direction: 0 from inside, `t_max` at most; the nearest first.
+    /// An engine that tests the objects themselves may stop at the first box behind its nearest hit.
+    pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
+        let mut entered = Vec::new();
+        let mut note = |number| {
+            let t = ray.enter_box(&self.filed.get(number)?, t_max)?;
+            entered.push((t, number));
+            // Nothing is hit: the walk goes on.
+            None
+        };
+        self.filed.index().ray_nearest(&ray, t_max, &mut note);
+        entered.sort_unstable_by(|(a, first), (b, second)| a.total_cmp(b).then(first.cmp(second)));
+        entered.into_iter().filter_map(|(t, number)| Some((self.key(number)?, t)))
     }
 
     /// The objects whose boxes share a point with a box, touching included, in any order.
@@ -237,6 +267,20 @@ impl<K: Key> Culler<K> {
         };
         self.filed.index().sphere_query(&sphere, &mut is_in, &mut found);
         found.into_iter().filter_map(|number| self.key(number))
+    }
+
+    /// The `count` objects whose boxes are nearest to a point, and their distances from it, metres: 0 from inside; the nearest first.
+    pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
+        let point = point.into().into();
+        let mut distance_m = |number| {
+            let is_there = self.key(number).is_some();
+            let bounds = self.filed.get(number).filter(|_| is_there);
+            // What has gone is left out.
+            bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
+        };
+        let mut found = Vec::new();
+        self.filed.index().nearest(point, count.min(self.filed.index().len()), &mut distance_m, &mut found);
+        found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
     }
 
     /// The key of an object that is there now.

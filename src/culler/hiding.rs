@@ -4,7 +4,8 @@ use super::{filed::Filed, keys::Slot, layers::Layers, occluder::Occluder};
 use crate::{
     math::{Aabb, Frustum},
     occlusion::{
-        CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, ViewOcclusion, remove_hidden,
+        CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, Verdict, ViewOcclusion,
+        remove_hidden,
     },
     polygon::{ById, Change, ConvexPolygon, Geometry, PolygonId, VisibleBlocks},
     view::ViewWindow,
@@ -22,7 +23,7 @@ pub(super) struct Hiding {
     changes: Vec<Change>,
     pool: OccluderPool,
     config: OcclusionConfig,
-    /// By camera of a frame.
+    /// The first for boxes that are no objects, the others by camera of a frame.
     views: Vec<ViewOcclusion>,
 }
 
@@ -121,7 +122,7 @@ impl Hiding {
 
     /// The culler of a camera for which [`Hiding::cull`] was the last to build one.
     pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
-        self.views.get(camera).map(ViewOcclusion::culler)
+        self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
     /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. What is hidden by an object that a camera on these
@@ -134,23 +135,47 @@ impl Hiding {
         in_view: &VisibleBlocks,
         drawn: &mut VisibleBlocks,
     ) -> bool {
-        let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
-        if self.of_object.is_empty() || !sees_all() {
-            return false;
-        }
-        if self.views.len() <= camera {
-            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
-            self.views.resize_with(camera + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
-        }
-        let view = &mut self.views[camera];
-        view.select(&self.pool, &self.surfaces, window);
-        if view.selector().chosen().is_empty() {
-            return false;
-        }
-        view.build(window);
-        let culler = view.culler();
+        let Some(culler) = self.build(camera + 1, (layers, mask), window) else { return false };
         remove_hidden(culler, CullConfig::default(), filed.index(), filed, frustum, in_view, None, drawn);
         true
+    }
+
+    /// Selects occluders for a view and builds the culler with this number; none if nothing hides.
+    fn build(
+        &mut self,
+        number: usize,
+        (layers, mask): (&Layers, u32),
+        window: &ViewWindow,
+    ) -> Option<&dyn OcclusionCuller> {
+        let sees_all = || layers.sees_all(mask) || self.of_object.keys().all(|&slot| layers.sees(slot, mask));
+        if self.of_object.is_empty() || !sees_all() {
+            return None;
+        }
+        if self.views.len() <= number {
+            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
+            self.views.resize_with(number + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
+        }
+        let view = &mut self.views[number];
+        view.select(&self.pool, &self.surfaces, window);
+        if view.selector().chosen().is_empty() {
+            return None;
+        }
+        view.build(window);
+        Some(view.culler())
+    }
+
+    /// Sets `hidden` for boxes that a view hides.
+    pub(super) fn mark_hidden(
+        &mut self,
+        seen: (&Layers, u32),
+        window: &ViewWindow,
+        boxes: &[Aabb],
+        hidden: &mut [bool],
+    ) {
+        let Some(culler) = self.build(0, seen, window) else { return };
+        for (bounds, hidden) in boxes.iter().zip(hidden) {
+            *hidden |= bounds.is_valid() && culler.test_box(bounds).verdict == Verdict::Hidden;
+        }
     }
 }
 

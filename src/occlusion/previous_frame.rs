@@ -35,8 +35,8 @@ impl PreviousFrameCounts {
     }
 }
 
-/// Most polygons that were of no use and are filled again in a frame, and how many frames it takes until all were.
-const MOST_AGAIN: u32 = 256;
+/// Most polygons that were of no use and are filled again in a frame, and the least number of frames until all were.
+const MOST_AGAIN: usize = 256;
 const AGAIN_EVERY: usize = 16;
 
 /// Polygons that room is made for from the start, at most: about 100 bytes each.
@@ -52,6 +52,8 @@ const TESTED_EVERY: usize = 4;
 #[derive(Clone, Debug, Default)]
 struct Seen {
     frame: usize,
+    /// The block from which on polygons that were of no use are filled again.
+    again_from: usize,
     /// What was in view and hidden.
     hidden: VisibleBlocks,
     /// What was drawn.
@@ -63,7 +65,7 @@ struct Seen {
 impl Seen {
     fn with_capacity(polygons: usize) -> Self {
         let set = || VisibleBlocks::with_capacity(polygons);
-        Self { frame: 0, hidden: set(), drawn: set(), useless: set() }
+        Self { frame: 0, again_from: 0, hidden: set(), drawn: set(), useless: set() }
     }
 
     fn clear(&mut self) {
@@ -173,15 +175,20 @@ impl PreviousFrameOccluders {
         let seen = &mut self.views[view];
         seen.frame = seen.frame.wrapping_add(1);
         self.filled.clear();
+        // Those that were of no use are filled again in turns.
+        let most_again = seen.useless.len().div_ceil(AGAIN_EVERY).min(MOST_AGAIN);
+        let again_from = std::mem::take(&mut seen.again_from);
         let (mut again, mut reads) = (0, 0);
         for (block, mask) in in_view.blocks() {
             let mask = mask & !seen.hidden.mask(block);
             let useless = mask & seen.useless.mask(block);
             let mut tried = mask & !useless;
-            // Which of those that were of no use are filled again goes round.
-            if useless != 0 && again < MOST_AGAIN && block % AGAIN_EVERY == seen.frame % AGAIN_EVERY {
-                again += useless.count_ones();
+            if useless != 0 && block >= again_from && again < most_again {
+                again += useless.count_ones() as usize;
                 tried |= useless;
+                if again >= most_again {
+                    seen.again_from = block + 1;
+                }
             }
             let unread = tried & !self.read.mask(block);
             if unread != 0 && reads < MOST_READS {

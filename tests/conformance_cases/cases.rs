@@ -8,8 +8,8 @@ use osp::{
 
 use crate::{
     boxes::Rng,
-    file::Step,
-    plain::{self, Boxes},
+    file::{Quad, Step},
+    plain::{self, Boxes, Quads},
 };
 
 /// How often a question is drawn again before it is given up.
@@ -19,19 +19,23 @@ const TRIES: usize = 2000;
 struct Writer {
     steps: Vec<Step>,
     boxes: Boxes,
+    quads: Quads,
     rng: Rng,
 }
 
 impl Writer {
     fn case(&mut self, name: &str) {
         self.boxes.clear();
+        self.quads.clear();
         self.steps.push(Step::Case(name.into()));
     }
 
     fn put(&mut self, id: u32, min: [f32; 3], max: [f32; 3]) {
         let bounds = Aabb::new(min.into(), max.into());
         assert!(bounds.is_valid(), "{bounds:?}");
-        self.boxes.insert(id, bounds);
+        if self.boxes.insert(id, bounds).is_some() {
+            self.quads.remove(&id);
+        }
         self.steps.push(Step::Box(id, bounds));
     }
 
@@ -47,7 +51,20 @@ impl Writer {
 
     fn remove(&mut self, id: u32) {
         assert!(self.boxes.remove(&id).is_some(), "{id}");
+        self.quads.remove(&id);
         self.steps.push(Step::Remove(id));
+    }
+
+    fn quad(&mut self, id: u32, corners: Quad) {
+        self.quads.insert(id, corners);
+        self.steps.push(Step::Quad(id, corners));
+    }
+
+    /// A view, without and with occlusion.
+    fn view_behind(&mut self, clip_from_world: DMat4) {
+        self.view(clip_from_world);
+        let unhidden = plain::unhidden(&self.boxes, &self.quads, &clip_from_world.as_mat4());
+        self.steps.push(Step::Unhidden(unhidden.expect("no box lies at the border of a shadow")));
     }
 
     /// A view that has to be decided as it is.
@@ -180,13 +197,47 @@ fn projections(room_m: f64) -> [DMat4; 7] {
 
 /// All cases.
 pub(crate) fn all() -> Vec<Step> {
-    let mut writer = Writer { steps: Vec::new(), boxes: Boxes::new(), rng: Rng(2026) };
+    let mut writer = Writer { steps: Vec::new(), boxes: Boxes::new(), quads: Quads::new(), rng: Rng(2026) };
     edges(&mut writer);
     growth(&mut writer, "growth in a room of 8 m", 8.0);
     growth(&mut writer, "growth in a world of 4096 m", 4096.0);
     strokes(&mut writer);
     moves(&mut writer);
+    walls(&mut writer);
     writer.steps
+}
+
+/// Walls come, move and go; what is behind them is hidden.
+fn walls(w: &mut Writer) {
+    w.case("what walls hide");
+    let wall =
+        |[x, y]: [f32; 2], z: f32| [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| Vec3::new(x, y, z));
+    let views = [forward(SQUARE, 0.1, 100.0), reversed(WIDE, 0.1, 100.0), perspective(SQUARE, 0.0, 0.1)];
+    w.put(0, [-3.0, -2.0, -5.0], [3.0, 2.0, -5.0]);
+    // Behind the middle, beside, in front, and half behind.
+    w.put(1, [-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
+    w.put(2, [6.0, -0.5, -9.0], [7.0, 0.5, -8.0]);
+    w.put(3, [-0.25, -0.25, -3.0], [0.25, 0.25, -2.0]);
+    w.put(4, [4.0, -0.5, -9.0], [6.0, 0.5, -8.0]);
+    for id in 10..20 {
+        let x = (id - 10) as f32 * 0.5 - 2.25;
+        w.put(id, [x, -0.25, -30.0], [x + 0.25, 0.25, -29.5]);
+    }
+    w.view_behind(views[0]);
+    w.quad(0, wall([3.0, 2.0], -5.0));
+    views.iter().for_each(|view| w.view_behind(*view));
+    // Moved, a wall hides nothing before it is given its place.
+    w.put(0, [-3.0, -2.0, -20.0], [3.0, 2.0, -20.0]);
+    w.view_behind(views[0]);
+    w.quad(0, wall([3.0, 2.0], -20.0));
+    w.view_behind(views[2]);
+    w.remove(0);
+    w.view_behind(views[0]);
+    // One that is not drawn itself, turned.
+    let mut turned = wall([2.0, 2.0], -7.0);
+    (turned[0].z, turned[3].z) = (-6.0, -6.0);
+    w.quad(7, turned);
+    views.iter().for_each(|view| w.view_behind(*view));
 }
 
 fn edges(w: &mut Writer) {

@@ -20,7 +20,12 @@ pub(crate) enum Step {
     Found(Vec<u32>),
     Ray { ray: Ray, t_max: f32 },
     Hit(Option<(u32, f32)>),
+    Quad(u32, Quad),
+    Unhidden(Vec<u32>),
 }
+
+/// The corners of an occluder, in order around it.
+pub(crate) type Quad = [Vec3; 4];
 
 impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -41,6 +46,10 @@ impl fmt::Display for Step {
             }
             Self::Hit(None) => f.write_str("hit none"),
             Self::Hit(Some((id, t))) => write!(f, "hit {id}{}", Numbers(&[*t])),
+            Self::Quad(id, corners) => {
+                write!(f, "quad {id}{}", Numbers(corners.map(|corner| corner.to_array()).as_flattened()))
+            }
+            Self::Unhidden(found) => f.write_str("unhidden").and_then(|()| ids(f, found)),
         }
     }
 }
@@ -102,6 +111,12 @@ fn step(line: &str) -> Result<Step, String> {
             [id, t] => Step::Hit(Some((parsed(id)?, parsed(t)?))),
             _ => return Err(format!("expected `none` or an id and a t, found {words:?}")),
         },
+        "quad" => {
+            let (id, words) = words.split_first().ok_or("expected an id")?;
+            let numbers: [f32; 12] = numbers(words)?;
+            Step::Quad(parsed(id)?, std::array::from_fn(|i| Vec3::from_slice(&numbers[3 * i..])))
+        }
+        "unhidden" => Step::Unhidden(all_ids(words)?),
         other => return Err(format!("no line begins with {other:?}")),
     };
     Ok(step)

@@ -4,11 +4,16 @@
 use std::collections::BTreeMap;
 
 use osp::{
-    glam::{DMat4, DVec3, Mat4, Vec3},
+    glam::{DMat3, DMat4, DVec3, Mat4, Vec3},
     math::{Aabb, Ray, Sphere},
 };
 
+use crate::file::Quad;
+
 pub(crate) type Boxes = BTreeMap<u32, Aabb>;
+
+/// The occluders, by the id of the object that has them.
+pub(crate) type Quads = BTreeMap<u32, Quad>;
 
 /// How far from a border a box has to be for `f32` to decide it, metres, and as a part of the coordinates.
 const MARGIN_M: f64 = 1.0e-3;
@@ -55,6 +60,61 @@ pub(crate) fn visible(boxes: &Boxes, clip_from_world: &Mat4) -> Option<Vec<u32>>
             sides.iter().all(Option::is_some).then_some(true)
         }
     })
+}
+
+/// Of the boxes in view those that do not lie wholly in the shadow of one occluder. `None` also where a box is partly out of view: what
+/// is left of it may be hidden.
+pub(crate) fn unhidden(boxes: &Boxes, quads: &Quads, clip_from_world: &Mat4) -> Option<Vec<u32>> {
+    let in_view = visible(boxes, clip_from_world)?;
+    let clip_from_world = clip_from_world.as_dmat4();
+    let rows = clip_from_world.transpose();
+    // The eye is where x, y and w of clip space are zero.
+    let [x, y, w] = [rows.x_axis, rows.y_axis, rows.w_axis];
+    let at = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
+    let eye = -(at.inverse() * DVec3::new(x.w, y.w, w.w));
+    let is_on_screen = |corner: DVec3| {
+        let clip = clip_from_world * corner.extend(1.0);
+        clip.w > 0.0 && clip.truncate().abs().max_element() <= clip.w
+    };
+    let mut found = Vec::new();
+    for id in in_view {
+        let corners = boxes[&id].corners().map(Vec3::as_dvec3);
+        if !corners.iter().all(|&corner| is_on_screen(corner)) {
+            return None;
+        }
+        let mut is_hidden = false;
+        for quad in quads.values() {
+            is_hidden |= is_in_shadow(&quad.map(Vec3::as_dvec3), eye, &corners)?;
+        }
+        if !is_hidden {
+            found.push(id);
+        }
+    }
+    Some(found)
+}
+
+/// Whether all points lie behind a quad, as an eye sees it.
+fn is_in_shadow(quad: &[DVec3; 4], eye: DVec3, points: &[DVec3]) -> Option<bool> {
+    let towards = |normal: DVec3, from: DVec3, inside: DVec3| {
+        let normal = normal.normalize();
+        (if normal.dot(inside - from) < 0.0 { -normal } else { normal }, from)
+    };
+    let middle = (quad[0] + quad[1] + quad[2] + quad[3]) / 4.0;
+    let (front, from) = towards((quad[1] - quad[0]).cross(quad[2] - quad[0]), quad[0], eye);
+    let mut planes = vec![(-front, from)];
+    planes.extend((0..4).map(|i| {
+        let (a, b) = (quad[i] - eye, quad[(i + 1) % 4] - eye);
+        towards(a.cross(b), eye, middle)
+    }));
+    let sides = points.iter().flat_map(|point| {
+        planes.iter().map(move |(inwards, from)| {
+            let distance_m = inwards.dot(*point - *from);
+            // On the plane of the quad is not behind it.
+            if distance_m == 0.0 { Some(false) } else { decide(distance_m, point.abs().max_element()) }
+        })
+    });
+    let sides: Vec<_> = sides.collect();
+    if sides.contains(&Some(false)) { Some(false) } else { sides.iter().all(Option::is_some).then_some(true) }
 }
 
 /// The boxes that share a point with a box.

@@ -1,6 +1,7 @@
 //! Runs the steps on an index, through every way of asking that it has.
 
 use osp::{
+    Camera, Culler, Depth, Occluder,
     glam::Mat4,
     index::{DrawList, SpatialIndex},
     math::{Aabb, Frustum, Ray, Sphere},
@@ -10,8 +11,8 @@ use osp::{
 
 use crate::{
     cases::is_perspective,
-    file::Step,
-    plain::{self, Boxes},
+    file::{Quad, Step},
+    plain::{self, Boxes, Quads},
 };
 
 /// A question that has not been answered yet.
@@ -44,6 +45,7 @@ pub(crate) fn run(
             boxes.remove(&id);
             index.remove(PolygonId(id)).map_err(|e| e.to_string())
         }
+        Event::Quad(..) | Event::Ask(_, Step::Unhidden(_)) => Ok(()),
         Event::Ask(question, answer) => {
             checked += 1;
             index.commit();
@@ -57,16 +59,88 @@ pub(crate) fn run(
     .map(|()| checked)
 }
 
-/// Compares the answers in the steps with those of the plainest loop.
-pub(crate) fn check_answers(steps: &[(usize, Step)]) -> Result<usize, String> {
-    let (mut boxes, mut checked) = (Boxes::new(), 0);
+/// Runs all steps on a culler, as every binding does; how many answers were compared, or the first that is wrong.
+pub(crate) fn run_culler(steps: &[(usize, Step)]) -> Result<usize, String> {
+    let (mut culler, mut checked) = (Culler::<u64>::new(), 0);
     walk(steps, |step| {
         match step {
-            Event::Case => boxes.clear(),
+            Event::Case => culler = Culler::new(),
+            Event::Box(id, bounds) => culler.set(u64::from(id), [bounds.min, bounds.max]),
+            Event::Remove(id) => culler.remove(u64::from(id)),
+            Event::Quad(id, corners) => {
+                let occluder = Occluder::quad(*corners).map_err(|e| e.to_string())?;
+                culler.set_occluder(u64::from(id), occluder);
+            }
+            Event::Ask(question, answer) => {
+                checked += 1;
+                return ask_culler(&mut culler, question, answer);
+            }
+        }
+        Ok(())
+    })
+    .map(|()| checked)
+}
+
+fn ask_culler(culler: &mut Culler<u64>, question: &Question<'_>, answer: &Step) -> Result<(), String> {
+    let ascending = |keys: &mut dyn Iterator<Item = u64>| {
+        let mut ids: Vec<u32> = keys.filter_map(|key| u32::try_from(key).ok()).collect();
+        ids.sort_unstable();
+        ids
+    };
+    culler.commit();
+    match (question, answer) {
+        (Question::View(matrix), Step::Visible(expected) | Step::Unhidden(expected)) => {
+            let camera = |matrix: &Mat4, depth| {
+                let camera = Camera::from_matrix(matrix.to_cols_array(), depth).map_err(|e| e.to_string())?;
+                let is_hiding = matches!(answer, Step::Unhidden(_));
+                Ok::<_, String>(if is_hiding { camera.hide_by_occluders() } else { camera })
+            };
+            let opengl = camera(&with_opengl_depth(matrix), Depth::MinusOneToOne)?;
+            let cameras = [camera(matrix, Depth::ZeroToOne)?, camera(matrix, Depth::OneToZero)?, opengl];
+            let frame = culler.cull(&cameras);
+            frame.iter().try_for_each(|seen| same("a camera", &ascending(&mut seen.iter()), expected))
+        }
+        (Question::Box(bounds), Step::Found(expected)) => {
+            same("the box", &ascending(&mut culler.in_box([bounds.min, bounds.max])), expected)
+        }
+        (Question::Sphere(Sphere { center, radius_m }), Step::Found(expected)) => {
+            same("the sphere", &ascending(&mut culler.in_sphere(*center, *radius_m)), expected)
+        }
+        (Question::Ray(ray, t_max), Step::Hit(expected)) => {
+            let first = culler.on_ray(**ray, *t_max).next();
+            match (first, expected) {
+                (None, None) => Ok(()),
+                (Some((key, t)), Some((id, expected_t)))
+                    if key == u64::from(*id) && (t - expected_t).abs() <= 1.0e-4 * expected_t.abs() =>
+                {
+                    Ok(())
+                }
+                _ => Err(format!("the ray enters {first:?}, expected {expected:?}")),
+            }
+        }
+        _ => Err(format!("{answer} answers another question")),
+    }
+}
+
+/// Compares the answers in the steps with those of the plainest loop.
+pub(crate) fn check_answers(steps: &[(usize, Step)]) -> Result<usize, String> {
+    let (mut boxes, mut quads, mut checked) = (Boxes::new(), Quads::new(), 0);
+    walk(steps, |step| {
+        match step {
+            Event::Case => {
+                boxes.clear();
+                quads.clear();
+            }
             Event::Box(id, bounds) => {
-                boxes.insert(id, *bounds);
+                if boxes.insert(id, *bounds).is_some() {
+                    quads.remove(&id);
+                }
+            }
+            Event::Quad(id, corners) => {
+                quads.insert(id, *corners);
             }
             Event::Remove(id) => {
+                quads.remove(&id);
                 boxes.remove(&id).ok_or_else(|| format!("{id} is not there"))?;
             }
             Event::Ask(question, answer) => {
@@ -74,6 +148,9 @@ pub(crate) fn check_answers(steps: &[(usize, Step)]) -> Result<usize, String> {
                 let is_right = match (question, answer) {
                     (Question::View(matrix), Step::Visible(ids)) => {
                         plain::visible(&boxes, matrix).as_ref() == Some(ids)
+                    }
+                    (Question::View(matrix), Step::Unhidden(ids)) => {
+                        plain::unhidden(&boxes, &quads, matrix).as_ref() == Some(ids)
                     }
                     (Question::Box(bounds), Step::Found(ids)) => {
                         plain::box_query(&boxes, bounds).as_ref() == Some(ids)
@@ -100,6 +177,7 @@ enum Event<'a> {
     Case,
     Box(u32, &'a Aabb),
     Remove(u32),
+    Quad(u32, &'a Quad),
     Ask(&'a Question<'a>, &'a Step),
 }
 
@@ -110,11 +188,13 @@ fn walk<'a>(
 ) -> Result<(), String> {
     let mut asked: Option<Question<'a>> = None;
     for (line, now) in steps {
-        let is_answer = matches!(now, Step::Visible(_) | Step::Found(_) | Step::Hit(_));
+        // What a view shows may be followed by what of it is not hidden.
+        let is_answer = matches!(now, Step::Unhidden(_) | Step::Found(_) | Step::Hit(_));
         let event = match now {
             Step::Case(_) => Event::Case,
             Step::Box(id, bounds) => Event::Box(*id, bounds),
             Step::Remove(id) => Event::Remove(*id),
+            Step::Quad(id, corners) => Event::Quad(*id, corners),
             Step::View(matrix) => {
                 asked = Some(Question::View(matrix));
                 continue;

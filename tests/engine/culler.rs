@@ -171,6 +171,19 @@ impl Pair {
             let handles = self.handles.in_sphere(center, radius_m);
             self.assert_found(&expected, handles, self.numbers.in_sphere(center, radius_m));
 
+            let count = rng.below(12);
+            let mut expected: Vec<f32> =
+                self.objects.values().map(|o| o.bounds.distance_squared(center).sqrt()).collect();
+            expected.sort_by(f32::total_cmp);
+            expected.truncate(count);
+            let nearest: Vec<_> = self.handles.nearest(center, count).collect();
+            assert_eq!(nearest.iter().map(|(_, distance_m)| *distance_m).collect::<Vec<_>>(), expected);
+            for (handle, distance_m) in nearest {
+                let bounds = self.objects[&((handle.index >> 33) as u32)].bounds;
+                assert_eq!(bounds.distance_squared(center).sqrt(), distance_m);
+            }
+            assert!(self.numbers.nearest(center, count).map(|(_, distance_m)| distance_m).eq(expected));
+
             let ray = Ray::new(rng.point(&world), rng.direction());
             let enter = |number: u32, ray: &Ray| ray.enter_box(&self.objects[&number].bounds, f32::INFINITY);
             let nearest =
@@ -179,6 +192,12 @@ impl Pair {
             assert_eq!(hit.map(|(_, t)| t), nearest);
             let hit = self.handles.pick(ray, |handle, ray| enter((handle.index >> 33) as u32, ray));
             assert_eq!(hit.map(|(_, t)| t), nearest);
+            let t_max = if rng.below(2) == 0 { f32::INFINITY } else { world_m * rng.unit() };
+            let expected = self.where_all(|o| ray.enter_box(&o.bounds, t_max).is_some());
+            let (handles, numbers) = (self.handles.on_ray(ray, t_max), self.numbers.on_ray(ray, t_max));
+            let (keys, ts): (Vec<_>, Vec<_>) = handles.unzip();
+            assert!(ts.is_sorted() && ts.first().copied() == nearest.filter(|&t| t <= t_max));
+            self.assert_found(&expected, keys.into_iter(), numbers.map(|(key, _)| key));
         }
     }
 }
@@ -246,6 +265,8 @@ fn what_has_gone_is_found_by_no_query_and_what_came_by_the_next_commit() {
     let ray = Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
     assert_eq!(culler.in_box(unit).count(), 0);
     assert_eq!(culler.pick(ray, |key, _| panic!("{key}")), None);
+    assert_eq!(culler.on_ray(ray, f32::INFINITY).count(), 0);
+    assert_eq!(culler.nearest([0.0_f32; 3], 9).count(), 0);
     culler.commit();
     assert!(culler.in_sphere([5.5_f32; 3], 0.1).eq(["new"]));
     assert_eq!((culler.bounds("old"), culler.len()), (None, 1));

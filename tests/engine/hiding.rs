@@ -75,6 +75,25 @@ fn a_wall_hides_two_thousand_meshes_in_the_first_frame() {
     assert!(!frame[0].hides_box([[f32::NAN; 3]; 2]) && !frame[0].hides_box([behind[1], behind[0]]));
     assert!(!frame[0].hides_sphere([0.0_f32, 0.0, -6.0], f32::NAN));
 
+    // The same boxes, as if they were in no culler; one that is half behind, one before, one out of view, and one that is none.
+    let mut boxes: Vec<[Vec3; 2]> =
+        (0..2000).map(|i| culler.bounds(i).expect("it is there").map(Vec3::from)).collect();
+    let beside = [[4.0, 0.0, -8.0], [0.0, 0.0, -3.0]].map(|at| Aabb::cube(at.into(), 1.0));
+    boxes.extend(beside.map(|bounds| [bounds.min, bounds.max]));
+    boxes.extend([
+        [Vec3::new(0.0, 0.0, 50.0), Vec3::new(1.0, 1.0, 51.0)],
+        [Vec3::NAN; 2],
+        [Vec3::Z, -Vec3::Z],
+    ]);
+    let others = [false, false, true, false, false];
+    let hidden = culler.are_hidden(&camera.hide_by_occluders(), &boxes);
+    assert!(hidden[..2000].iter().all(|&is_hidden| is_hidden));
+    assert_eq!(hidden[2000..], others);
+    let hidden = culler.are_hidden(&camera, &boxes);
+    assert!(!hidden[..2000].contains(&true), "occlusion is a view's");
+    assert_eq!(hidden[2000..], others);
+    assert_eq!(culler.frame().len(), 2, "the frame stays");
+
     // Whoever does not see the wall sees what is behind it; so does everybody once it has moved, has gone, or was refused.
     let hidden =
         |culler: &mut Culler<u32>, camera: Camera| culler.cull(&[camera.hide_by_occluders()])[0].hidden();

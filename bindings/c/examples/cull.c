@@ -1,10 +1,10 @@
-/* Frame after frame in an engine: boxes come, move and go, and the view finds those to draw; then a wall hides what is behind. */
+/* Frame after frame in an engine: objects come, move and go; two eyes and a light find those to draw; a wall hides what is behind. */
 #include <osp.h>
 
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { COUNT = 100000 };
+enum { COUNT = 100000, WALL = 1000000 };
 
 /* Every call can be refused, and says why. */
 static void check(OspStatus status) {
@@ -14,69 +14,74 @@ static void check(OspStatus status) {
     }
 }
 
-/* 90 degrees, from the origin along -z; depth from 0 at 0.1 to 1 at 100. The engine has one of its own. */
-static const float clip_from_world[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1.001001f, -1, 0, 0, -0.1001001f, 0};
-
 static OspBox cube(float x, float y, float z, float half) {
     return (OspBox){{x - half, y - half, z - half}, {x + half, y + half, z + half}};
 }
 
-/* The index alone. */
-static void boxes(void) {
-    OspBox *all = malloc(COUNT * sizeof *all);
-    uint32_t *ids = malloc(COUNT * sizeof *ids), *visible = malloc(COUNT * sizeof *visible);
-    if (!all || !ids || !visible) {
-        exit(1);
-    }
-    for (int i = 0; i < COUNT; i++) {
-        all[i] = cube((float)(i % 316) * 0.316f - 50, 0, (float)(i / 316) * 0.316f - 50, 0.05f);
-    }
-    OspIndexConfig config = {.root_center = {0, 0, 0}, .root_size = 100, .capacity = COUNT};
-    OspIndex *index;
-    check(osp_index_new(&config, &index));
-    check(osp_index_insert(index, all, COUNT, ids));
-    for (int frame = 0; frame < 3; frame++) {
-        /* What has changed since the last frame. */
-        all[frame] = cube(0, 0, -3 - (float)frame, 0.05f);
-        check(osp_index_update(index, &ids[frame], &all[frame], 1));
-        check(osp_index_remove(index, ids[COUNT - 1 - frame]));
-        check(osp_index_commit(index));
-        size_t count;
-        check(osp_index_frustum(index, clip_from_world, OSP_DEPTH_ZERO_TO_ONE, visible, COUNT, &count));
-        printf("frame %d: %zu boxes to draw\n", frame, count);
-    }
-    check(osp_index_free(index));
-    free(visible);
-    free(ids);
-    free(all);
+/* An eye of a headset: 90 degrees, along -z; reversed depth, near plane at 0.1, no far plane. The engine has matrices of its own. */
+static OspCamera eye(float x) {
+    const float clip_from_world[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, -x, 0, 0.1f, 0};
+    OspCamera camera;
+    check(osp_camera_f32(clip_from_world, OSP_DEPTH_ONE_TO_ZERO, &camera));
+    camera.hide_by_occluders = 1;
+    return camera;
 }
 
-/* A scene: meshes, known by their boxes, and a wall of two opaque triangles. */
-static void what_a_wall_hides(void) {
-    static const float wall[] = {-3, -2, -5, 3, -2, -5, 3, 2, -5, -3, 2, -5};
-    static const uint32_t corners[] = {0, 1, 2, 0, 2, 3};
-    OspSceneConfig config = {{{0, 0, 0}, 64, 1024}, OSP_OCCLUSION_MSVBSP, 10000};
-    OspScene *scene;
-    uint32_t meshes[400], walls[2], visible[402];
+/* A light from above: parallel, 20 m wide, from y = 10 to y = -10. */
+static OspCamera light(void) {
+    const float clip_from_world[16] = {0.1f, 0, 0, 0, 0, 0, -0.05f, 0, 0, 0.1f, 0, 0, 0, 0, 0.5f, 1};
+    OspCamera camera;
+    check(osp_camera_f32(clip_from_world, OSP_DEPTH_ZERO_TO_ONE, &camera));
+    return camera;
+}
+
+/* The object under a point of the screen: here its box is the object, so that the first is hit. */
+static void pick(const OspCuller *culler, const OspCamera *camera) {
+    float origin[3], direction[3];
+    OspHit hit;
     size_t count;
-    OspFrame frame;
-    check(osp_scene_new(&config, &scene));
-    for (int i = 0; i < 400; i++) {
-        OspBox mesh = cube((float)(i % 20) - 9.5f, (float)(i / 20) * 0.5f - 5, -9, 0.2f);
-        check(osp_scene_insert_boxes(scene, &mesh, 1, &meshes[i]));
-    }
-    check(osp_scene_insert_triangles(scene, wall, 4, corners, 2, 1, walls));
-    check(osp_scene_frame(scene, clip_from_world, 1, OSP_DEPTH_ZERO_TO_ONE, &frame));
-    check(osp_scene_visible(scene, 0, visible, 402, &count));
-    printf("%llu in view, %zu to draw, the wall hides the others\n", (unsigned long long)frame.in_view, count);
-    check(osp_scene_free(scene));
-    if (frame.in_view - count < 50) {
-        exit(1);
+    check(osp_camera_ray(camera, 0.05f, -0.1f, origin, direction));
+    check(osp_culler_on_ray(culler, origin, direction, 1000, &hit, 1, &count));
+    if (count > 0) {
+        printf("under the cursor: %llu, %.2f m away; %zu boxes on the ray\n", (unsigned long long)hit.key, hit.t, count);
     }
 }
 
 int main(void) {
-    boxes();
-    what_a_wall_hides();
-    return 0;
+    OspBox *boxes = malloc(COUNT * sizeof *boxes);
+    uint64_t *keys = malloc((COUNT + 1) * sizeof *keys), wall = WALL;
+    OspCuller *culler;
+    OspCamera cameras[3] = {eye(-0.03f), eye(0.03f), light()};
+    OspSeen seen[3];
+    if (!boxes || !keys) {
+        return 1;
+    }
+    for (int i = 0; i < COUNT; i++) {
+        keys[i] = (uint64_t)i;
+        boxes[i] = cube((float)(i % 316) * 0.316f - 50, -1, (float)(i / 316) * 0.316f - 50, 0.05f);
+    }
+    check(osp_culler_new(&culler));
+    check(osp_culler_set(culler, keys, boxes, COUNT));
+    const float corners[12] = {-2, -2, -4, 2, -2, -4, 2, 2, -4, -2, 2, -4};
+    OspBox around = {{-2, -2, -4}, {2, 2, -4}};
+    check(osp_culler_set(culler, &wall, &around, 1));
+    check(osp_culler_set_occluder_quad(culler, wall, corners));
+    for (int frame = 0; frame < 3; frame++) {
+        /* What has changed since the last frame. */
+        uint64_t moved = (uint64_t)frame, gone = (uint64_t)(COUNT - 1 - frame);
+        OspBox there = cube(0, 0, -3 - (float)frame, 0.05f);
+        check(osp_culler_set(culler, &moved, &there, 1));
+        check(osp_culler_remove(culler, &gone, 1));
+        check(osp_culler_cull(culler, cameras, 3, seen));
+        size_t count;
+        for (size_t camera = 0; camera < 3; camera++) {
+            check(osp_culler_visible(culler, camera, keys, COUNT + 1, &count));
+            printf("frame %d, camera %zu: %zu to draw, %zu hidden\n", frame, camera, count, seen[camera].hidden);
+        }
+    }
+    pick(culler, &cameras[0]);
+    check(osp_culler_free(culler));
+    free(keys);
+    free(boxes);
+    return seen[0].hidden > 1000 && seen[2].hidden == 0 ? 0 : 1;
 }

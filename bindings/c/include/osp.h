@@ -1,17 +1,20 @@
-/* osp: culls what a view cannot see, for scenes that change in every frame. Made by cbindgen from bindings/c/src: do not edit.
+/* osp: finds what cameras see of objects that come, move and go in every frame. Made by cbindgen from bindings/c/src: do not edit.
+ *
+ * A frame: osp_culler_set and osp_culler_remove with what has changed, osp_culler_cull with the cameras, osp_culler_visible for each.
  *
  * Answers. A function answers OSP_STATUS_OK, or a status that says why nothing has changed; osp_last_error has the words. A fault
- * inside of osp is answered, too; only if the system has no memory left the program ends.
+ * inside of osp is answered, too; only if the system has no memory left the program ends. Where there is room for fewer values than
+ * were found, the first are in the list, the status is OSP_STATUS_BUFFER_TOO_SMALL, and *count is how many there are.
  *
- * Lifetimes. A handle (OspIndex, OspScene) lives from osp_..._new to osp_..._free. osp keeps no pointer of the caller's after a
- * call, and gives out none but handles and messages. An id lives from insert to remove; afterwards it may be given again. A message
- * has one place in each thread, as long as the thread lives; the next failure there overwrites it.
+ * Lifetimes. A handle (OspCuller) lives from osp_culler_new to osp_culler_free. osp keeps no pointer of the caller's after a
+ * call, and gives out none but handles and messages. Keys are the caller's: any 64 bits. A message has one place in each thread, as
+ * long as the thread lives; the next failure there overwrites it.
  *
  * What cannot be checked: a pointer that is not NULL points to as much memory as the function says, which nobody else writes during
- * the call; a handle is one that osp_..._new gave and that was not freed. Whatever else is wrong is answered by a status.
+ * the call; a handle is one that osp_culler_new gave and that was not freed. Whatever else is wrong is answered by a status.
  *
  * Threads. Any thread may call, with any handle. Functions that take a const handle may run at once with the same handle; a function
- * that takes another one changes the object: if it meets another call with that handle, one of the two answers OSP_STATUS_BUSY and
+ * that takes another one changes the culler: if it meets another call with that handle, one of the two answers OSP_STATUS_BUSY and
  * has done nothing. Nobody waits. Only free must not meet any other call. Messages are kept for each thread.
  *
  * Space. World space, right-handed or left-handed, in metres; another unit of a like size does as well (two points that are closer
@@ -26,19 +29,19 @@
 
 
 /**
- * Boxes of an index, or boxes and triangles of a scene, that there can be at once; ids are below it.
+ * Objects that there can be at once, and of a batch.
  */
-#define OSP_MAX_IDS 134217728
+#define OSP_MAX_OBJECTS 134217728
 
 /**
- * The id of nothing.
+ * Cameras of a frame, at most.
  */
-#define OSP_NO_ID UINT32_MAX
+#define OSP_MAX_CAMERAS 64
 
 /**
- * Views of a frame, at most.
+ * The layers of a camera that sees all.
  */
-#define OSP_MAX_VIEWS 64
+#define OSP_ALL_LAYERS UINT32_MAX
 
 /**
  * Bytes of a message at most, its zero byte included; what is longer is cut off.
@@ -63,7 +66,7 @@ enum OspStatus
      */
     OSP_STATUS_OK = 0,
     /**
-     * The answer has more ids than the buffer; nothing is in it. How many there are is in *count.
+     * The answer has more than there is room for: the first of it are in the list. How many there are is in *count.
      */
     OSP_STATUS_BUFFER_TOO_SMALL = 1,
     /**
@@ -75,45 +78,37 @@ enum OspStatus
      */
     OSP_STATUS_MISALIGNED_POINTER = 3,
     /**
-     * A count is larger than memory, or than the ids that there are (OSP_MAX_IDS).
+     * A count is larger than memory, or than what there can be (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
      */
     OSP_STATUS_TOO_MANY = 4,
     /**
-     * A box has NaN or an infinite number in it, or min > max; or, in a scene, a coordinate beyond 1e15.
+     * A matrix has NaN or an infinite number in it, or no inverse.
      */
-    OSP_STATUS_INVALID_BOX = 5,
+    OSP_STATUS_INVALID_CAMERA = 5,
     /**
-     * A corner has NaN in it or a coordinate beyond 1e15, or an index names no vertex.
+     * A corner is not finite, a quad is not flat and convex, an index names no vertex, or nothing has an area.
      */
-    OSP_STATUS_INVALID_TRIANGLE = 6,
-    /**
-     * No box or triangle has this id, or it is of the other kind.
-     */
-    OSP_STATUS_UNKNOWN_ID = 7,
-    /**
-     * A matrix or plane has NaN or an infinite number in it, or the matrix has no inverse or is no view that the function takes.
-     */
-    OSP_STATUS_INVALID_VIEW = 8,
+    OSP_STATUS_INVALID_OCCLUDER = 6,
     /**
      * Another argument is out of its range.
      */
-    OSP_STATUS_INVALID_ARGUMENT = 9,
+    OSP_STATUS_INVALID_ARGUMENT = 7,
     /**
-     * There are changes since the last commit (or frame): commit, then ask.
+     * No object has this key.
      */
-    OSP_STATUS_NOT_COMMITTED = 10,
+    OSP_STATUS_UNKNOWN_KEY = 8,
     /**
-     * Another thread is changing this object, or, if this call would change it, is using it.
+     * Another thread is changing this culler, or, if this call would change it, is using it.
      */
-    OSP_STATUS_BUSY = 11,
+    OSP_STATUS_BUSY = 9,
     /**
-     * An earlier call that changed this object has failed inside of osp: only free it.
+     * An earlier call that changed this culler has failed inside of osp: only free it.
      */
-    OSP_STATUS_POISONED = 12,
+    OSP_STATUS_POISONED = 10,
     /**
      * A fault inside of osp, which should be reported; it is also written to standard error.
      */
-    OSP_STATUS_INTERNAL = 13,
+    OSP_STATUS_INTERNAL = 11,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -132,13 +127,17 @@ enum OspDepth
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * From 0 to 1 or, reversed, from 1 to 0: Vulkan, Direct3D, Metal, WebGPU.
+     * 0 at the near plane, 1 at the far one: Vulkan, Direct3D, Metal, WebGPU.
      */
     OSP_DEPTH_ZERO_TO_ONE = 0,
     /**
-     * From -1 to 1, in either direction: OpenGL, and Unity's Camera.projectionMatrix.
+     * 1 at the near plane, 0 at the far one or at infinity: reversed depth.
      */
-    OSP_DEPTH_MINUS_ONE_TO_ONE = 1,
+    OSP_DEPTH_ONE_TO_ZERO = 1,
+    /**
+     * -1 at the near plane, 1 at the far one: OpenGL, and Unity's Camera.projectionMatrix.
+     */
+    OSP_DEPTH_MINUS_ONE_TO_ONE = 2,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -149,98 +148,64 @@ typedef int32_t OspDepth;
 #endif // __cplusplus
 
 /**
- * How a scene finds what is hidden.
+ * Why an object, or its occluder, is left out.
  */
-enum OspOcclusion
+enum OspRefusal
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Not at all: frustum culling alone.
+     * Its box has NaN or an infinite number in it, or min > max: the object is left out until it has another one.
      */
-    OSP_OCCLUSION_NONE = 0,
+    OSP_REFUSAL_BOUNDS = 0,
     /**
-     * A tree of the shadow volumes of the largest occluders of each frame: for walls and other large polygons.
+     * There are OSP_MAX_OBJECTS keys already.
      */
-    OSP_OCCLUSION_MSVBSP = 1,
+    OSP_REFUSAL_KEY = 1,
     /**
-     * A depth buffer of the largest occluders of each frame.
+     * All occluders together have too many polygons: the object has none.
      */
-    OSP_OCCLUSION_DEPTH = 2,
-    /**
-     * A depth buffer of what was visible in the last frame: for many small triangles.
-     */
-    OSP_OCCLUSION_DEPTH_LAST = 3,
-    /**
-     * In each frame whichever of none, MSVBSP and DEPTH_LAST takes the least time.
-     */
-    OSP_OCCLUSION_AUTO = 4,
+    OSP_REFUSAL_OCCLUDER = 2,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
-typedef enum OspOcclusion OspOcclusion;
+typedef enum OspRefusal OspRefusal;
 #else
-typedef int32_t OspOcclusion;
+typedef int32_t OspRefusal;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
 /**
- * How a ray is asked.
+ * A culler of objects, each known by a key of the caller's, 64 bits, and a box. Objects come, move and go at any time.
  */
-enum OspRayMode
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * What is hit first; of several at the same place that with the lowest id.
-     */
-    OSP_RAY_MODE_NEAREST = 0,
-    /**
-     * Anything that is hit: cheaper, for "is there something".
-     */
-    OSP_RAY_MODE_ANY = 1,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum OspRayMode OspRayMode;
-#else
-typedef int32_t OspRayMode;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+typedef struct OspCuller OspCuller;
 
 /**
- * An index of boxes: inserts, moves and removes them at any time without being rebuilt, and finds those that a view may see.
- */
-typedef struct OspIndex OspIndex;
-
-/**
- * A scene of boxes and triangles. Opaque triangles hide what is behind them; boxes stand for meshes and hide nothing.
- */
-typedef struct OspScene OspScene;
-
-/**
- * What an index should expect: hints. Boxes outside of the cube and beyond the capacity are kept and found as well.
+ * A camera or a light: osp_camera_f32 and osp_camera_f64 fill it in.
  */
 typedef struct {
     /**
-     * Centre of a cube around most of what will come, x y z.
+     * From world to clip space, column after column; x and y from -w to w. Perspective or parallel, on-axis or off-axis, mirrored, y up
+     * or down, with an oblique near plane, with a far plane or without. Taken as exact, however far from the origin the eye is.
      */
-    float root_center[3];
+    double clip_from_world[16];
     /**
-     * Its edge length, more than 0.
+     * One of OspDepth. Of a perspective it may have the wrong direction.
      */
-    float root_size;
+    int32_t depth;
     /**
-     * Boxes to reserve memory for now, so that hardly a frame has to: about 70 bytes each in an index, 105 in a scene; 1.4 MB
-     * are taken in any case. At most OSP_MAX_IDS.
+     * Not 0: what occluders hide is left out. Without effect for a parallel projection, an oblique near plane and a sheared screen.
      */
-    uint32_t capacity;
-} OspIndexConfig;
+    int32_t hide_by_occluders;
+    /**
+     * The camera sees objects on one of these layers, a bit each.
+     */
+    uint32_t layers;
+} OspCamera;
 
 /**
- * A box: its smallest and largest corner, x y z, world space. It may be flat, or a point.
+ * A box: its smallest and largest corner, x y z, world space, metres. It may be flat, or a point.
  */
 typedef struct {
     /**
@@ -254,75 +219,73 @@ typedef struct {
 } OspBox;
 
 /**
- * What is hit by a ray.
+ * What a camera sees.
  */
 typedef struct {
     /**
-     * What is hit, OSP_NO_ID for nothing.
+     * Objects to draw: osp_culler_visible lists them.
      */
-    uint32_t id;
+    size_t visible;
     /**
-     * Where, in units of the direction's length from the origin; 0 for nothing.
+     * Objects in view that occluders hide.
+     */
+    size_t hidden;
+} OspSeen;
+
+/**
+ * What was left out, and why.
+ */
+typedef struct {
+    /**
+     * The key of the object.
+     */
+    uint64_t key;
+    /**
+     * One of OspRefusal.
+     */
+    int32_t why;
+} OspRefused;
+
+/**
+ * An object whose box a ray enters, or that is near.
+ */
+typedef struct {
+    /**
+     * Its key.
+     */
+    uint64_t key;
+    /**
+     * Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
      */
     float t;
 } OspHit;
 
-/**
- * What a scene should expect, and how it culls.
- */
-typedef struct {
-    /**
-     * Hints for the index of the scene.
-     */
-    OspIndexConfig index;
-    /**
-     * One of OspOcclusion.
-     */
-    int32_t occlusion;
-    /**
-     * What it costs to draw one box or triangle, nanoseconds; more than 0. 10 for the triangles of a stroke; what a mesh costs
-     * where boxes stand for meshes (10000, say). From 400 on each of them is tested for itself; at 10, only groups of 40 and more.
-     */
-    float draw_ns;
-} OspSceneConfig;
-
-/**
- * What a frame has found, for all its views together.
- */
-typedef struct {
-    /**
-     * Boxes and triangles of the scene.
-     */
-    uint64_t count;
-    /**
-     * Of these, in the frustum, hidden or not.
-     */
-    uint64_t in_view;
-    /**
-     * Of these, to be drawn: osp_scene_visible lists them.
-     */
-    uint64_t visible;
-    /**
-     * Occluders that hid the others.
-     */
-    uint64_t occluders;
-    /**
-     * To follow the changes, nanoseconds.
-     */
-    uint64_t insert_ns;
-    /**
-     * To cull by the frustum, nanoseconds.
-     */
-    uint64_t cull_ns;
-    /**
-     * To find what is hidden, nanoseconds.
-     */
-    uint64_t occlusion_ns;
-} OspFrame;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * The camera of a matrix of sixteen numbers from world to clip space, column after column, and one of OspDepth. It sees all layers,
+ * and nothing is hidden: set hide_by_occluders and layers for another one.
+ */
+OspStatus osp_camera_f32(const float *clip_from_world,
+                         int32_t depth,
+                         OspCamera *camera);
+
+/**
+ * osp_camera_f32 of a matrix in 64 bits: for an eye that is far from the origin.
+ */
+OspStatus osp_camera_f64(const double *clip_from_world, int32_t depth, OspCamera *camera);
+
+/**
+ * The ray through a point of the screen, x and y from -1 to 1 as the matrix has them. origin gets x y z of its point on the near plane,
+ * direction x y z of its direction, of the length 1: world space, metres.
+ */
+OspStatus osp_camera_ray(const OspCamera *camera,
+                         float x,
+                         float y,
+                         float *origin,
+                         float *direction);
 
 /**
  * The message of the last call on this thread that did not answer OSP_STATUS_OK; empty if there was none, never NULL. It ends with a
@@ -338,231 +301,169 @@ const char *osp_last_error(void);
 uint32_t osp_version(void);
 
 /**
- * Makes an empty index. config may be NULL: then a cube of 4 m around (0, 1.5, 0) and little memory. *index is the handle, to
- * be freed by osp_index_free; it is NULL if the call fails.
+ * Makes a culler without objects. It needs no size of the world and no capacity. *culler is the handle, to be freed by
+ * osp_culler_free; it is NULL if the call fails.
  */
-OspStatus osp_index_new(const OspIndexConfig *config,
-                        OspIndex **index);
+OspStatus osp_culler_new(OspCuller **culler);
 
 /**
- * Frees an index and all that is in it. The handle may be NULL; afterwards it must not be used, and no other call may be running
+ * Frees a culler and all that is in it. The handle may be NULL; afterwards it must not be used, and no other call may be running
  * with it.
  */
-OspStatus osp_index_free(OspIndex *index);
+OspStatus osp_culler_free(OspCuller *culler);
 
 /**
- * Inserts boxes: all of them, or none if the call fails. ids gets count ids, in the order of the boxes; an id stays with its box
- * until osp_index_remove, and may then be given to another one. boxes and ids may be NULL if count is 0.
+ * Inserts objects, or moves those that are there: a key and a box each, the tight box of all that is drawn of the object. A box with
+ * NaN, an infinite number or min > max leaves its object out until it has another one; osp_culler_refused names it. Of a key that is
+ * there twice the last box holds. An object that moves loses its occluder, unless the new box holds the one before. keys and boxes
+ * may be NULL if count is 0.
  */
-OspStatus osp_index_insert(OspIndex *index,
-                           const OspBox *boxes,
-                           size_t count,
-                           uint32_t *ids);
+OspStatus osp_culler_set(OspCuller *culler,
+                         const uint64_t *keys,
+                         const OspBox *boxes,
+                         size_t count);
 
 /**
- * Gives boxes that are there new places: all of them, or none if the call fails. If an id is there twice, its last box holds.
+ * Takes objects out, with their occluders and layers. A key without an object is left alone.
  */
-OspStatus osp_index_update(OspIndex *index,
-                           const uint32_t *ids,
-                           const OspBox *boxes,
-                           size_t count);
+OspStatus osp_culler_remove(OspCuller *culler, const uint64_t *keys, size_t count);
 
 /**
- * Takes a box out.
+ * Takes everything out.
  */
-OspStatus osp_index_remove(OspIndex *index, uint32_t id);
+OspStatus osp_culler_clear(OspCuller *culler);
 
 /**
- * Takes everything out; keeps the memory.
+ * Puts objects on layers, a bit each: a camera sees an object if both share one. Objects are on the first layer, the mask 1, unless
+ * they are put elsewhere; on none, no camera sees them.
  */
-OspStatus osp_index_clear(OspIndex *index);
+OspStatus osp_culler_set_layers(OspCuller *culler,
+                                const uint64_t *keys,
+                                const uint32_t *layers,
+                                size_t count);
 
 /**
- * Ends a batch of changes: call it once a frame, after the changes and before the queries.
- */
-OspStatus osp_index_commit(OspIndex *index);
-
-/**
- * Boxes in the index.
- */
-OspStatus osp_index_count(const OspIndex *index, size_t *count);
-
-/**
- * Memory that the index holds, bytes.
- */
-OspStatus osp_index_memory(const OspIndex *index, size_t *bytes);
-
-/**
- * The box with an id, as it was given last.
- */
-OspStatus osp_index_box(const OspIndex *index, uint32_t id, OspBox *bounds);
-
-/**
- * Finds the boxes that a view may see: those that lie wholly behind none of its six planes.
+ * Gives an object a flat, convex quad that hides what is behind it, in place of the occluder that it had: corners are x y z of its four
+ * corners in order around it, either way; world space, metres.
  *
- * clip_from_world are sixteen numbers, column after column; x and y from -w to w, depth as OspDepth says, forward, reversed or
- * without end, perspective or parallel, y up or down, left-handed or right-handed. Nothing that the matrix shows is left out.
- * ids gets the ids, ascending, if there is room for all of them; *count is how many there are in either case.
+ * An occluder is opaque and hides from both sides. It is drawn itself, or lies inside of what is drawn. It stays where it is until the
+ * object moves or goes. A key without a box may have one: a stand-in, which hides and is never listed. A few large occluders hide
+ * more in less time than many small ones.
  */
-OspStatus osp_index_frustum(const OspIndex *index,
-                            const float *clip_from_world,
-                            int32_t depth,
-                            uint32_t *ids,
+OspStatus osp_culler_set_occluder_quad(OspCuller *culler,
+                                       uint64_t key,
+                                       const float *corners);
+
+/**
+ * osp_culler_set_occluder_quad with the six sides of a box: the stand-in for a house.
+ */
+OspStatus osp_culler_set_occluder_box(OspCuller *culler, uint64_t key, const OspBox *bounds);
+
+/**
+ * osp_culler_set_occluder_quad with a mesh: vertices are x y z of vertex_count points; indices are three places in it for each of
+ * triangle_count triangles. Triangles without area are left out.
+ */
+OspStatus osp_culler_set_occluder_mesh(OspCuller *culler,
+                                       uint64_t key,
+                                       const float *vertices,
+                                       size_t vertex_count,
+                                       const uint32_t *indices,
+                                       size_t triangle_count);
+
+/**
+ * Takes an object's occluder away; nothing happens if there is none.
+ */
+OspStatus osp_culler_remove_occluder(OspCuller *culler, uint64_t key);
+
+/**
+ * Makes all changes known to osp_culler_in_box, osp_culler_in_sphere, osp_culler_on_ray and osp_culler_nearest. osp_culler_cull does it, too.
+ */
+OspStatus osp_culler_commit(OspCuller *culler);
+
+/**
+ * Objects in the culler: those with a box that was not refused.
+ */
+OspStatus osp_culler_count(const OspCuller *culler, size_t *count);
+
+/**
+ * The box of an object, as it was set last.
+ */
+OspStatus osp_culler_box(const OspCuller *culler, uint64_t key, OspBox *bounds);
+
+/**
+ * Finds what each camera sees: whatever of an object may be on its screen and, for a camera with hide_by_occluders, not behind the
+ * occluders. Nothing that can be seen is left out. All cameras are culled in one walk: two eyes, a camera and its lights, the sides
+ * of a cube; at most OSP_MAX_CAMERAS. seen gets an OspSeen for each camera; it may be NULL. osp_culler_visible then lists the keys.
+ */
+OspStatus osp_culler_cull(OspCuller *culler,
+                          const OspCamera *cameras,
+                          size_t camera_count,
+                          OspSeen *seen);
+
+/**
+ * What a camera of the last osp_culler_cull sees, counted from 0: keys gets the keys of the objects to draw, each once, in no particular
+ * order; *count is how many there are. What was removed since then is not among them. After an osp_culler_commit of changes there is
+ * no camera.
+ */
+OspStatus osp_culler_visible(const OspCuller *culler,
+                             size_t camera,
+                             uint64_t *keys,
+                             size_t room,
+                             size_t *count);
+
+/**
+ * Tells of each box whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders if the camera has
+ * hide_by_occluders. The boxes are in no culler: of a sound, a character, a trigger. hidden gets 1 or 0 for each. A box that is empty
+ * or not finite is not hidden. Makes all changes known, as osp_culler_cull does; what that has found stays if there are none.
+ */
+OspStatus osp_culler_are_hidden(OspCuller *culler,
+                                const OspCamera *camera,
+                                const OspBox *boxes,
+                                size_t count,
+                                uint8_t *hidden);
+
+/**
+ * What was refused between the last two calls of osp_culler_cull, and why; of very much the beginning.
+ */
+OspStatus osp_culler_refused(const OspCuller *culler, OspRefused *refused, size_t room, size_t *count);
+
+/**
+ * Finds the objects whose boxes share a point with a box; touching counts. The answer is as that of osp_culler_visible.
+ */
+OspStatus osp_culler_in_box(const OspCuller *culler, const OspBox *bounds, uint64_t *keys, size_t room, size_t *count);
+
+/**
+ * Finds the objects whose boxes share a point with a ball: center is x y z, radius metres. The answer is as that of osp_culler_visible.
+ */
+OspStatus osp_culler_in_sphere(const OspCuller *culler,
+                               const float *center,
+                               float radius,
+                               uint64_t *keys,
+                               size_t room,
+                               size_t *count);
+
+/**
+ * Finds the objects whose boxes a ray enters at t <= t_max, the nearest first. origin and direction are x y z; t is in lengths of the
+ * direction; t_max may be infinite. hits gets the first of them, as many as there is room for; *count is how many there are. Room for
+ * one is enough for the nearest box; to pick an object by its mesh, test one after the other until t is beyond the nearest hit.
+ */
+OspStatus osp_culler_on_ray(const OspCuller *culler,
+                            const float *origin,
+                            const float *direction,
+                            float t_max,
+                            OspHit *hits,
                             size_t room,
                             size_t *count);
 
 /**
- * osp_index_frustum for six planes, four numbers a b c d each: a box is left out if a x + b y + c z + d < 0 holds in all of it,
- * for one of them. Computed in 32 bits, in this order: planes have to lie a little outside of what must not be lost.
+ * Finds the objects whose boxes are nearest to a point, x y z: hits gets as many as there is room for, if there are so many, the nearest
+ * first, with their distances as t, metres, 0 from inside; *count is how many it got.
  */
-OspStatus osp_index_frustum_of_planes(const OspIndex *index,
-                                      const float *planes,
-                                      uint32_t *ids,
-                                      size_t room,
-                                      size_t *count);
-
-/**
- * Finds the boxes that share a point with a box; touching counts. The answer is as that of osp_index_frustum.
- */
-OspStatus osp_index_box_query(const OspIndex *index, const OspBox *bounds, uint32_t *ids, size_t room, size_t *count);
-
-/**
- * Finds the boxes that share a point with a ball: center is x y z. The answer is as that of osp_index_frustum.
- */
-OspStatus osp_index_sphere_query(const OspIndex *index,
-                                 const float *center,
-                                 float radius,
-                                 uint32_t *ids,
-                                 size_t room,
-                                 size_t *count);
-
-/**
- * Finds a box that a ray enters at t <= t_max, and where: 0 if it begins inside. origin and direction are x y z; t is in units of
- * the direction's length. mode is one of OspRayMode; t_max may be infinite.
- */
-OspStatus osp_index_ray(const OspIndex *index,
-                        const float *origin,
-                        const float *direction,
-                        float t_max,
-                        int32_t mode,
-                        OspHit *hit);
-
-/**
- * Makes an empty scene. config may be NULL: then OSP_OCCLUSION_AUTO for triangles that are drawn in 10 ns each. *scene is the
- * handle, to be freed by osp_scene_free; it is NULL if the call fails.
- */
-OspStatus osp_scene_new(const OspSceneConfig *config,
-                        OspScene **scene);
-
-/**
- * Frees a scene and all that is in it. The handle may be NULL; afterwards it must not be used, and no other call may be running
- * with it.
- */
-OspStatus osp_scene_free(OspScene *scene);
-
-/**
- * Inserts boxes, which hide nothing: all of them, or none if the call fails. ids gets count ids, as with osp_index_insert.
- * Coordinates are at most 1e15 in a scene.
- */
-OspStatus osp_scene_insert_boxes(OspScene *scene,
-                                 const OspBox *boxes,
-                                 size_t count,
-                                 uint32_t *ids);
-
-/**
- * Inserts triangles: all of them, or none if the call fails. ids gets an id for each, triangle_count in all.
- *
- * vertices are x y z of vertex_count points; indices are three places in it for each triangle. If indices is NULL, the triangles
- * are vertices 0 1 2, 3 4 5 and so on, and there have to be as many. If is_opaque is not 0, they hide what is behind them: they
- * are drawn from both sides, without holes and without transparency. Triangles that are not drawn may be inserted, too, to stand
- * for what a mesh hides, if they lie inside of what is drawn.
- */
-OspStatus osp_scene_insert_triangles(OspScene *scene,
-                                     const float *vertices,
-                                     size_t vertex_count,
-                                     const uint32_t *indices,
-                                     size_t triangle_count,
-                                     int32_t is_opaque,
-                                     uint32_t *ids);
-
-/**
- * Moves a box.
- */
-OspStatus osp_scene_update_box(OspScene *scene, uint32_t id, const OspBox *bounds);
-
-/**
- * Moves a triangle: corners are nine numbers, x y z of each. It stays as opaque as it was.
- */
-OspStatus osp_scene_update_triangle(OspScene *scene, uint32_t id, const float *corners);
-
-/**
- * Takes a box or a triangle out.
- */
-OspStatus osp_scene_remove(OspScene *scene, uint32_t id);
-
-/**
- * Boxes and triangles in the scene.
- */
-OspStatus osp_scene_count(const OspScene *scene, size_t *count);
-
-/**
- * Memory that the boxes, the triangles and their index hold, bytes; not that of finding what is hidden.
- */
-OspStatus osp_scene_memory(const OspScene *scene, size_t *bytes);
-
-/**
- * Takes the changes over without culling, for queries between frames. osp_scene_frame does the same.
- */
-OspStatus osp_scene_commit(OspScene *scene);
-
-/**
- * A frame: takes the changes over and culls each view by its frustum and by what is hidden. osp_scene_visible then tells what to
- * draw. The first frame (or osp_scene_commit) also looks for walls of small triangles among all that is there by then, for up to
- * 130 ms: so insert a level before it.
- *
- * clip_from_world are sixteen numbers for each view, as osp_index_frustum takes them, but perspectives only: for others there is
- * osp_scene_frustum. view_count is from 1 to OSP_MAX_VIEWS: two eyes, the screens of a room. frame may be NULL.
- */
-OspStatus osp_scene_frame(OspScene *scene,
-                          const float *clip_from_world,
-                          size_t view_count,
-                          int32_t depth,
-                          OspFrame *frame);
-
-/**
- * What to draw of a view of the last frame, counted from 0: ids gets the ids, ascending, if there is room for all of them; *count
- * is how many there are in either case. What was removed since then is still in it.
- */
-OspStatus osp_scene_visible(const OspScene *scene,
-                            uint32_t view,
-                            uint32_t *ids,
-                            size_t room,
-                            size_t *count);
-
-/**
- * osp_index_frustum for the boxes and triangles of a scene: any projection, hidden or not. For the views of shadows.
- */
-OspStatus osp_scene_frustum(const OspScene *scene,
-                            const float *clip_from_world,
-                            int32_t depth,
-                            uint32_t *ids,
-                            size_t room,
-                            size_t *count);
-
-/**
- * Finds the boxes, and the triangles by their boxes, that share a point with a box.
- */
-OspStatus osp_scene_box_query(const OspScene *scene, const OspBox *bounds, uint32_t *ids, size_t room, size_t *count);
-
-/**
- * osp_index_ray for a scene: where the ray enters a box or meets a triangle itself, from either side.
- */
-OspStatus osp_scene_ray(const OspScene *scene,
-                        const float *origin,
-                        const float *direction,
-                        float t_max,
-                        int32_t mode,
-                        OspHit *hit);
+OspStatus osp_culler_nearest(const OspCuller *culler,
+                             const float *point,
+                             OspHit *hits,
+                             size_t room,
+                             size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

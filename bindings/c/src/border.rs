@@ -64,10 +64,10 @@ pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T>
 ///
 /// # Safety
 /// See the module.
-pub(crate) unsafe fn numbers<const N: usize>(pointer: *const f32, name: &str) -> Outcome<[f32; N]> {
+pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &str) -> Outcome<[T; N]> {
     check(pointer, N, name)?;
     // SAFETY: checked as far as it can be; the rest is the caller's part. An array is aligned as its numbers are.
-    Ok(unsafe { pointer.cast::<[f32; N]>().read() })
+    Ok(unsafe { pointer.cast::<[T; N]>().read() })
 }
 
 /// A copy of a list; its pointer may be NULL if it is empty. Copied, because what is written may lie in the same memory.
@@ -133,43 +133,58 @@ impl<T: Copy> OutList<T> {
         Ok(Self { pointer, room })
     }
 
-    /// Writes values until there is no room.
-    pub(crate) fn write(&self, values: impl Iterator<Item = T>) {
-        for (at, value) in values.take(self.room).enumerate() {
-            // SAFETY: whoever made this has promised it; `at` is less than `room`.
-            unsafe { self.pointer.add(at).write(value) }
+    /// Writes values until there is no room; how many there are.
+    pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> usize {
+        let mut count = 0;
+        for value in values {
+            if count < self.room {
+                // SAFETY: whoever made this has promised it; `count` is less than `room`.
+                unsafe { self.pointer.add(count).write(value) }
+            }
+            count += 1;
         }
+        count
     }
 }
 
-/// The caller's place for an answer: ids, and how many there are.
-pub(crate) struct Answer {
-    ids: OutList<u32>,
+/// The caller's place for an answer: a list, and how many there are.
+pub(crate) struct Answer<T> {
+    list: OutList<T>,
     count: Out<usize>,
+    name: &'static str,
 }
 
-impl Answer {
+impl<T: Copy> Answer<T> {
     /// # Safety
     /// See the module.
-    pub(crate) unsafe fn new(ids: *mut u32, room: usize, count: *mut usize) -> Outcome<Self> {
+    pub(crate) unsafe fn new(
+        list: *mut T,
+        room: usize,
+        count: *mut usize,
+        name: &'static str,
+    ) -> Outcome<Self> {
         // SAFETY: the caller's part.
         let answer =
-            unsafe { Self { count: Out::new(count, "count")?, ids: OutList::new(ids, room, "ids")? } };
+            unsafe { Self { count: Out::new(count, "count")?, list: OutList::new(list, room, name)?, name } };
         answer.count.set(0);
         Ok(answer)
     }
 
-    /// Writes all `count` ids, or none.
-    pub(crate) fn write(&self, count: usize, ids: impl Iterator<Item = u32>) -> Outcome<()> {
-        let room = self.ids.room;
-        if count <= room {
-            self.ids.write(ids);
-        }
+    /// Writes the first values, as many as there is room for, and how many there are.
+    pub(crate) fn write_first(&self, values: impl Iterator<Item = T>) -> usize {
+        let count = self.list.write(values);
         self.count.set(count);
+        count
+    }
+
+    /// The same; a failure where there is no room for all.
+    pub(crate) fn write(&self, values: impl Iterator<Item = T>) -> Outcome<()> {
+        let (count, room) = (self.write_first(values), self.list.room);
         if count <= room {
             return Ok(());
         }
-        Err(Failure::new(OspStatus::BufferTooSmall, format!("ids: expected room for {count}, found {room}")))
+        let message = format!("{}: expected room for {count}, found {room}", self.name);
+        Err(Failure::new(OspStatus::BufferTooSmall, message))
     }
 }
 

@@ -35,7 +35,6 @@ mod tests {
     #[test]
     fn what_stands_behind_a_handle_may_be_shared_between_threads() {
         fn shared<T: Send + Sync>() {}
-        shared::<crate::OspIndex>();
-        shared::<crate::OspScene>();
+        shared::<crate::OspCuller>();
     }
 }

@@ -1,8 +1,8 @@
-//! The culling index of osp as a C library. `include/osp.h` is made of the items of `index_api`, `scene_api`, `status` and
-//! `types`, with their comments, by cbindgen; the test `header` compares it and, with `OSP_WRITE=1`, writes it.
+//! The culler of osp as a C library. `include/osp.h` is made of the items of `culler_api`, `camera`, `status` and `types`, with their
+//! comments, by cbindgen; the test `header` compares it and, with `OSP_WRITE=1`, writes it.
 //!
 //! ```text
-//! C ─> index_api, scene_api ─> border: pointers and panics ─> handle: threads ─> index, scene ─> osp
+//! C ─> culler_api ─> border: pointers and panics ─> handle: threads ─> osp::Culler<u64>
 //! ```
 //!
 //! Below `border` everything is safe Rust.
@@ -11,17 +11,13 @@
 #![allow(clippy::missing_safety_doc, reason = "the header's first comment says it for all functions")]
 
 mod border;
+mod camera;
+mod culler_api;
 mod handle;
-mod index;
-mod index_api;
-mod scene;
-mod scene_api;
 mod status;
-mod things;
 mod types;
-mod views;
 
-pub use index_api::*;
-pub use scene_api::*;
+pub use camera::*;
+pub use culler_api::*;
 pub use status::*;
 pub use types::*;

@@ -8,32 +8,28 @@ use std::{any::Any, cell::Cell, ffi::c_char};
 pub enum OspStatus {
     /// Done.
     Ok = 0,
-    /// The answer has more ids than the buffer; nothing is in it. How many there are is in *count.
+    /// The answer has more than there is room for: the first of it are in the list. How many there are is in *count.
     BufferTooSmall = 1,
     /// A pointer is NULL that must not be.
     NullPointer = 2,
     /// A pointer is not aligned for what it points to.
     MisalignedPointer = 3,
-    /// A count is larger than memory, or than the ids that there are (OSP_MAX_IDS).
+    /// A count is larger than memory, or than what there can be (OSP_MAX_OBJECTS, OSP_MAX_CAMERAS).
     TooMany = 4,
-    /// A box has NaN or an infinite number in it, or min > max; or, in a scene, a coordinate beyond 1e15.
-    InvalidBox = 5,
-    /// A corner has NaN in it or a coordinate beyond 1e15, or an index names no vertex.
-    InvalidTriangle = 6,
-    /// No box or triangle has this id, or it is of the other kind.
-    UnknownId = 7,
-    /// A matrix or plane has NaN or an infinite number in it, or the matrix has no inverse or is no view that the function takes.
-    InvalidView = 8,
+    /// A matrix has NaN or an infinite number in it, or no inverse.
+    InvalidCamera = 5,
+    /// A corner is not finite, a quad is not flat and convex, an index names no vertex, or nothing has an area.
+    InvalidOccluder = 6,
     /// Another argument is out of its range.
-    InvalidArgument = 9,
-    /// There are changes since the last commit (or frame): commit, then ask.
-    NotCommitted = 10,
-    /// Another thread is changing this object, or, if this call would change it, is using it.
-    Busy = 11,
-    /// An earlier call that changed this object has failed inside of osp: only free it.
-    Poisoned = 12,
+    InvalidArgument = 7,
+    /// No object has this key.
+    UnknownKey = 8,
+    /// Another thread is changing this culler, or, if this call would change it, is using it.
+    Busy = 9,
+    /// An earlier call that changed this culler has failed inside of osp: only free it.
+    Poisoned = 10,
     /// A fault inside of osp, which should be reported; it is also written to standard error.
-    Internal = 13,
+    Internal = 11,
 }
 
 /// Why a call is refused.

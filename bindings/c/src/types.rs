@@ -1,25 +1,28 @@
 //! Values that pass the border.
 
 use osp::{
+    Refusal,
     glam::Vec3,
-    math::{Aabb, Sphere},
+    math::{Aabb, Ray, Sphere},
     polygon::PolygonId,
 };
 
 use crate::status::{Failure, OspStatus, Outcome};
 
-/// Boxes of an index, or boxes and triangles of a scene, that there can be at once; ids are below it.
-pub const OSP_MAX_IDS: u32 = 134_217_728;
+/// Objects that there can be at once, and of a batch.
+pub const OSP_MAX_OBJECTS: u32 = 134_217_728;
 
-const _: () = assert!(OSP_MAX_IDS == PolygonId::LIMIT);
+const _: () = assert!(OSP_MAX_OBJECTS == PolygonId::LIMIT);
 
-/// The id of nothing.
-pub const OSP_NO_ID: u32 = u32::MAX;
+/// Cameras of a frame, at most.
+pub const OSP_MAX_CAMERAS: u32 = 64;
 
-/// Views of a frame, at most.
-pub const OSP_MAX_VIEWS: u32 = 64;
+/// The layers of a camera that sees all.
+pub const OSP_ALL_LAYERS: u32 = u32::MAX;
 
-/// A box: its smallest and largest corner, x y z, world space. It may be flat, or a point.
+const _: () = assert!(OSP_ALL_LAYERS == osp::ALL_LAYERS);
+
+/// A box: its smallest and largest corner, x y z, world space, metres. It may be flat, or a point.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspBox {
@@ -30,127 +33,85 @@ pub struct OspBox {
 }
 
 impl OspBox {
-    pub(crate) fn bounds(&self) -> Aabb {
-        Aabb::new(self.min.into(), self.max.into())
+    pub(crate) fn corners(&self) -> [[f32; 3]; 2] {
+        [self.min, self.max]
     }
 
-    /// The box as an index takes it. `at` is its place in a list.
-    pub(crate) fn checked(&self, at: usize) -> Outcome<Aabb> {
-        let bounds = self.bounds();
-        if bounds.is_valid() {
-            return Ok(bounds);
+    /// The box that a function looks in.
+    pub(crate) fn checked(&self) -> Outcome<[[f32; 3]; 2]> {
+        if Aabb::new(self.min.into(), self.max.into()).is_valid() {
+            return Ok(self.corners());
         }
         let Self { min, max } = self;
-        let message = format!("box {at}: expected finite numbers and min <= max, found {min:?} {max:?}");
-        Err(Failure::new(OspStatus::InvalidBox, message))
+        let message = format!("bounds: expected finite numbers and min <= max, found {min:?} {max:?}");
+        Err(Failure::new(OspStatus::InvalidArgument, message))
     }
 }
 
-/// What is hit by a ray.
+/// An object whose box a ray enters, or that is near.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspHit {
-    /// What is hit, OSP_NO_ID for nothing.
-    pub id: u32,
-    /// Where, in units of the direction's length from the origin; 0 for nothing.
+    /// Its key.
+    pub key: u64,
+    /// Where, in lengths of the ray's direction from its origin, or how far away, metres; 0 from inside.
     pub t: f32,
 }
 
-impl From<Option<(PolygonId, f32)>> for OspHit {
-    fn from(hit: Option<(PolygonId, f32)>) -> Self {
-        hit.map_or(Self { id: OSP_NO_ID, t: 0.0 }, |(id, t)| Self { id: id.0, t })
+/// What a camera sees.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OspSeen {
+    /// Objects to draw: osp_culler_visible lists them.
+    pub visible: usize,
+    /// Objects in view that occluders hide.
+    pub hidden: usize,
+}
+
+/// Why an object, or its occluder, is left out.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OspRefusal {
+    /// Its box has NaN or an infinite number in it, or min > max: the object is left out until it has another one.
+    Bounds = 0,
+    /// There are OSP_MAX_OBJECTS keys already.
+    Key = 1,
+    /// All occluders together have too many polygons: the object has none.
+    Occluder = 2,
+}
+
+impl From<Refusal> for OspRefusal {
+    fn from(why: Refusal) -> Self {
+        match why {
+            Refusal::Bounds(_) => Self::Bounds,
+            Refusal::Key => Self::Key,
+            _ => Self::Occluder,
+        }
     }
 }
 
-/// How a ray is asked.
-#[repr(i32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OspRayMode {
-    /// What is hit first; of several at the same place that with the lowest id.
-    Nearest = 0,
-    /// Anything that is hit: cheaper, for "is there something".
-    Any = 1,
-}
-
-/// Which depths a matrix gives to what is drawn, after the division by w.
-#[repr(i32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OspDepth {
-    /// From 0 to 1 or, reversed, from 1 to 0: Vulkan, Direct3D, Metal, WebGPU.
-    ZeroToOne = 0,
-    /// From -1 to 1, in either direction: OpenGL, and Unity's Camera.projectionMatrix.
-    MinusOneToOne = 1,
-}
-
-/// How a scene finds what is hidden.
-#[repr(i32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OspOcclusion {
-    /// Not at all: frustum culling alone.
-    None = 0,
-    /// A tree of the shadow volumes of the largest occluders of each frame: for walls and other large polygons.
-    Msvbsp = 1,
-    /// A depth buffer of the largest occluders of each frame.
-    Depth = 2,
-    /// A depth buffer of what was visible in the last frame: for many small triangles.
-    DepthLast = 3,
-    /// In each frame whichever of none, MSVBSP and DEPTH_LAST takes the least time.
-    Auto = 4,
-}
-
-/// What an index should expect: hints. Boxes outside of the cube and beyond the capacity are kept and found as well.
+/// What was left out, and why.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OspIndexConfig {
-    /// Centre of a cube around most of what will come, x y z.
-    pub root_center: [f32; 3],
-    /// Its edge length, more than 0.
-    pub root_size: f32,
-    /// Boxes to reserve memory for now, so that hardly a frame has to: about 70 bytes each in an index, 105 in a scene; 1.4 MB
-    /// are taken in any case. At most OSP_MAX_IDS.
-    pub capacity: u32,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OspRefused {
+    /// The key of the object.
+    pub key: u64,
+    /// One of OspRefusal.
+    pub why: i32,
 }
 
-/// What a scene should expect, and how it culls.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OspSceneConfig {
-    /// Hints for the index of the scene.
-    pub index: OspIndexConfig,
-    /// One of OspOcclusion.
-    pub occlusion: i32,
-    /// What it costs to draw one box or triangle, nanoseconds; more than 0. 10 for the triangles of a stroke; what a mesh costs
-    /// where boxes stand for meshes (10000, say). From 400 on each of them is tested for itself; at 10, only groups of 40 and more.
-    pub draw_ns: f32,
-}
-
-/// What a frame has found, for all its views together.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OspFrame {
-    /// Boxes and triangles of the scene.
-    pub count: u64,
-    /// Of these, in the frustum, hidden or not.
-    pub in_view: u64,
-    /// Of these, to be drawn: osp_scene_visible lists them.
-    pub visible: u64,
-    /// Occluders that hid the others.
-    pub occluders: u64,
-    /// To follow the changes, nanoseconds.
-    pub insert_ns: u64,
-    /// To cull by the frustum, nanoseconds.
-    pub cull_ns: u64,
-    /// To find what is hidden, nanoseconds.
-    pub occlusion_ns: u64,
+fn refused<T>(message: String) -> Outcome<T> {
+    Err(Failure::new(OspStatus::InvalidArgument, message))
 }
 
 /// A point as a function takes it.
 pub(crate) fn point(xyz: [f32; 3], name: &str) -> Outcome<Vec3> {
     let point = Vec3::from(xyz);
     if point.is_finite() {
-        return Ok(point);
+        Ok(point)
+    } else {
+        refused(format!("{name}: expected finite numbers, found {xyz:?}"))
     }
-    Err(Failure::new(OspStatus::InvalidArgument, format!("{name}: expected finite numbers, found {xyz:?}")))
 }
 
 /// A ball as a function takes it.
@@ -159,6 +120,17 @@ pub(crate) fn sphere(center: [f32; 3], radius: f32) -> Outcome<Sphere> {
     if radius >= 0.0 && radius.is_finite() {
         return Ok(Sphere { center, radius_m: radius });
     }
-    let message = format!("radius: expected a finite number from 0 on, found {radius}");
-    Err(Failure::new(OspStatus::InvalidArgument, message))
+    refused(format!("radius: expected a finite number from 0 on, found {radius}"))
+}
+
+/// A ray as a function takes it.
+pub(crate) fn ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Outcome<Ray> {
+    let (origin, along) = (point(origin, "origin")?, point(direction, "direction")?);
+    if along == Vec3::ZERO {
+        return refused("direction: expected another one than 0 0 0".into());
+    }
+    if t_max.is_nan() || t_max < 0.0 {
+        return refused(format!("t_max: expected a number from 0 on, found {t_max}"));
+    }
+    Ok(Ray::new(origin, along))
 }

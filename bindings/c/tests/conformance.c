@@ -1,30 +1,27 @@
-/* Runs the cases of bindings/conformance.txt on an OspIndex and, in the same way, on an OspScene of boxes. */
+/* Runs the cases of bindings/conformance.txt on an OspCuller. */
 #include "test.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MOST_IDS = 100000, MOST_ANSWER = 4096, LINE = 16384 };
+enum { MOST_ANSWER = 4096, LINE = 16384 };
 
-static OspIndex *index_of_case;
-static OspScene *scene_of_case;
-/* By id of the file: the id of the index and of the scene plus 1, or 0. */
-static uint32_t in_index[MOST_IDS], in_scene[MOST_IDS];
-/* By id of the index and of the scene. */
-static uint32_t of_index[MOST_IDS], of_scene[MOST_IDS];
-static uint32_t answer[MOST_ANSWER];
+static OspCuller *culler;
+static uint64_t answer[MOST_ANSWER];
 static size_t answered;
+static float matrix[16];
+/* The first that a ray enters, or none. */
 static OspHit hit;
+static size_t hits;
 static int line_number;
 
-static void begin(void) {
-    EXPECT_OK(osp_index_free(index_of_case));
-    EXPECT_OK(osp_scene_free(scene_of_case));
-    EXPECT_OK(osp_index_new(NULL, &index_of_case));
-    OspSceneConfig config = {{{0, 0, 0}, 16, 64}, OSP_OCCLUSION_NONE, 10};
-    EXPECT_OK(osp_scene_new(&config, &scene_of_case));
-    memset(in_index, 0, sizeof in_index);
-    memset(in_scene, 0, sizeof in_scene);
+/* An id of the file as a key that needs all 64 bits. */
+static uint64_t key_of(char **text) {
+    char *end;
+    unsigned long id = strtoul(*text, &end, 10);
+    EXPECT(end != *text);
+    *text = end;
+    return ~(uint64_t)id;
 }
 
 static void floats(char **text, float *numbers, int count) {
@@ -36,198 +33,140 @@ static void floats(char **text, float *numbers, int count) {
     }
 }
 
-static uint32_t id_of(char **text) {
-    char *end;
-    unsigned long id = strtoul(*text, &end, 10);
-    EXPECT(end != *text && id < MOST_IDS);
-    *text = end;
-    return (uint32_t)id;
-}
-
-static void put(uint32_t id, const float *numbers) {
+static void put(uint64_t key, const float *numbers) {
     OspBox bounds, there;
     memcpy(&bounds, numbers, sizeof bounds);
-    /* A scene takes coordinates up to 1e15. */
-    int for_scene = fabsf(bounds.max[0]) <= 1e15f;
-    if (in_index[id]) {
-        uint32_t own = in_index[id] - 1;
-        EXPECT_OK(osp_index_update(index_of_case, &own, &bounds, 1));
-        if (for_scene) {
-            EXPECT_OK(osp_scene_update_box(scene_of_case, in_scene[id] - 1, &bounds));
-        }
-    } else {
-        uint32_t own;
-        EXPECT_OK(osp_index_insert(index_of_case, &bounds, 1, &own));
-        EXPECT(own < MOST_IDS);
-        in_index[id] = own + 1;
-        of_index[own] = id;
-        OspStatus status = osp_scene_insert_boxes(scene_of_case, &bounds, 1, &own);
-        EXPECT(status == (for_scene ? OSP_STATUS_OK : OSP_STATUS_INVALID_BOX));
-        if (for_scene) {
-            in_scene[id] = own + 1;
-            of_scene[own] = id;
-        }
-    }
-    EXPECT_OK(osp_index_box(index_of_case, in_index[id] - 1, &there));
+    EXPECT_OK(osp_culler_set(culler, &key, &bounds, 1));
+    EXPECT_OK(osp_culler_box(culler, key, &there));
     EXPECT(memcmp(&there, &bounds, sizeof there) == 0);
 }
 
-static void take_out(uint32_t id) {
-    EXPECT(in_index[id]);
-    EXPECT_OK(osp_index_remove(index_of_case, in_index[id] - 1));
-    EXPECT_OK(osp_scene_remove(scene_of_case, in_scene[id] - 1));
-    in_index[id] = in_scene[id] = 0;
+/* From the largest key to the smallest: in the order of the file's ids. */
+static int descending(const void *a, const void *b) {
+    uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x < y) - (x > y);
 }
 
-static int ascending(const void *a, const void *b) {
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
+static void sort(uint64_t *keys, size_t count) {
+    qsort(keys, count, sizeof *keys, descending);
+    for (size_t i = 1; i < count; i++) {
+        EXPECT(keys[i - 1] != keys[i]);
+    }
 }
 
-/* The scene has found the same as the index, but for what only an index takes. */
-static void compare_with_scene(uint32_t *found, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        found[i] = of_scene[found[i]];
-    }
-    qsort(found, count, sizeof *found, ascending);
-    size_t at = 0;
-    for (size_t i = 0; i < answered; i++) {
-        if (in_scene[answer[i]]) {
-            EXPECT(at < count && found[at] == answer[i]);
-            at++;
-        }
-    }
-    EXPECT(at == count);
-}
-
-static void names_of_file(void) {
-    for (size_t i = 0; i < answered; i++) {
-        EXPECT(i == 0 || answer[i - 1] < answer[i]);
-    }
-    for (size_t i = 0; i < answered; i++) {
-        answer[i] = of_index[answer[i]];
-    }
-    qsort(answer, answered, sizeof *answer, ascending);
-}
-
-static void commit(void) {
-    EXPECT_OK(osp_index_commit(index_of_case));
-    EXPECT_OK(osp_scene_commit(scene_of_case));
-}
-
-static void view(const float *matrix) {
-    static uint32_t found[MOST_ANSWER];
-    size_t count, needed;
-    commit();
-    EXPECT_OK(osp_index_frustum(index_of_case, matrix, OSP_DEPTH_ZERO_TO_ONE, answer, MOST_ANSWER, &answered));
-    if (answered > 0) {
-        uint32_t untouched = 77;
-        OspStatus status =
-            osp_index_frustum(index_of_case, matrix, OSP_DEPTH_ZERO_TO_ONE, &untouched, answered > 1, &needed);
-        EXPECT(needed == answered && (answered == 1 || (status == OSP_STATUS_BUFFER_TOO_SMALL && untouched == 77)));
-    }
-    /* The same view as OpenGL has it. */
+/* What the last view shows, as each depth has it and by 64 bits. */
+static void look(int hide) {
     float opengl[16];
-    memcpy(opengl, matrix, sizeof opengl);
-    for (int column = 0; column < 4; column++) {
-        opengl[4 * column + 2] = 2 * matrix[4 * column + 2] - matrix[4 * column + 3];
+    double doubles[16];
+    OspCamera cameras[4];
+    OspSeen seen[4];
+    for (int i = 0; i < 16; i++) {
+        doubles[i] = matrix[i];
+        opengl[i] = i % 4 == 2 ? 2 * matrix[i] - matrix[i + 1] : matrix[i];
     }
-    EXPECT_OK(osp_index_frustum(index_of_case, opengl, OSP_DEPTH_MINUS_ONE_TO_ONE, found, MOST_ANSWER, &count));
-    EXPECT(count == answered && memcmp(found, answer, count * sizeof *found) == 0);
-    names_of_file();
-    EXPECT_OK(osp_scene_frustum(scene_of_case, matrix, OSP_DEPTH_ZERO_TO_ONE, found, MOST_ANSWER, &count));
-    compare_with_scene(found, count);
-    /* A frame is for perspectives. */
-    if (matrix[3] != 0 || matrix[7] != 0 || matrix[11] != 0) {
-        OspFrame frame;
-        EXPECT_OK(osp_scene_frame(scene_of_case, matrix, 1, OSP_DEPTH_ZERO_TO_ONE, &frame));
-        EXPECT_OK(osp_scene_visible(scene_of_case, 0, found, MOST_ANSWER, &count));
-        EXPECT(frame.visible == count && frame.in_view == count);
-        compare_with_scene(found, count);
-    } else {
-        EXPECT(osp_scene_frame(scene_of_case, matrix, 1, OSP_DEPTH_ZERO_TO_ONE, NULL) == OSP_STATUS_INVALID_VIEW);
+    EXPECT_OK(osp_camera_f32(matrix, OSP_DEPTH_ZERO_TO_ONE, &cameras[0]));
+    EXPECT_OK(osp_camera_f32(matrix, OSP_DEPTH_ONE_TO_ZERO, &cameras[1]));
+    EXPECT_OK(osp_camera_f32(opengl, OSP_DEPTH_MINUS_ONE_TO_ONE, &cameras[2]));
+    EXPECT_OK(osp_camera_f64(doubles, OSP_DEPTH_ZERO_TO_ONE, &cameras[3]));
+    for (int i = 0; i < 4; i++) {
+        cameras[i].hide_by_occluders = hide;
+    }
+    EXPECT_OK(osp_culler_cull(culler, cameras, 4, seen));
+    for (size_t i = 0; i < 4; i++) {
+        static uint64_t keys[MOST_ANSWER];
+        size_t count;
+        EXPECT_OK(osp_culler_visible(culler, i, keys, MOST_ANSWER, &count));
+        EXPECT(count == seen[i].visible && (hide || seen[i].hidden == 0));
+        sort(keys, count);
+        if (i == 0) {
+            memcpy(answer, keys, count * sizeof *keys);
+            answered = count;
+        }
+        EXPECT(count == answered && memcmp(keys, answer, count * sizeof *keys) == 0);
+    }
+    if (answered > 1) {
+        uint64_t keys[2] = {77, 77};
+        size_t needed;
+        EXPECT(osp_culler_visible(culler, 0, keys, 1, &needed) == OSP_STATUS_BUFFER_TOO_SMALL);
+        EXPECT(needed == answered && keys[0] != 77 && keys[1] == 77);
     }
 }
 
-static void box_query(const float *numbers) {
-    static uint32_t found[MOST_ANSWER];
-    size_t count;
+static void in_box(const float *numbers) {
     OspBox bounds;
     memcpy(&bounds, numbers, sizeof bounds);
-    commit();
-    EXPECT_OK(osp_index_box_query(index_of_case, &bounds, answer, MOST_ANSWER, &answered));
-    names_of_file();
-    EXPECT_OK(osp_scene_box_query(scene_of_case, &bounds, found, MOST_ANSWER, &count));
-    compare_with_scene(found, count);
+    EXPECT_OK(osp_culler_in_box(culler, &bounds, answer, MOST_ANSWER, &answered));
+    sort(answer, answered);
 }
 
-static void sphere(const float *numbers) {
-    commit();
-    EXPECT_OK(osp_index_sphere_query(index_of_case, numbers, numbers[3], answer, MOST_ANSWER, &answered));
-    names_of_file();
+static void in_sphere(const float *numbers) {
+    EXPECT_OK(osp_culler_in_sphere(culler, numbers, numbers[3], answer, MOST_ANSWER, &answered));
+    sort(answer, answered);
 }
 
-static void ray(const float *numbers) {
-    OspHit any, of;
-    commit();
-    EXPECT_OK(osp_index_ray(index_of_case, numbers, numbers + 3, numbers[6], OSP_RAY_MODE_NEAREST, &hit));
-    EXPECT_OK(osp_index_ray(index_of_case, numbers, numbers + 3, numbers[6], OSP_RAY_MODE_ANY, &any));
-    EXPECT((any.id == OSP_NO_ID) == (hit.id == OSP_NO_ID));
-    EXPECT_OK(osp_scene_ray(scene_of_case, numbers, numbers + 3, numbers[6], OSP_RAY_MODE_NEAREST, &of));
-    EXPECT((of.id == OSP_NO_ID) == (hit.id == OSP_NO_ID) && of.t == hit.t);
-    if (hit.id != OSP_NO_ID) {
-        hit.id = of_index[hit.id];
-        EXPECT(of_scene[of.id] == hit.id);
+static void on_ray(const float *numbers) {
+    static OspHit all[MOST_ANSWER];
+    size_t count;
+    EXPECT_OK(osp_culler_on_ray(culler, numbers, numbers + 3, numbers[6], &hit, 1, &hits));
+    EXPECT_OK(osp_culler_on_ray(culler, numbers, numbers + 3, numbers[6], all, MOST_ANSWER, &count));
+    EXPECT(count == hits && (count == 0 || (all[0].key == hit.key && all[0].t == hit.t)));
+    for (size_t i = 1; i < count; i++) {
+        EXPECT(all[i - 1].t <= all[i].t && all[i].t <= numbers[6]);
     }
 }
 
-static void compare_ids(char *rest) {
+static void compare_keys(char *rest) {
     for (size_t i = 0; i < answered; i++) {
-        EXPECT(id_of(&rest) == answer[i]);
+        EXPECT(key_of(&rest) == answer[i]);
     }
     EXPECT(rest[strspn(rest, " \r\n")] == 0);
 }
 
 static void compare_hit(char *rest) {
     if (strncmp(rest, " none", 5) == 0) {
-        EXPECT(hit.id == OSP_NO_ID && hit.t == 0);
+        EXPECT(hits == 0);
         return;
     }
     float t;
-    EXPECT(id_of(&rest) == hit.id);
+    EXPECT(hits > 0 && key_of(&rest) == hit.key);
     floats(&rest, &t, 1);
     EXPECT(fabsf(t - hit.t) <= 1e-4f * t);
 }
 
 static int step(char *line) {
-    float numbers[16];
+    float numbers[12];
+    uint64_t key;
     size_t length = strcspn(line, " \r\n");
     char *rest = line + length;
 #define IS(word) (length == strlen(word) && strncmp(line, word, length) == 0)
     if (length == 0 || line[0] == '#') {
         return 0;
     } else if (IS("case")) {
-        begin();
+        EXPECT_OK(osp_culler_free(culler));
+        EXPECT_OK(osp_culler_new(&culler));
     } else if (IS("box")) {
-        uint32_t id = id_of(&rest);
+        key = key_of(&rest);
         floats(&rest, numbers, 6);
-        put(id, numbers);
+        put(key, numbers);
     } else if (IS("remove")) {
-        take_out(id_of(&rest));
+        key = key_of(&rest);
+        EXPECT_OK(osp_culler_remove(culler, &key, 1));
+    } else if (IS("quad")) {
+        key = key_of(&rest);
+        floats(&rest, numbers, 12);
+        EXPECT_OK(osp_culler_set_occluder_quad(culler, key, numbers));
     } else if (IS("view")) {
-        floats(&rest, numbers, 16);
-        view(numbers);
-    } else if (IS("boxquery")) {
-        floats(&rest, numbers, 6);
-        box_query(numbers);
-    } else if (IS("sphere")) {
-        floats(&rest, numbers, 4);
-        sphere(numbers);
-    } else if (IS("ray")) {
-        floats(&rest, numbers, 7);
-        ray(numbers);
-    } else if (IS("visible") || IS("found")) {
-        compare_ids(rest);
+        floats(&rest, matrix, 16);
+    } else if (IS("boxquery") || IS("sphere") || IS("ray")) {
+        EXPECT_OK(osp_culler_commit(culler));
+        floats(&rest, numbers, IS("boxquery") ? 6 : IS("sphere") ? 4 : 7);
+        (IS("boxquery") ? in_box : IS("sphere") ? in_sphere : on_ray)(numbers);
+    } else if (IS("visible") || IS("unhidden")) {
+        look(IS("unhidden"));
+        compare_keys(rest);
+        return 1;
+    } else if (IS("found")) {
+        compare_keys(rest);
         return 1;
     } else if (IS("hit")) {
         compare_hit(rest);
@@ -262,7 +201,6 @@ int run_conformance(const char *path) {
     }
     fclose(file);
     line_number = 0;
-    EXPECT_OK(osp_index_free(index_of_case));
-    EXPECT_OK(osp_scene_free(scene_of_case));
+    EXPECT_OK(osp_culler_free(culler));
     return answers;
 }

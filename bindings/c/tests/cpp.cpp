@@ -7,31 +7,35 @@
 
 namespace {
 struct Free {
-    void operator()(OspIndex *index) const { osp_index_free(index); }
+    void operator()(OspCuller *culler) const { osp_culler_free(culler); }
 };
 
-std::unique_ptr<OspIndex, Free> make() {
-    OspIndex *index = nullptr;
-    osp_index_new(nullptr, &index);
-    return std::unique_ptr<OspIndex, Free>(index);
+std::unique_ptr<OspCuller, Free> make() {
+    OspCuller *culler = nullptr;
+    osp_culler_new(&culler);
+    return std::unique_ptr<OspCuller, Free>(culler);
 }
 } // namespace
 
 int main() {
     const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    auto index = make();
+    auto culler = make();
     std::vector<OspBox> boxes = {{{0, 0, 0}, {1, 1, 1}}, {{5, 5, 5}, {6, 6, 6}}};
-    std::vector<uint32_t> ids(boxes.size());
+    std::vector<uint64_t> keys = {70, 80};
     std::size_t count = 0;
-    OspStatus status = osp_index_insert(index.get(), boxes.data(), boxes.size(), ids.data());
+    OspCamera camera = {};
+    OspStatus status = osp_culler_set(culler.get(), keys.data(), boxes.data(), boxes.size());
     if (status == OSP_STATUS_OK) {
-        status = osp_index_commit(index.get());
+        status = osp_camera_f32(identity, OSP_DEPTH_ZERO_TO_ONE, &camera);
     }
     if (status == OSP_STATUS_OK) {
-        status = osp_index_frustum(index.get(), identity, OSP_DEPTH_ZERO_TO_ONE, ids.data(), ids.size(), &count);
+        status = osp_culler_cull(culler.get(), &camera, 1, nullptr);
     }
-    if (status != OSP_STATUS_OK || count != 1 || ids[0] != 0) {
-        std::fprintf(stderr, "expected box 0 alone, found %zu boxes: %s\n", count, osp_last_error());
+    if (status == OSP_STATUS_OK) {
+        status = osp_culler_visible(culler.get(), 0, keys.data(), keys.size(), &count);
+    }
+    if (status != OSP_STATUS_OK || count != 1 || keys[0] != 70) {
+        std::fprintf(stderr, "expected the box 70 alone, found %zu boxes: %s\n", count, osp_last_error());
         return 1;
     }
     std::puts("one box of two in view, in C++ with the static library");

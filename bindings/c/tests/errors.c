@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-static const float IDENTITY[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+static const float AHEAD[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0.1f, 0};
+static const OspBox GOOD = {{0, 0, -6}, {1, 1, -5}};
 
 #define REFUSED(status, call)                                                                              \
     do {                                                                                                   \
@@ -15,307 +16,253 @@ static const float IDENTITY[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 
 /* A pointer that is one byte beside where it should be. */
 #define BESIDE(type, pointer) ((type)(void *)((char *)(pointer) + 1))
 
-static void errors_of_index(void) {
-    OspIndex *index = (OspIndex *)&index;
-    const OspBox good = {{0, 0, 0}, {1, 1, 1}};
-    OspBox bounds = good, boxes[3] = {good, good, good};
-    uint32_t id = 7, ids[4] = {7, 7, 7, 7};
-    size_t count = 7;
-    OspHit hit;
-    float numbers[32] = {0};
-
-    REFUSED(NULL_POINTER, osp_index_new(NULL, NULL));
-    REFUSED(MISALIGNED_POINTER, osp_index_new(NULL, BESIDE(OspIndex **, ids)));
-    REFUSED(MISALIGNED_POINTER, osp_index_new(BESIDE(OspIndexConfig *, boxes), &index));
-    EXPECT(index == NULL);
-    OspIndexConfig configs[] = {{{0, 0, 0}, 0, 0},   {{0, 0, 0}, -1, 0},        {{0, 0, 0}, NAN, 0}, {{0, 0, 0}, INFINITY, 0},
-                                {{NAN, 0, 0}, 1, 0}, {{0, INFINITY, 0}, 1, 0}, {{0, 0, 0}, 1, OSP_MAX_IDS + 1}, {{0, 0, 0}, 1, UINT32_MAX}};
-    for (size_t i = 0; i < sizeof configs / sizeof *configs; i++) {
-        index = (OspIndex *)&index;
-        REFUSED(INVALID_ARGUMENT, osp_index_new(&configs[i], &index));
-        EXPECT(index == NULL);
-    }
-    EXPECT_OK(osp_index_free(NULL));
-    EXPECT_OK(osp_index_new(NULL, &index));
-    REFUSED(MISALIGNED_POINTER, osp_index_free(BESIDE(OspIndex *, index)));
-
-    /* Nothing of a list with one bad box is inserted. */
-    float bad[] = {NAN, INFINITY, -INFINITY, 2};
-    for (int i = 0; i < 4; i++) {
-        boxes[1] = good;
-        boxes[1].min[i % 3] = bad[i];
-        REFUSED(INVALID_BOX, osp_index_insert(index, boxes, 3, ids));
-        EXPECT(strstr(osp_last_error(), "box 1"));
-        EXPECT_OK(osp_index_count(index, &count));
-        EXPECT(count == 0 && ids[0] == 7 && ids[2] == 7);
-    }
-    boxes[1] = good;
-    REFUSED(NULL_POINTER, osp_index_insert(NULL, boxes, 3, ids));
-    REFUSED(MISALIGNED_POINTER, osp_index_insert(BESIDE(OspIndex *, index), boxes, 3, ids));
-    REFUSED(NULL_POINTER, osp_index_insert(index, NULL, 3, ids));
-    REFUSED(NULL_POINTER, osp_index_insert(index, boxes, 3, NULL));
-    REFUSED(MISALIGNED_POINTER, osp_index_insert(index, BESIDE(OspBox *, boxes), 2, ids));
-    REFUSED(MISALIGNED_POINTER, osp_index_insert(index, boxes, 3, BESIDE(uint32_t *, ids)));
-    /* Sums and products of counts that overflow. */
-    size_t counts[] = {SIZE_MAX, SIZE_MAX / 2, SIZE_MAX / 24, SIZE_MAX / 24 + 1, SIZE_MAX / 8 + 1, (size_t)OSP_MAX_IDS + 1};
-    for (int i = 0; i < 6; i++) {
-        REFUSED(TOO_MANY, osp_index_insert(index, boxes, counts[i], ids));
-        REFUSED(TOO_MANY, osp_index_update(index, ids, boxes, counts[i]));
-        if (i < 2) {
-            REFUSED(TOO_MANY, osp_index_frustum(index, IDENTITY, 0, ids, counts[i], &count));
-        }
-    }
-    EXPECT_OK(osp_index_insert(index, NULL, 0, NULL));
-    EXPECT_OK(osp_index_update(index, NULL, NULL, 0));
-    EXPECT_OK(osp_index_insert(index, boxes, 3, ids));
-
-    /* Ids that nothing has. */
-    uint32_t wrong[] = {3, 4, 100, OSP_MAX_IDS - 1, OSP_MAX_IDS, OSP_NO_ID};
-    for (int i = 0; i < 6; i++) {
-        uint32_t pair[2] = {ids[0], wrong[i]};
-        boxes[0].max[0] = 9;
-        REFUSED(UNKNOWN_ID, osp_index_remove(index, wrong[i]));
-        REFUSED(UNKNOWN_ID, osp_index_update(index, pair, boxes, 2));
-        REFUSED(UNKNOWN_ID, osp_index_box(index, wrong[i], &bounds));
-        EXPECT_OK(osp_index_box(index, ids[0], &bounds));
-        EXPECT(bounds.max[0] == 1);
-    }
-    boxes[1].max[1] = NAN;
-    REFUSED(INVALID_BOX, osp_index_update(index, ids, boxes, 2));
-    EXPECT_OK(osp_index_box(index, ids[0], &bounds));
-    EXPECT(bounds.max[0] == 1);
-
-    /* Questions before the commit. */
-    REFUSED(NOT_COMMITTED, osp_index_frustum(index, IDENTITY, 0, ids, 4, &count));
-    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
-    REFUSED(NOT_COMMITTED, osp_index_sphere_query(index, numbers, 1, ids, 4, &count));
-    float along[3] = {1, 0, 0};
-    REFUSED(NOT_COMMITTED, osp_index_ray(index, numbers, along, 1, 0, &hit));
-    EXPECT_OK(osp_index_commit(index));
-
-    /* Views. */
-    float matrix[16];
+static void errors_of_cameras(void) {
+    float matrix[16], origin[3], direction[3];
+    double doubles[16];
+    OspCamera camera;
     float wrongs[] = {NAN, INFINITY, -INFINITY};
     for (int i = 0; i < 48; i++) {
-        memcpy(matrix, IDENTITY, sizeof matrix);
+        memcpy(matrix, AHEAD, sizeof matrix);
         matrix[i % 16] = wrongs[i / 16];
-        count = 7;
-        REFUSED(INVALID_VIEW, osp_index_frustum(index, matrix, 0, ids, 4, &count));
+        REFUSED(INVALID_CAMERA, osp_camera_f32(matrix, 0, &camera));
+        for (int k = 0; k < 16; k++) {
+            doubles[k] = matrix[k];
+        }
+        REFUSED(INVALID_CAMERA, osp_camera_f64(doubles, 0, &camera));
+    }
+    EXPECT(strstr(osp_last_error(), "column 3, row 3"));
+    memset(matrix, 0, sizeof matrix);
+    REFUSED(INVALID_CAMERA, osp_camera_f32(matrix, 1, &camera));
+    int32_t depths[] = {-1, 3, INT32_MAX, INT32_MIN};
+    for (int i = 0; i < 4; i++) {
+        REFUSED(INVALID_ARGUMENT, osp_camera_f32(AHEAD, depths[i], &camera));
+    }
+    REFUSED(NULL_POINTER, osp_camera_f32(NULL, 0, &camera));
+    REFUSED(NULL_POINTER, osp_camera_f32(AHEAD, 0, NULL));
+    REFUSED(NULL_POINTER, osp_camera_f64(NULL, 0, &camera));
+    REFUSED(NULL_POINTER, osp_camera_f64(doubles, 0, NULL));
+    REFUSED(MISALIGNED_POINTER, osp_camera_f32(BESIDE(float *, matrix), 0, &camera));
+    EXPECT_OK(osp_camera_f32(AHEAD, OSP_DEPTH_ONE_TO_ZERO, &camera));
+    EXPECT(camera.layers == OSP_ALL_LAYERS && camera.hide_by_occluders == 0);
+    REFUSED(NULL_POINTER, osp_camera_ray(NULL, 0, 0, origin, direction));
+    REFUSED(NULL_POINTER, osp_camera_ray(&camera, 0, 0, NULL, direction));
+    REFUSED(NULL_POINTER, osp_camera_ray(&camera, 0, 0, origin, NULL));
+    EXPECT_OK(osp_camera_ray(&camera, 0, 0, origin, direction));
+    EXPECT(fabsf(origin[2] + 0.1f) < 1e-6f && direction[2] == -1);
+    camera.depth = 7;
+    REFUSED(INVALID_ARGUMENT, osp_camera_ray(&camera, 0, 0, origin, direction));
+}
+
+static void errors_of_changes(OspCuller *culler) {
+    OspBox boxes[3] = {GOOD, GOOD, GOOD}, bounds;
+    uint64_t keys[4] = {5, 6, UINT64_MAX, 0};
+    uint32_t layers[3] = {1, 1, 1};
+    size_t count;
+    REFUSED(NULL_POINTER, osp_culler_set(NULL, keys, boxes, 3));
+    REFUSED(MISALIGNED_POINTER, osp_culler_set(BESIDE(OspCuller *, culler), keys, boxes, 3));
+    REFUSED(NULL_POINTER, osp_culler_set(culler, NULL, boxes, 3));
+    REFUSED(NULL_POINTER, osp_culler_set(culler, keys, NULL, 3));
+    REFUSED(MISALIGNED_POINTER, osp_culler_set(culler, BESIDE(uint64_t *, keys), boxes, 3));
+    REFUSED(MISALIGNED_POINTER, osp_culler_set(culler, keys, BESIDE(OspBox *, boxes), 2));
+    /* Sums and products of counts that overflow. */
+    size_t counts[] = {SIZE_MAX, SIZE_MAX / 2, SIZE_MAX / 24, SIZE_MAX / 24 + 1, SIZE_MAX / 8 + 1, (size_t)OSP_MAX_OBJECTS + 1};
+    for (int i = 0; i < 6; i++) {
+        REFUSED(TOO_MANY, osp_culler_set(culler, keys, boxes, counts[i]));
+        REFUSED(TOO_MANY, osp_culler_remove(culler, keys, counts[i]));
+        REFUSED(TOO_MANY, osp_culler_set_layers(culler, keys, layers, counts[i]));
+    }
+    REFUSED(NULL_POINTER, osp_culler_remove(culler, NULL, 1));
+    REFUSED(NULL_POINTER, osp_culler_remove(NULL, keys, 1));
+    REFUSED(NULL_POINTER, osp_culler_set_layers(culler, NULL, layers, 1));
+    REFUSED(NULL_POINTER, osp_culler_set_layers(culler, keys, NULL, 1));
+    REFUSED(NULL_POINTER, osp_culler_clear(NULL));
+    REFUSED(NULL_POINTER, osp_culler_commit(NULL));
+    REFUSED(NULL_POINTER, osp_culler_count(culler, NULL));
+    EXPECT_OK(osp_culler_count(culler, &count));
+    EXPECT(count == 0);
+    EXPECT_OK(osp_culler_set(culler, NULL, NULL, 0));
+    EXPECT_OK(osp_culler_remove(culler, NULL, 0));
+    EXPECT_OK(osp_culler_set_layers(culler, NULL, NULL, 0));
+    EXPECT_OK(osp_culler_set(culler, keys, boxes, 3));
+    EXPECT_OK(osp_culler_count(culler, &count));
+    EXPECT(count == 3);
+    REFUSED(UNKNOWN_KEY, osp_culler_box(culler, 7, &bounds));
+    REFUSED(NULL_POINTER, osp_culler_box(culler, 5, NULL));
+    EXPECT_OK(osp_culler_remove(culler, &keys[3], 1));
+    EXPECT_OK(osp_culler_remove_occluder(culler, 77));
+    REFUSED(NULL_POINTER, osp_culler_remove_occluder(NULL, 77));
+}
+
+static void errors_of_occluders(OspCuller *culler) {
+    const float square[12] = {-1, -1, -2, 1, -1, -2, 1, 1, -2, -1, 1, -2};
+    float bad[12];
+    float wrongs[] = {NAN, INFINITY, -INFINITY};
+    for (int i = 0; i < 36; i++) {
+        memcpy(bad, square, sizeof bad);
+        bad[i % 12] = wrongs[i / 12];
+        REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_quad(culler, 5, bad));
+    }
+    EXPECT(strstr(osp_last_error(), "corner 3"));
+    memcpy(bad, square, sizeof bad);
+    bad[2] = -3;
+    REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_quad(culler, 5, bad));
+    REFUSED(NULL_POINTER, osp_culler_set_occluder_quad(culler, 5, NULL));
+    REFUSED(NULL_POINTER, osp_culler_set_occluder_quad(NULL, 5, square));
+    OspBox flat = {{0, 0, 0}, {0, 0, 1}}, turned = {{1, 1, 1}, {0, 2, 2}};
+    REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_box(culler, 5, &flat));
+    REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_box(culler, 5, &turned));
+    REFUSED(NULL_POINTER, osp_culler_set_occluder_box(culler, 5, NULL));
+    uint32_t indices[6] = {0, 1, 2, 0, 2, 4};
+    REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_mesh(culler, 5, square, 4, indices, 2));
+    EXPECT(strstr(osp_last_error(), "indices[5]: expected less than 4, found 4"));
+    REFUSED(INVALID_OCCLUDER, osp_culler_set_occluder_mesh(culler, 5, square, 4, NULL, 0));
+    REFUSED(NULL_POINTER, osp_culler_set_occluder_mesh(culler, 5, NULL, 4, indices, 1));
+    REFUSED(NULL_POINTER, osp_culler_set_occluder_mesh(culler, 5, square, 4, NULL, 1));
+    size_t counts[] = {SIZE_MAX, SIZE_MAX / 3, SIZE_MAX / 3 + 1, SIZE_MAX / 12, SIZE_MAX / 12 + 1};
+    for (int i = 0; i < 5; i++) {
+        REFUSED(TOO_MANY, osp_culler_set_occluder_mesh(culler, 5, square, counts[i], indices, 1));
+        REFUSED(TOO_MANY, osp_culler_set_occluder_mesh(culler, 5, square, 4, indices, counts[i]));
+    }
+    indices[5] = 3;
+    EXPECT_OK(osp_culler_set_occluder_mesh(culler, 5, square, 4, indices, 2));
+    EXPECT_OK(osp_culler_remove_occluder(culler, 5));
+}
+
+static void errors_of_frames(OspCuller *culler) {
+    OspCamera cameras[2];
+    OspSeen seen[2];
+    uint64_t keys[4] = {7, 7, 7, 7};
+    size_t count = 7;
+    EXPECT_OK(osp_camera_f32(AHEAD, OSP_DEPTH_ONE_TO_ZERO, &cameras[0]));
+    cameras[1] = cameras[0];
+    REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, 0, keys, 4, &count));
+    EXPECT(count == 0);
+    REFUSED(NULL_POINTER, osp_culler_cull(NULL, cameras, 1, seen));
+    REFUSED(NULL_POINTER, osp_culler_cull(culler, NULL, 1, seen));
+    REFUSED(MISALIGNED_POINTER, osp_culler_cull(culler, cameras, 1, BESIDE(OspSeen *, keys)));
+    REFUSED(TOO_MANY, osp_culler_cull(culler, cameras, OSP_MAX_CAMERAS + 1, NULL));
+    REFUSED(TOO_MANY, osp_culler_cull(culler, cameras, SIZE_MAX, NULL));
+    cameras[1].clip_from_world[5] = NAN;
+    REFUSED(INVALID_CAMERA, osp_culler_cull(culler, cameras, 2, seen));
+    EXPECT(strstr(osp_last_error(), "cameras[1]"));
+    cameras[1] = cameras[0];
+    cameras[1].depth = -1;
+    REFUSED(INVALID_ARGUMENT, osp_culler_cull(culler, cameras, 2, seen));
+    cameras[1].depth = 0;
+    EXPECT_OK(osp_culler_cull(culler, cameras, 2, NULL));
+    EXPECT_OK(osp_culler_cull(culler, cameras, 2, seen));
+    EXPECT(seen[0].visible == 3 && seen[1].visible == 3 && seen[1].hidden == 0);
+    uint8_t hidden[2] = {7, 7};
+    OspBox boxes[2] = {GOOD, GOOD};
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(NULL, cameras, boxes, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, NULL, boxes, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, cameras, NULL, 2, hidden));
+    REFUSED(NULL_POINTER, osp_culler_are_hidden(culler, cameras, boxes, 2, NULL));
+    REFUSED(TOO_MANY, osp_culler_are_hidden(culler, cameras, boxes, SIZE_MAX, hidden));
+    EXPECT_OK(osp_culler_are_hidden(culler, cameras, NULL, 0, NULL));
+    EXPECT(hidden[0] == 7);
+    REFUSED(NULL_POINTER, osp_culler_visible(culler, 0, NULL, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_visible(culler, 0, keys, 4, NULL));
+    REFUSED(MISALIGNED_POINTER, osp_culler_visible(culler, 0, BESIDE(uint64_t *, keys), 3, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, 2, keys, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, SIZE_MAX, keys, 4, &count));
+    EXPECT(osp_culler_visible(culler, 1, NULL, 0, &count) == OSP_STATUS_BUFFER_TOO_SMALL && count == 3);
+    /* What has gone since is not among them; after changes that were committed there is no camera. */
+    uint64_t gone = 6;
+    EXPECT_OK(osp_culler_remove(culler, &gone, 1));
+    EXPECT_OK(osp_culler_visible(culler, 1, keys, 4, &count));
+    EXPECT(count == 2 && keys[0] != 6 && keys[1] != 6);
+    EXPECT_OK(osp_culler_commit(culler));
+    REFUSED(INVALID_ARGUMENT, osp_culler_visible(culler, 0, keys, 4, &count));
+    EXPECT_OK(osp_culler_cull(culler, NULL, 0, NULL));
+}
+
+static void errors_of_queries(OspCuller *culler) {
+    const float zero[3] = {0, 0, 0}, along[3] = {0.1f, 0.1f, -1}, nowhere[3] = {0, NAN, 0};
+    uint64_t keys[4];
+    size_t count;
+    OspHit hits[4];
+    OspBox empty = {{1, 1, 1}, {0, 2, 2}};
+    REFUSED(INVALID_ARGUMENT, osp_culler_in_box(culler, &empty, keys, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_in_box(culler, NULL, keys, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_in_sphere(culler, zero, -1, keys, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_in_sphere(culler, zero, NAN, keys, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_in_sphere(culler, nowhere, 1, keys, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_in_sphere(culler, NULL, 1, keys, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_on_ray(culler, nowhere, along, 1, hits, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_on_ray(culler, zero, nowhere, 1, hits, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_on_ray(culler, zero, zero, 1, hits, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_on_ray(culler, zero, along, NAN, hits, 4, &count));
+    REFUSED(INVALID_ARGUMENT, osp_culler_on_ray(culler, zero, along, -1, hits, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_on_ray(culler, zero, along, 1, NULL, 4, &count));
+    EXPECT_OK(osp_culler_on_ray(culler, zero, along, INFINITY, hits, 1, &count));
+    EXPECT(count == 2 && fabsf(hits[0].t - 5) < 1e-4f);
+    EXPECT_OK(osp_culler_on_ray(culler, zero, along, INFINITY, NULL, 0, &count));
+    EXPECT(count == 2);
+    REFUSED(INVALID_ARGUMENT, osp_culler_nearest(culler, nowhere, hits, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_nearest(culler, NULL, hits, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_nearest(culler, zero, NULL, 4, &count));
+    EXPECT_OK(osp_culler_nearest(culler, zero, hits, 4, &count));
+    EXPECT(count == 2 && hits[0].t == 5 && hits[1].t == 5 && hits[0].key != hits[1].key);
+    EXPECT_OK(osp_culler_nearest(culler, zero, hits, 1, &count));
+    EXPECT(count == 1);
+    EXPECT_OK(osp_culler_nearest(culler, zero, NULL, 0, &count));
+    EXPECT(count == 0);
+}
+
+/* A box that is none leaves its object out, and the others in. */
+static void refusals(OspCuller *culler) {
+    const float bad[] = {NAN, INFINITY, -INFINITY, 2};
+    uint64_t keys[3] = {100, 101, 102};
+    OspRefused refused[4];
+    size_t count;
+    REFUSED(NULL_POINTER, osp_culler_refused(culler, NULL, 4, &count));
+    REFUSED(NULL_POINTER, osp_culler_refused(culler, refused, 4, NULL));
+    for (int i = 0; i < 4; i++) {
+        OspBox boxes[3] = {GOOD, GOOD, GOOD};
+        boxes[1].min[i % 3] = bad[i];
+        EXPECT_OK(osp_culler_clear(culler));
+        EXPECT_OK(osp_culler_set(culler, keys, boxes, 3));
+        EXPECT_OK(osp_culler_cull(culler, NULL, 0, NULL));
+        EXPECT_OK(osp_culler_refused(culler, refused, 4, &count));
+        EXPECT(count == 1 && refused[0].key == 101 && refused[0].why == OSP_REFUSAL_BOUNDS);
+        EXPECT(osp_culler_refused(culler, NULL, 0, &count) == OSP_STATUS_BUFFER_TOO_SMALL && count == 1);
+        EXPECT_OK(osp_culler_count(culler, &count));
+        EXPECT(count == 2);
+        EXPECT_OK(osp_culler_cull(culler, NULL, 0, NULL));
+        EXPECT_OK(osp_culler_refused(culler, refused, 4, &count));
         EXPECT(count == 0);
     }
-    memset(matrix, 0, sizeof matrix);
-    REFUSED(INVALID_VIEW, osp_index_frustum(index, matrix, 1, ids, 4, &count));
-    int32_t depths[] = {-1, 2, INT32_MAX, INT32_MIN};
-    for (int i = 0; i < 4; i++) {
-        REFUSED(INVALID_ARGUMENT, osp_index_frustum(index, IDENTITY, depths[i], ids, 4, &count));
-        REFUSED(INVALID_ARGUMENT, osp_index_ray(index, numbers, along, 1, depths[i], &hit));
-    }
-    REFUSED(NULL_POINTER, osp_index_frustum(index, NULL, 0, ids, 4, &count));
-    REFUSED(NULL_POINTER, osp_index_frustum(index, IDENTITY, 0, NULL, 4, &count));
-    REFUSED(NULL_POINTER, osp_index_frustum(index, IDENTITY, 0, ids, 4, NULL));
-    REFUSED(MISALIGNED_POINTER, osp_index_frustum(index, BESIDE(const float *, numbers), 0, ids, 4, &count));
-    REFUSED(MISALIGNED_POINTER, osp_index_frustum(index, IDENTITY, 0, BESIDE(uint32_t *, ids), 3, &count));
-    REFUSED(MISALIGNED_POINTER, osp_index_frustum(index, IDENTITY, 0, ids, 4, BESIDE(size_t *, numbers)));
-    EXPECT(osp_index_frustum(index, IDENTITY, 0, NULL, 0, &count) == OSP_STATUS_BUFFER_TOO_SMALL && count == 3);
-    REFUSED(NULL_POINTER, osp_index_frustum_of_planes(index, NULL, ids, 4, &count));
-    numbers[23] = NAN;
-    REFUSED(INVALID_VIEW, osp_index_frustum_of_planes(index, numbers, ids, 4, &count));
-    numbers[23] = 0;
-    /* Planes without a normal have everything inside. */
-    EXPECT_OK(osp_index_frustum_of_planes(index, numbers, ids, 4, &count));
-    EXPECT(count == 3);
-
-    /* Boxes, balls and rays. */
-    OspBox empty = {{1, 1, 1}, {0, 2, 2}};
-    REFUSED(INVALID_BOX, osp_index_box_query(index, &empty, ids, 4, &count));
-    REFUSED(INVALID_ARGUMENT, osp_index_sphere_query(index, numbers, -1, ids, 4, &count));
-    REFUSED(INVALID_ARGUMENT, osp_index_sphere_query(index, numbers, NAN, ids, 4, &count));
-    float nowhere[3] = {0, NAN, 0};
-    REFUSED(INVALID_ARGUMENT, osp_index_sphere_query(index, nowhere, 1, ids, 4, &count));
-    REFUSED(INVALID_ARGUMENT, osp_index_ray(index, nowhere, along, 1, 0, &hit));
-    REFUSED(INVALID_ARGUMENT, osp_index_ray(index, numbers, nowhere, 1, 0, &hit));
-    REFUSED(INVALID_ARGUMENT, osp_index_ray(index, numbers, numbers, 1, 0, &hit));
-    REFUSED(INVALID_ARGUMENT, osp_index_ray(index, numbers, along, NAN, 0, &hit));
-    REFUSED(INVALID_ARGUMENT, osp_index_ray(index, numbers, along, -1, 0, &hit));
-    REFUSED(NULL_POINTER, osp_index_ray(index, numbers, along, 1, 0, NULL));
-    EXPECT_OK(osp_index_ray(index, numbers, along, INFINITY, 0, &hit));
-    EXPECT(hit.id != OSP_NO_ID && hit.t == 0);
-
-    /* The answer may lie where the question lay. */
-    union {
-        float matrix[16];
-        uint32_t ids[16];
-    } both;
-    memcpy(both.matrix, IDENTITY, sizeof both.matrix);
-    EXPECT_OK(osp_index_frustum(index, both.matrix, 0, both.ids, 16, &count));
-    EXPECT(count == 3 && both.ids[0] == 0 && both.ids[2] == 2);
-
-    /* A number that was given up is given again; all at once, and nothing is left. */
-    EXPECT_OK(osp_index_remove(index, 1));
-    REFUSED(UNKNOWN_ID, osp_index_remove(index, 1));
-    EXPECT_OK(osp_index_insert(index, &good, 1, &id));
-    EXPECT(id == 1);
-    size_t bytes;
-    EXPECT_OK(osp_index_memory(index, &bytes));
-    EXPECT(bytes > 0);
-    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
-    EXPECT_OK(osp_index_commit(index));
-    EXPECT_OK(osp_index_update(index, &id, &good, 1));
-    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
-    EXPECT_OK(osp_index_commit(index));
-    EXPECT_OK(osp_index_box_query(index, &good, ids, 4, &count));
-    EXPECT(count == 3);
-    EXPECT_OK(osp_index_remove(index, 0));
-    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
-    EXPECT_OK(osp_index_commit(index));
-    EXPECT_OK(osp_index_clear(index));
-    REFUSED(NOT_COMMITTED, osp_index_box_query(index, &good, ids, 4, &count));
-    EXPECT_OK(osp_index_commit(index));
-    EXPECT_OK(osp_index_frustum(index, IDENTITY, 0, NULL, 0, &count));
-    EXPECT(count == 0);
-    REFUSED(UNKNOWN_ID, osp_index_remove(index, 1));
-    EXPECT_OK(osp_index_free(index));
-}
-
-static void errors_of_scene(void) {
-    OspScene *scene = NULL;
-    OspFrame frame;
-    const OspBox good = {{-1, -1, -6}, {1, 1, -5}};
-    const float corners[9] = {-1, -1, -3, 1, -1, -3, 0, 1, -3};
-    const float perspective[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1.001001f, -1, 0, 0, -0.1001001f, 0};
-    uint32_t ids[4], box, triangle;
-    size_t count;
-    OspHit hit;
-    OspSceneConfig config = {{{0, 0, 0}, 8, 16}, OSP_OCCLUSION_MSVBSP, 1000};
-
-    REFUSED(NULL_POINTER, osp_scene_new(&config, NULL));
-    int32_t methods[] = {-1, 5, INT32_MAX, INT32_MIN};
-    for (int i = 0; i < 4; i++) {
-        config.occlusion = methods[i];
-        REFUSED(INVALID_ARGUMENT, osp_scene_new(&config, &scene));
-    }
-    config.occlusion = OSP_OCCLUSION_MSVBSP;
-    float costs[] = {0, -1, NAN, INFINITY};
-    for (int i = 0; i < 4; i++) {
-        config.draw_ns = costs[i];
-        REFUSED(INVALID_ARGUMENT, osp_scene_new(&config, &scene));
-    }
-    config.draw_ns = 1000;
-    config.index.root_size = NAN;
-    REFUSED(INVALID_ARGUMENT, osp_scene_new(&config, &scene));
-    EXPECT(scene == NULL);
-    EXPECT_OK(osp_scene_new(NULL, &scene));
-    EXPECT_OK(osp_scene_free(scene));
-    EXPECT_OK(osp_scene_free(NULL));
-    config.index.root_size = 8;
-    EXPECT_OK(osp_scene_new(&config, &scene));
-
-    REFUSED(INVALID_ARGUMENT, osp_scene_visible(scene, 0, ids, 4, &count));
-    REFUSED(NOT_COMMITTED, osp_scene_frustum(scene, perspective, 0, ids, 4, &count));
-    EXPECT_OK(osp_scene_insert_boxes(scene, &good, 1, &box));
-    EXPECT_OK(osp_scene_insert_triangles(scene, corners, 3, NULL, 1, 1, &triangle));
-    EXPECT_OK(osp_scene_insert_boxes(scene, NULL, 0, NULL));
-    EXPECT_OK(osp_scene_insert_triangles(scene, NULL, 0, NULL, 0, 1, NULL));
-    REFUSED(NOT_COMMITTED, osp_scene_ray(scene, corners, corners, 1, 0, &hit));
-
-    /* Triangles. */
-    uint32_t indices[3] = {0, 1, 3};
-    float bad[9];
-    REFUSED(INVALID_TRIANGLE, osp_scene_insert_triangles(scene, corners, 3, indices, 1, 1, ids));
-    EXPECT(strstr(osp_last_error(), "found 3"));
-    indices[2] = UINT32_MAX;
-    REFUSED(INVALID_TRIANGLE, osp_scene_insert_triangles(scene, corners, 3, indices, 1, 1, ids));
-    REFUSED(INVALID_TRIANGLE, osp_scene_insert_triangles(scene, corners, 3, NULL, 2, 1, ids));
-    REFUSED(INVALID_TRIANGLE, osp_scene_insert_triangles(scene, NULL, 0, NULL, 1, 1, ids));
-    REFUSED(NULL_POINTER, osp_scene_insert_triangles(scene, NULL, 3, NULL, 1, 1, ids));
-    REFUSED(NULL_POINTER, osp_scene_insert_triangles(scene, corners, 3, NULL, 1, 1, NULL));
-    REFUSED(MISALIGNED_POINTER, osp_scene_insert_triangles(scene, corners, 3, BESIDE(uint32_t *, ids), 1, 1, ids));
-    size_t counts[] = {SIZE_MAX, SIZE_MAX / 3, SIZE_MAX / 3 + 1, SIZE_MAX / 12, SIZE_MAX / 12 + 1, SIZE_MAX / 36 + 1};
-    for (int i = 0; i < 6; i++) {
-        REFUSED(TOO_MANY, osp_scene_insert_triangles(scene, corners, counts[i], NULL, 1, 1, ids));
-        REFUSED(TOO_MANY, osp_scene_insert_triangles(scene, corners, 3, NULL, counts[i], 1, ids));
-        REFUSED(TOO_MANY, osp_scene_insert_triangles(scene, corners, 3, indices, counts[i], 1, ids));
-        REFUSED(TOO_MANY, osp_scene_insert_boxes(scene, &good, counts[i], ids));
-    }
-    float wrongs[] = {NAN, INFINITY, 1.1e15f};
-    for (int i = 0; i < 27; i++) {
-        memcpy(bad, corners, sizeof bad);
-        bad[i % 9] = wrongs[i / 9];
-        REFUSED(INVALID_TRIANGLE, osp_scene_insert_triangles(scene, bad, 3, NULL, 1, 1, ids));
-        REFUSED(INVALID_TRIANGLE, osp_scene_update_triangle(scene, triangle, bad));
-    }
-    OspBox far_away = {{0, 0, 0}, {1, 1, 2e15f}};
-    REFUSED(INVALID_BOX, osp_scene_insert_boxes(scene, &far_away, 1, ids));
-    REFUSED(INVALID_BOX, osp_scene_update_box(scene, box, &far_away));
-    /* Ids of the other kind, or of nothing. */
-    REFUSED(UNKNOWN_ID, osp_scene_update_box(scene, triangle, &good));
-    REFUSED(UNKNOWN_ID, osp_scene_update_triangle(scene, box, corners));
-    REFUSED(UNKNOWN_ID, osp_scene_update_triangle(scene, 2, corners));
-    REFUSED(UNKNOWN_ID, osp_scene_remove(scene, OSP_NO_ID));
-    EXPECT_OK(osp_scene_count(scene, &count));
-    EXPECT(count == 2);
-
-    /* Views. */
-    EXPECT_OK(osp_scene_commit(scene));
-    REFUSED(INVALID_ARGUMENT, osp_scene_visible(scene, 0, ids, 4, &count));
-    REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, 0, 0, &frame));
-    REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, OSP_MAX_VIEWS + 1, 0, &frame));
-    REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, SIZE_MAX, 0, &frame));
-    REFUSED(INVALID_ARGUMENT, osp_scene_frame(scene, perspective, 1, 2, &frame));
-    REFUSED(INVALID_VIEW, osp_scene_frame(scene, IDENTITY, 1, 0, &frame));
-    REFUSED(NULL_POINTER, osp_scene_frame(scene, NULL, 1, 0, &frame));
-    REFUSED(MISALIGNED_POINTER, osp_scene_frame(scene, perspective, 1, 0, BESIDE(OspFrame *, bad)));
-    EXPECT_OK(osp_scene_frame(scene, perspective, 1, 0, &frame));
-    EXPECT(frame.count == 2 && frame.in_view == 2);
-    EXPECT(osp_scene_visible(scene, 0, NULL, 0, &count) == OSP_STATUS_BUFFER_TOO_SMALL && count == frame.visible);
-    REFUSED(INVALID_ARGUMENT, osp_scene_visible(scene, 1, ids, 4, &count));
-    REFUSED(INVALID_ARGUMENT, osp_scene_visible(scene, UINT32_MAX, ids, 4, &count));
-    EXPECT_OK(osp_scene_remove(scene, box));
-    REFUSED(NOT_COMMITTED, osp_scene_box_query(scene, &good, ids, 4, &count));
-    EXPECT_OK(osp_scene_commit(scene));
-    EXPECT_OK(osp_scene_box_query(scene, &good, ids, 4, &count));
-    EXPECT(count == 0);
-    EXPECT_OK(osp_scene_free(scene));
-}
-
-/* What the header says of OspIndexConfig.capacity. */
-static void memory_for_a_million(void) {
-    OspSceneConfig config = {{{0, 0, 0}, 100, 1000000}, OSP_OCCLUSION_NONE, 10};
-    OspIndex *index;
-    OspScene *scene;
-    size_t empty, bytes;
-    EXPECT_OK(osp_index_new(NULL, &index));
-    EXPECT_OK(osp_index_memory(index, &empty));
-    EXPECT(empty > 1000000 && empty < 2000000);
-    EXPECT_OK(osp_index_free(index));
-    EXPECT_OK(osp_index_new(&config.index, &index));
-    EXPECT_OK(osp_index_memory(index, &bytes));
-    EXPECT(bytes > 65000000 && bytes < 75000000);
-    EXPECT_OK(osp_index_free(index));
-    EXPECT_OK(osp_scene_new(&config, &scene));
-    EXPECT_OK(osp_scene_memory(scene, &bytes));
-    EXPECT(bytes > 95000000 && bytes < 115000000);
-    EXPECT_OK(osp_scene_free(scene));
 }
 
 /* What osp_last_error gave before a call may be read after it: C does not say which argument of printf is computed first. */
 static void a_message_that_was_asked_for_before_the_call(void) {
     const char *message = osp_last_error();
-    const char *words[] = {"scene", "index"};
+    const char *words[] = {"culler", "clip_from_world"};
+    OspCamera camera;
     for (int i = 0; i < 4; i++) {
-        OspStatus status = i % 2 ? osp_index_remove(NULL, 0) : osp_scene_new(NULL, NULL);
+        OspStatus status = i % 2 ? osp_camera_f32(NULL, 0, &camera) : osp_culler_new(NULL);
         EXPECT(status == OSP_STATUS_NULL_POINTER);
         EXPECT(message == osp_last_error());
         EXPECT(strncmp(message, words[i % 2], strlen(words[i % 2])) == 0);
     }
     /* What is in order leaves it as it is. */
-    EXPECT_OK(osp_index_free(NULL));
-    EXPECT(message == osp_last_error() && strncmp(message, "index", 5) == 0);
+    EXPECT_OK(osp_culler_free(NULL));
+    EXPECT(message == osp_last_error() && strncmp(message, "clip", 4) == 0);
 }
 
 void run_errors(void) {
-    memory_for_a_million();
+    OspCuller *culler = (OspCuller *)&culler;
+    uint32_t words[4];
     a_message_that_was_asked_for_before_the_call();
-    errors_of_index();
-    errors_of_scene();
+    errors_of_cameras();
+    REFUSED(MISALIGNED_POINTER, osp_culler_new(BESIDE(OspCuller **, words)));
+    EXPECT_OK(osp_culler_new(&culler));
+    REFUSED(MISALIGNED_POINTER, osp_culler_free(BESIDE(OspCuller *, culler)));
+    errors_of_changes(culler);
+    errors_of_occluders(culler);
+    errors_of_frames(culler);
+    errors_of_queries(culler);
+    refusals(culler);
+    EXPECT_OK(osp_culler_free(culler));
 }

@@ -73,182 +73,188 @@ static void any_matrix(float *matrix) {
 }
 
 /* How often each status was answered. */
-static unsigned answered[OSP_STATUS_NOT_COMMITTED + 1];
+static unsigned answered[OSP_STATUS_UNKNOWN_KEY + 1];
 
 static OspStatus sane(OspStatus status) {
-    EXPECT(status >= OSP_STATUS_OK && status <= OSP_STATUS_NOT_COMMITTED);
+    EXPECT(status >= OSP_STATUS_OK && status <= OSP_STATUS_UNKNOWN_KEY);
     answered[status]++;
     return status;
 }
 
-/* Ids that are in use. */
-static uint32_t used[MOST];
+/* Keys of objects that have a box. */
+static uint64_t used[MOST];
 static size_t in_use;
 
-static uint32_t any_id(void) {
-    return in_use && below(20) ? used[below((uint32_t)in_use)] : below(2 * MOST);
+/* Half of the keys are large. */
+static uint64_t any_key(void) {
+    uint64_t number = below(MOST);
+    return number % 2 ? number * 0x9E3779B97F4A7C15u : number;
 }
 
-static void forget(uint32_t id, OspStatus status) {
-    int found = 0;
-    for (size_t i = 0; i < in_use; i++) {
-        if (used[i] == id) {
-            used[i] = used[--in_use];
-            found = 1;
-            break;
+static size_t place_of(uint64_t key) {
+    size_t at = 0;
+    while (at < in_use && used[at] != key) {
+        at++;
+    }
+    return at;
+}
+
+static int is_valid(const OspBox *bounds) {
+    for (int i = 0; i < 3; i++) {
+        if (!isfinite(bounds->min[i]) || !isfinite(bounds->max[i]) || bounds->min[i] > bounds->max[i]) {
+            return 0;
         }
     }
-    EXPECT(found == (status == OSP_STATUS_OK));
+    return 1;
 }
 
-static void check_answer(const uint32_t *ids, size_t count, OspStatus status) {
+static void follow(uint64_t key, int is_there) {
+    size_t at = place_of(key);
+    if (is_there && at == in_use) {
+        used[in_use++] = key;
+    } else if (!is_there && at < in_use) {
+        used[at] = used[--in_use];
+    }
+}
+
+static void check_answer(const uint64_t *keys, size_t count, size_t room) {
     EXPECT(count <= in_use);
-    for (size_t i = 0; status == OSP_STATUS_OK && i < count; i++) {
-        int is_used = 0;
-        for (size_t k = 0; k < in_use; k++) {
-            is_used |= used[k] == ids[i];
+    for (size_t i = 0; i < count && i < room; i++) {
+        EXPECT(place_of(keys[i]) < in_use);
+        for (size_t k = 0; k < i; k++) {
+            EXPECT(keys[k] != keys[i]);
         }
-        EXPECT(is_used && (i == 0 || ids[i - 1] < ids[i]));
     }
 }
 
-static void call_index(OspIndex *index) {
+static void frame(OspCuller *culler, uint64_t *keys, size_t room) {
+    OspCamera cameras[3];
+    OspSeen seen[3];
+    OspRefused refused[MOST];
+    size_t views = below(4), count;
+    for (size_t i = 0; i < 3; i++) {
+        float matrix[16];
+        any_matrix(matrix);
+        if (sane(osp_camera_f32(matrix, (int32_t)below(60) % 4, &cameras[i])) != OSP_STATUS_OK) {
+            return;
+        }
+        cameras[i].hide_by_occluders = (int32_t)below(2);
+        cameras[i].layers = below(4) ? OSP_ALL_LAYERS : below(8);
+    }
+    EXPECT_OK(osp_culler_cull(culler, cameras, views, below(2) ? seen : NULL));
+    EXPECT_OK(osp_culler_cull(culler, cameras, views, seen));
+    for (size_t i = 0; i < 3; i++) {
+        OspStatus status = sane(osp_culler_visible(culler, i, keys, room, &count));
+        EXPECT((status == OSP_STATUS_INVALID_ARGUMENT) == (i >= views));
+        EXPECT(i >= views || (count == seen[i].visible && count + seen[i].hidden <= in_use));
+        check_answer(keys, count, room);
+    }
+    EXPECT_OK(osp_culler_refused(culler, refused, MOST, &count));
+    EXPECT(count == 0);
     OspBox boxes[8];
-    uint32_t ids[MOST];
-    float floats[24];
+    uint8_t hidden[8];
+    for (int i = 0; i < 8; i++) {
+        boxes[i] = any_box();
+    }
+    EXPECT_OK(osp_culler_are_hidden(culler, cameras, boxes, 8, hidden));
+    for (int i = 0; i < 8; i++) {
+        EXPECT(hidden[i] == 0 || (hidden[i] == 1 && is_valid(&boxes[i])));
+    }
+}
+
+static void call(OspCuller *culler) {
+    OspBox boxes[8];
+    OspHit hits[8];
+    uint64_t keys[MOST];
+    uint32_t words[9];
+    float floats[36];
     size_t count = 0, room = below(3) ? MOST : below(10), some = below(8);
-    OspHit hit;
-    OspStatus status;
     for (size_t i = 0; i < 8; i++) {
         boxes[i] = any_box();
-        ids[i] = any_id();
+        keys[i] = any_key();
     }
-    numbers(floats, 24);
-    switch (below(10)) {
-    case 0:
-    case 1:
-        if (in_use + some <= MOST && sane(osp_index_insert(index, boxes, some, ids)) == OSP_STATUS_OK) {
-            memcpy(used + in_use, ids, some * sizeof *ids);
-            in_use += some;
-        }
-        break;
-    case 2:
-        sane(osp_index_update(index, ids, boxes, some));
-        break;
-    case 3:
-        forget(ids[0], sane(osp_index_remove(index, ids[0])));
-        break;
-    case 4:
-        any_matrix(floats);
-        status = sane(osp_index_frustum(index, floats, (int32_t)below(3), ids, room, &count));
-        check_answer(ids, count, status);
-        break;
-    case 5:
-        status = sane(osp_index_frustum_of_planes(index, floats, ids, room, &count));
-        check_answer(ids, count, status);
-        break;
-    case 6:
-        status = sane(osp_index_box_query(index, boxes, ids, room, &count));
-        check_answer(ids, count, status);
-        break;
-    case 7:
-        status = sane(osp_index_sphere_query(index, floats, floats[3], ids, room, &count));
-        check_answer(ids, count, status);
-        break;
-    case 8:
-        sane(osp_index_ray(index, floats, floats + 3, fabsf(floats[6]), (int32_t)below(3), &hit));
-        break;
-    default:
-        EXPECT_OK(osp_index_commit(index));
-        EXPECT_OK(osp_index_count(index, &count));
-        EXPECT(count == in_use);
+    for (size_t i = 0; i < 9; i++) {
+        words[i] = below(40) ? below(12) : below(14);
     }
-}
-
-static void call_scene(OspScene *scene) {
-    OspBox bounds = any_box();
-    uint32_t id = any_id(), ids[MOST], indices[9];
-    float floats[36];
-    size_t count = 0, room = below(3) ? MOST : below(10);
-    OspFrame frame;
-    OspHit hit;
-    OspStatus status;
     numbers(floats, 36);
-    for (int i = 0; i < 9; i++) {
-        indices[i] = below(40) ? below(12) : below(14);
-    }
-    switch (below(11)) {
+    switch (below(12)) {
     case 0:
     case 1:
-        if (in_use < MOST && sane(osp_scene_insert_boxes(scene, &bounds, 1, ids)) == OSP_STATUS_OK) {
-            used[in_use++] = ids[0];
+    case 2:
+        EXPECT_OK(osp_culler_set(culler, keys, boxes, some));
+        for (size_t i = 0; i < some; i++) {
+            follow(keys[i], is_valid(&boxes[i]));
         }
         break;
-    case 2:
     case 3:
-        if (in_use + 3 <= MOST
-            && sane(osp_scene_insert_triangles(scene, floats, 12, below(2) ? indices : NULL, 3, (int32_t)below(2), ids))
-                   == OSP_STATUS_OK) {
-            memcpy(used + in_use, ids, 3 * sizeof *ids);
-            in_use += 3;
+        EXPECT_OK(osp_culler_remove(culler, keys, some));
+        for (size_t i = 0; i < some; i++) {
+            follow(keys[i], 0);
         }
         break;
     case 4:
-        sane(osp_scene_update_box(scene, id, &bounds));
-        sane(osp_scene_update_triangle(scene, id, floats));
+        EXPECT_OK(osp_culler_set_layers(culler, keys, words, some));
         break;
     case 5:
-        forget(id, sane(osp_scene_remove(scene, id)));
+        /* Rarely flat by chance. */
+        for (int i = 0; i < 4 && below(8); i++) {
+            floats[3 * i] = i % 3 ? 4.0f : -4.0f;
+            floats[3 * i + 1] = i > 1 ? 4.0f : -4.0f;
+            floats[3 * i + 2] = floats[12];
+        }
+        sane(osp_culler_set_occluder_quad(culler, keys[0], floats));
+        sane(osp_culler_set_occluder_box(culler, keys[1], boxes));
         break;
     case 6:
-        any_matrix(floats);
-        status = sane(osp_scene_frustum(scene, floats, (int32_t)below(3), ids, room, &count));
-        check_answer(ids, count, status);
+        sane(osp_culler_set_occluder_mesh(culler, keys[0], floats, 12, words, 3));
+        EXPECT_OK(osp_culler_remove_occluder(culler, keys[1]));
         break;
     case 7:
-        status = sane(osp_scene_box_query(scene, &bounds, ids, room, &count));
-        check_answer(ids, count, status);
+        sane(osp_culler_in_box(culler, boxes, keys, room, &count));
+        check_answer(keys, count, room);
         break;
     case 8:
-        sane(osp_scene_ray(scene, floats, floats + 3, fabsf(floats[6]), (int32_t)below(3), &hit));
+        sane(osp_culler_in_sphere(culler, floats, floats[3], keys, room, &count));
+        check_answer(keys, count, room);
         break;
     case 9:
-        EXPECT_OK(osp_scene_commit(scene));
-        EXPECT_OK(osp_scene_count(scene, &count));
+        if (sane(osp_culler_on_ray(culler, floats, floats + 3, fabsf(floats[6]), hits, some, &count)) == OSP_STATUS_OK) {
+            for (size_t i = 1; i < count && i < some; i++) {
+                EXPECT(hits[i - 1].t <= hits[i].t && place_of(hits[i].key) < in_use);
+            }
+        }
+        if (sane(osp_culler_nearest(culler, floats, hits, some, &count)) == OSP_STATUS_OK) {
+            EXPECT(count <= some && count <= in_use);
+            for (size_t i = 1; i < count; i++) {
+                EXPECT(hits[i - 1].t <= hits[i].t && place_of(hits[i].key) < in_use);
+            }
+        }
+        break;
+    case 10:
+        if (sane(osp_culler_box(culler, keys[0], boxes)) == OSP_STATUS_OK) {
+            EXPECT(place_of(keys[0]) < in_use && is_valid(boxes));
+        }
+        EXPECT_OK(osp_culler_commit(culler));
+        EXPECT_OK(osp_culler_count(culler, &count));
         EXPECT(count == in_use);
         break;
     default:
-        any_matrix(floats);
-        any_matrix(floats + 16);
-        if (sane(osp_scene_frame(scene, floats, 1 + below(2), (int32_t)below(2), &frame)) == OSP_STATUS_OK) {
-            EXPECT(frame.count == in_use && frame.visible <= frame.in_view && frame.in_view <= 2 * in_use);
-            status = sane(osp_scene_visible(scene, 0, ids, room, &count));
-            check_answer(ids, count, status);
-        }
+        frame(culler, keys, room);
     }
 }
 
 void run_fuzz(unsigned calls) {
     for (int life = 0; life < 10; life++) {
-        OspIndex *index;
-        OspScene *scene;
-        OspIndexConfig config = {{0, 0, 0}, life % 2 ? 1e-3f : 20, below(1000)};
+        OspCuller *culler;
         in_use = 0;
-        EXPECT_OK(osp_index_new(&config, &index));
-        for (unsigned i = 0; i < calls / 20; i++) {
-            call_index(index);
+        EXPECT_OK(osp_culler_new(&culler));
+        for (unsigned i = 0; i < calls / 10; i++) {
+            call(culler);
         }
-        EXPECT_OK(osp_index_free(index));
-        OspSceneConfig of_scene = {config, life % 5, life % 2 ? 10.0f : 10000.0f};
-        in_use = 0;
-        EXPECT_OK(osp_scene_new(&of_scene, &scene));
-        for (unsigned i = 0; i < calls / 20; i++) {
-            call_scene(scene);
-        }
-        EXPECT_OK(osp_scene_free(scene));
+        EXPECT_OK(osp_culler_free(culler));
     }
     /* No kind of answer is left out; pointers and counts are wrong in errors.c only. */
-    for (int status = OSP_STATUS_OK; status <= OSP_STATUS_NOT_COMMITTED; status++) {
+    for (int status = OSP_STATUS_OK; status <= OSP_STATUS_UNKNOWN_KEY; status++) {
         int is_of_pointers = status >= OSP_STATUS_NULL_POINTER && status <= OSP_STATUS_TOO_MANY;
         EXPECT(is_of_pointers ? answered[status] == 0 : answered[status] > calls / 1000);
     }

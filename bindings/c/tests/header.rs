@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 fn the_header_is_made_of_the_sources() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(package.join("cbindgen.toml")).expect("settings of cbindgen");
-    let sources = ["types", "status", "index_api", "scene_api"];
+    let sources = ["types", "camera", "status", "culler_api"];
     let made = sources
         .iter()
         .fold(cbindgen::Builder::new().with_config(config), |builder, name| {

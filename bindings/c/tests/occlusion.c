@@ -1,24 +1,15 @@
-/* A wall before small boxes: what it hides, by every method; then it is glass, moves, goes and comes under another id. */
+/* A wall before small boxes: what it hides, for two eyes at once, on layers, and in either hand; then it moves, goes and comes. */
 #include "test.h"
 
 #include <string.h>
 
-enum { BEHIND = 144, FRAMES = 4 };
-
-/* Square, looking along -z, near 0.01, far 100. */
-static const float AHEAD[32] = {
-    1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1.0001f, -1, 0, 0, -0.010001f, 0,
-    /* Looking along +z. */
-    -1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1.0001f, 1, 0, 0, -0.010001f, 0};
+enum { BEHIND = 144, ASIDE = BEHIND, WALL = 1000, STAND_IN = 1001 };
 
 /* 1: all lies along -z, as drawn here; -1: along +z, and x stays, as left-handed engines have it. */
 static float hand = 1;
-
-static void to_hand(float *xyz, int count) {
-    for (int i = 0; i < count; i++) {
-        xyz[3 * i + 2] *= hand;
-    }
-}
+static OspCuller *culler;
+static uint64_t visible[512];
+static OspSeen seen[2];
 
 static OspBox box_of_hand(OspBox bounds) {
     if (hand < 0) {
@@ -29,149 +20,107 @@ static OspBox box_of_hand(OspBox bounds) {
     return bounds;
 }
 
-static const float WALL[12] = {-1.9f, -1.9f, -2, 1.9f, -1.9f, -2, 1.9f, 1.9f, -2, -1.9f, 1.9f, -2};
-static const uint32_t CORNERS[6] = {0, 1, 2, 0, 2, 3};
-
-static OspScene *scene;
-static uint32_t visible[512];
-static size_t count;
-static OspFrame frame;
-
-static void frames(int how_many, size_t views, int is_committed) {
-    if (is_committed) {
-        EXPECT_OK(osp_scene_commit(scene));
-    }
-    float matrices[32];
-    memcpy(matrices, AHEAD, sizeof matrices);
-    for (int i = 8; i < 12; i++) {
-        matrices[i] *= hand;
-        matrices[16 + i] *= hand;
-    }
-    for (int i = 0; i < how_many; i++) {
-        EXPECT_OK(osp_scene_frame(scene, matrices, views, OSP_DEPTH_ZERO_TO_ONE, &frame));
-    }
-    EXPECT_OK(osp_scene_visible(scene, 0, visible, 512, &count));
-    EXPECT(views > 1 || frame.visible == count);
+static void set(uint64_t key, OspBox bounds) {
+    bounds = box_of_hand(bounds);
+    EXPECT_OK(osp_culler_set(culler, &key, &bounds, 1));
 }
 
-static int is_visible(uint32_t id) {
+/* The eyes of a headset, apart by 6 cm; square, near 0.01, without end, reversed. Nothing is hidden for the second, if so asked. */
+static void look(int hide_second, uint32_t layers) {
+    OspCamera eyes[2];
+    for (int i = 0; i < 2; i++) {
+        float x = i ? -0.03f : 0.03f;
+        const float matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -hand, x, 0, 0.01f, 0};
+        EXPECT_OK(osp_camera_f32(matrix, OSP_DEPTH_ONE_TO_ZERO, &eyes[i]));
+        eyes[i].hide_by_occluders = i == 0 || hide_second;
+        eyes[i].layers = layers;
+    }
+    EXPECT_OK(osp_culler_cull(culler, eyes, 2, seen));
+}
+
+static int is_visible(size_t camera, uint64_t key) {
+    size_t count;
+    EXPECT_OK(osp_culler_visible(culler, camera, visible, 512, &count));
+    EXPECT(count == seen[camera].visible);
     for (size_t i = 0; i < count; i++) {
-        if (visible[i] == id) {
+        if (visible[i] == key) {
             return 1;
         }
     }
     return 0;
 }
 
-/* One of the wall's two triangles, so much higher up. */
-static void move_triangle(uint32_t id, int which, float up) {
-    float corners[9];
-    for (int k = 0; k < 3; k++) {
-        const float *corner = WALL + 3 * CORNERS[3 * which + k];
-        corners[3 * k] = corner[0];
-        corners[3 * k + 1] = corner[1] + up;
-        corners[3 * k + 2] = corner[2];
+static void raise_wall(int as_mesh) {
+    static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
+    float z = -2 * hand;
+    const float corners[12] = {-1.9f, -1.9f, z, 1.9f, -1.9f, z, 1.9f, 1.9f, z, -1.9f, 1.9f, z};
+    if (as_mesh) {
+        EXPECT_OK(osp_culler_set_occluder_mesh(culler, WALL, corners, 4, indices, 2));
+    } else {
+        EXPECT_OK(osp_culler_set_occluder_quad(culler, WALL, corners));
     }
-    to_hand(corners, 3);
-    EXPECT_OK(osp_scene_update_triangle(scene, id, corners));
 }
 
-/* The changes are taken over by the frame, or before it. */
-static void run(int32_t method, int is_committed) {
-    OspSceneConfig config = {{{0, 0, 0}, 16, 1024}, method, 100000};
-    OspBox boxes[BEHIND + 1];
-    uint32_t behind[BEHIND + 1], wall[2], again[2];
-    int hides = method != OSP_OCCLUSION_NONE && method != OSP_OCCLUSION_AUTO;
+static void run(int as_mesh) {
+    EXPECT_OK(osp_culler_new(&culler));
     for (int i = 0; i < BEHIND; i++) {
         float x = (float)(i % 12) * 0.2f - 1.2f, y = (float)(i / 12) * 0.2f - 1.2f;
-        boxes[i] = box_of_hand((OspBox){{x, y, -6}, {x + 0.1f, y + 0.1f, -5.9f}});
+        set((uint64_t)i, (OspBox){{x, y, -6}, {x + 0.1f, y + 0.1f, -5.9f}});
     }
     /* Beside the wall's shadow. */
-    boxes[BEHIND] = box_of_hand((OspBox){{5.8f, 0, -6}, {5.9f, 0.1f, -5.9f}});
-    float wall_of_hand[12];
-    memcpy(wall_of_hand, WALL, sizeof wall_of_hand);
-    to_hand(wall_of_hand, 4);
-    EXPECT_OK(osp_scene_new(&config, &scene));
-    EXPECT_OK(osp_scene_insert_boxes(scene, boxes, BEHIND + 1, behind));
-    /* Glass. */
-    EXPECT_OK(osp_scene_insert_triangles(scene, wall_of_hand, 4, CORNERS, 2, 0, wall));
-    frames(FRAMES, 1, is_committed);
-    EXPECT(count == BEHIND + 3);
-    /* Bricks, under the same ids. */
-    EXPECT_OK(osp_scene_remove(scene, wall[0]));
-    EXPECT_OK(osp_scene_remove(scene, wall[1]));
-    EXPECT_OK(osp_scene_insert_triangles(scene, wall_of_hand, 4, CORNERS, 2, 1, again));
-    EXPECT(again[0] == wall[1] && again[1] == wall[0]);
-    frames(FRAMES, 1, is_committed);
-    EXPECT(is_visible(wall[0]) && is_visible(wall[1]) && is_visible(behind[BEHIND]));
-    EXPECT(!hides || (count == 3 && frame.in_view == BEHIND + 3 && frame.occluders > 0));
-    /* Each of two views is culled for itself. */
-    frames(FRAMES, 2, is_committed);
-    EXPECT(!hides || count == 3);
-    EXPECT_OK(osp_scene_visible(scene, 1, visible, 512, &count));
-    EXPECT(count == 0);
-    /* A ray meets the wall itself, beside it nothing. */
-    float eye[3] = {0, 0, 0}, ahead[3] = {0.5f, 0.25f, -1}, beside[3] = {1, 0.25f, -1};
-    to_hand(ahead, 1);
-    to_hand(beside, 1);
-    OspHit hit;
-    EXPECT_OK(osp_scene_ray(scene, eye, ahead, 10, OSP_RAY_MODE_NEAREST, &hit));
-    EXPECT((hit.id == wall[0] || hit.id == wall[1]) && hit.t > 1.99f && hit.t < 2.01f);
-    EXPECT_OK(osp_scene_ray(scene, eye, beside, 5, OSP_RAY_MODE_ANY, &hit));
-    EXPECT(hit.id == OSP_NO_ID);
-    /* It is moved out of the way: all is seen in the same frame. */
-    for (int i = 0; i < 2; i++) {
-        move_triangle(wall[i], i, 50);
-    }
-    frames(1, 1, is_committed);
-    EXPECT(count == BEHIND + 1);
-    /* Back, still opaque; then it goes, and a box comes under one of its ids. */
-    for (int i = 0; i < 2; i++) {
-        move_triangle(wall[i], i, 0);
-    }
-    frames(FRAMES, 1, is_committed);
-    EXPECT(!hides || count == 3);
-    EXPECT_OK(osp_scene_remove(scene, wall[0]));
-    EXPECT_OK(osp_scene_remove(scene, wall[1]));
-    EXPECT_OK(osp_scene_insert_boxes(scene, boxes, 1, again));
-    EXPECT(again[0] == wall[1]);
-    frames(1, 1, is_committed);
-    EXPECT(count == BEHIND + 2 && is_visible(wall[1]));
-    EXPECT_OK(osp_scene_free(scene));
-}
-
-/* Boxes close together behind the wall: how many are left where drawing one takes so long. */
-static size_t left_of(int boxes, float draw_ns) {
-    OspSceneConfig config = {{{0, 0, 0}, 16, 1024}, OSP_OCCLUSION_MSVBSP, draw_ns};
-    OspBox cluster[BEHIND];
-    uint32_t ids[BEHIND], wall[2];
-    for (int i = 0; i < boxes; i++) {
-        float x = 0.1f + 0.001f * (float)i;
-        cluster[i] = (OspBox){{x, 0.1f, -6}, {x + 0.1f, 0.2f, -5.9f}};
-    }
-    hand = 1;
-    EXPECT_OK(osp_scene_new(&config, &scene));
-    EXPECT_OK(osp_scene_insert_boxes(scene, cluster, (size_t)boxes, ids));
-    EXPECT_OK(osp_scene_insert_triangles(scene, WALL, 4, CORNERS, 2, 1, wall));
-    frames(FRAMES, 1, 1);
-    EXPECT_OK(osp_scene_free(scene));
-    return count - 2;
-}
-
-/* What the header says of OspSceneConfig.draw_ns. */
-static void what_is_tested(void) {
-    EXPECT(left_of(1, 400) == 0);
-    EXPECT(left_of(1, 399) == 1);
-    EXPECT(left_of(39, 10) == 39);
-    EXPECT(left_of(BEHIND, 10) < BEHIND);
+    set(ASIDE, (OspBox){{5.8f, 0, -6}, {5.9f, 0.1f, -5.9f}});
+    set(WALL, (OspBox){{-1.9f, -1.9f, -2}, {1.9f, 1.9f, -2}});
+    look(1, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == BEHIND + 2 && seen[0].hidden == 0);
+    raise_wall(as_mesh);
+    look(0, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == 2 && seen[0].hidden == BEHIND);
+    EXPECT(is_visible(0, WALL) && is_visible(0, ASIDE) && !is_visible(0, 7));
+    EXPECT(seen[1].visible == BEHIND + 2 && is_visible(1, 7));
+    look(1, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == 2 && seen[1].visible == 2);
+    /* Boxes that are in no culler: behind the wall, beside it, out of view, and none. */
+    OspBox boxes[4] = {
+        box_of_hand((OspBox){{-1, -1, -6}, {1, 1, -5}}), box_of_hand((OspBox){{5.8f, 0, -6}, {5.9f, 1, -5.9f}}),
+        box_of_hand((OspBox){{-1, -1, 5}, {1, 1, 6}}), {{1, 1, 1}, {0, 0, 0}}};
+    uint8_t hidden[4] = {7, 7, 7, 7};
+    OspCamera eye;
+    const float matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -hand, 0, 0, 0.01f, 0};
+    EXPECT_OK(osp_camera_f32(matrix, OSP_DEPTH_ONE_TO_ZERO, &eye));
+    EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
+    EXPECT(hidden[0] == 0 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
+    eye.hide_by_occluders = 1;
+    EXPECT_OK(osp_culler_are_hidden(culler, &eye, boxes, 4, hidden));
+    EXPECT(hidden[0] == 1 && hidden[1] == 0 && hidden[2] == 1 && hidden[3] == 0);
+    /* On another layer: only a camera that sees the wall, too, may leave out what is behind it. */
+    uint64_t wall = WALL;
+    uint32_t second = 2;
+    EXPECT_OK(osp_culler_set_layers(culler, &wall, &second, 1));
+    look(1, 1);
+    EXPECT(seen[0].visible == BEHIND + 1 && !is_visible(0, WALL));
+    look(1, 3);
+    EXPECT(seen[0].visible == 2);
+    look(1, 4);
+    EXPECT(seen[0].visible == 0 && seen[0].hidden == 0);
+    /* It moves out of the way, and hides nothing until it is told where it is now. */
+    set(WALL, (OspBox){{-1.9f, 50, -2}, {1.9f, 54, -2}});
+    look(1, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == BEHIND + 1);
+    /* It goes; a stand-in without a box hides in its place, until it is taken away. */
+    EXPECT_OK(osp_culler_remove(culler, &wall, 1));
+    OspBox house = box_of_hand((OspBox){{-1.9f, -1.9f, -3}, {1.9f, 1.9f, -2}});
+    EXPECT_OK(osp_culler_set_occluder_box(culler, STAND_IN, &house));
+    look(1, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == 1 && is_visible(0, ASIDE));
+    EXPECT_OK(osp_culler_remove_occluder(culler, STAND_IN));
+    look(1, OSP_ALL_LAYERS);
+    EXPECT(seen[0].visible == BEHIND + 1 && seen[0].hidden == 0);
+    EXPECT_OK(osp_culler_free(culler));
 }
 
 void run_occlusion(void) {
-    what_is_tested();
-    for (int32_t method = OSP_OCCLUSION_NONE; method <= OSP_OCCLUSION_AUTO; method++) {
-        for (int i = 0; i < 4; i++) {
-            hand = i < 2 ? 1 : -1;
-            run(method, i % 2);
-        }
+    for (int i = 0; i < 4; i++) {
+        hand = i < 2 ? 1 : -1;
+        run(i % 2);
     }
 }

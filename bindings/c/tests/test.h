@@ -18,13 +18,13 @@
 
 #define EXPECT_OK(call) EXPECT((call) == OSP_STATUS_OK)
 
-/* Runs the cases on an index and on a scene; how many answers were compared. */
+/* Runs the cases on a culler; how many answers were compared. */
 int run_conformance(const char *path);
 /* Wrong arguments of every function. */
 void run_errors(void);
 /* Random arguments, good and bad, from a seed. */
 void run_fuzz(unsigned calls);
-/* What a wall hides, by every method; changes between frames. */
+/* What a wall hides, for two eyes and on layers; changes between frames. */
 void run_occlusion(void);
 /* Several threads with one handle. */
 void run_threads(void);

@@ -1,6 +1,5 @@
-// Runs bindings/conformance.txt on an OspIndex and on an OspScene.
+// Runs bindings/conformance.txt on an OspCuller.
 using System;
-using System.Collections.Generic;
 using System.Globalization;
 using System.IO;
 using System.Linq;
@@ -8,16 +7,12 @@ using OspCulling;
 
 sealed class Cases : IDisposable
 {
-    const float SceneReach = 1e15f;
-
-    OspIndex index;
-    OspScene scene;
-    readonly Dictionary<uint, uint> inIndex = new Dictionary<uint, uint>();
-    readonly Dictionary<uint, uint> inScene = new Dictionary<uint, uint>();
-    uint[] ids;
+    OspCuller culler;
+    float[] matrix;
+    ulong[] keys;
     uint[] answer = new uint[0];
-    uint hitId;
-    float hitT;
+    readonly OspHit[] hit = new OspHit[1];
+    int hits;
 
     /// <summary>How many answers were compared; throws at the first that is wrong, with its line.</summary>
     public static int Run(string path)
@@ -43,10 +38,9 @@ sealed class Cases : IDisposable
 
     public void Dispose()
     {
-        if (index != null)
+        if (culler != null)
         {
-            index.Dispose();
-            scene.Dispose();
+            culler.Dispose();
         }
     }
 
@@ -61,151 +55,98 @@ sealed class Cases : IDisposable
         {
             case "case":
                 Dispose();
-                index = new OspIndex();
-                scene = new OspScene(new OspSceneConfig {
-                    Index = new OspIndexConfig { RootSize = 16, Capacity = 64 }, Occlusion = OspOcclusion.None, DrawNs = 10 });
-                inIndex.Clear();
-                inScene.Clear();
+                culler = new OspCuller();
                 return 0;
             case "box":
-                Put(uint.Parse(words[1]), BoxOf(Floats(words, 2, 6)));
+                OspBox put = BoxOf(Floats(words, 2, 6));
+                culler.Set(KeyOf(words[1]), put);
+                Test.Expect(culler.Box(KeyOf(words[1])).Equals(put), "the box that was put");
                 return 0;
             case "remove":
-                uint id = uint.Parse(words[1]);
-                index.Remove(inIndex[id]);
-                scene.Remove(inScene[id]);
-                inIndex.Remove(id);
-                inScene.Remove(id);
+                culler.Remove(KeyOf(words[1]));
+                return 0;
+            case "quad":
+                culler.SetOccluderQuad(KeyOf(words[1]), Floats(words, 2, 12));
                 return 0;
             case "view":
-                View(Floats(words, 1, 16));
+                matrix = Floats(words, 1, 16);
                 return 0;
             case "boxquery":
-                Commit();
+                culler.Commit();
                 OspBox box = BoxOf(Floats(words, 1, 6));
-                int count = Grown((Span<uint> room, out int found) => index.BoxQuery(box, room, out found));
-                answer = Names(count, inIndex);
-                count = Grown((Span<uint> room, out int found) => scene.BoxQuery(box, room, out found));
-                CompareScene(count);
+                answer = Names(Grown((Span<ulong> room, out int found) => culler.InBox(box, room, out found)));
                 return 0;
             case "sphere":
-                Commit();
+                culler.Commit();
                 float[] s = Floats(words, 1, 4);
-                count = Grown((Span<uint> room, out int found) => index.SphereQuery(s[0], s[1], s[2], s[3], room, out found));
-                answer = Names(count, inIndex);
+                answer = Names(Grown((Span<ulong> room, out int found) => culler.InSphere(s[0], s[1], s[2], s[3], room, out found)));
                 return 0;
             case "ray":
-                Ray(Floats(words, 1, 7));
+                culler.Commit();
+                float[] r = Floats(words, 1, 7);
+                hits = culler.OnRay(r.AsSpan(0, 3), r.AsSpan(3, 3), r[6], hit);
                 return 0;
             case "visible":
+            case "unhidden":
+                View(words[0] == "unhidden");
+                goto case "found";
             case "found":
                 Test.Expect(answer.SequenceEqual(words.Skip(1).Select(uint.Parse)), text);
                 return 1;
             case "hit":
                 if (words[1] == "none")
                 {
-                    Test.Expect(hitId == Osp.NoId, text);
+                    Test.Expect(hits == 0, text);
                     return 1;
                 }
                 float t = Float(words[2]);
-                Test.Expect(hitId == uint.Parse(words[1]) && Math.Abs(hitT - t) <= 1e-4f * t, text);
+                Test.Expect(hits > 0 && hit[0].Key == KeyOf(words[1]) && Math.Abs(hit[0].T - t) <= 1e-4f * t, text);
                 return 1;
             default:
                 throw new Exception("no step begins with " + words[0]);
         }
     }
 
-    delegate bool Query(Span<uint> room, out int found);
+    delegate bool Query(Span<ulong> room, out int found);
 
     /// <summary>Asks first with no room, then with exactly as much as was said.</summary>
     int Grown(Query query)
     {
         int count, again;
-        ids = new uint[0];
-        if (!query(ids, out count))
+        keys = new ulong[0];
+        if (!query(keys, out count))
         {
             Test.Expect(count > 0, "a count");
-            ids = new uint[count];
-            Test.Expect(query(ids, out again) && again == count, "room for all");
+            keys = new ulong[count];
+            Test.Expect(query(keys, out again) && again == count, "room for all");
         }
         return count;
     }
 
-    void Put(uint id, OspBox box)
+    void View(bool isHiding)
     {
-        bool forScene = Math.Abs(box.MaxX) <= SceneReach;
-        uint own;
-        if (inIndex.TryGetValue(id, out own))
-        {
-            index.Update(own, box);
-            scene.UpdateBox(inScene[id], box);
-            return;
-        }
-        own = index.Insert(box);
-        inIndex[id] = own;
-        Test.Expect(index.Box(own).Equals(box), "the box that was put");
-        if (forScene)
-        {
-            inScene[id] = scene.InsertBox(box);
-        }
-        else
-        {
-            Test.Refused(OspStatus.InvalidBox, () => scene.InsertBox(box));
-        }
+        var cameras = new[] {
+            new OspCamera(matrix, OspDepth.ZeroToOne), new OspCamera(matrix.Select(n => (double)n).ToArray(), OspDepth.OneToZero) };
+        var seen = new OspSeen[2];
+        cameras[0].HideByOccluders = isHiding;
+        cameras[1].HideByOccluders = isHiding;
+        culler.Cull(cameras, seen);
+        answer = Names(culler.Visible(1, ref keys));
+        Test.Expect(Names(culler.Visible(0, ref keys)).SequenceEqual(answer), "the same by both depths");
+        Test.Expect(seen[0].Visible == answer.Length && (isHiding || seen[0].Hidden == 0), "the books of a frame");
     }
 
-    void Commit()
+    /// <summary>The first keys of the answer, as the file has them.</summary>
+    uint[] Names(int count)
     {
-        index.Commit();
-        scene.Commit();
+        Test.Expect(keys.Take(count).Distinct().Count() == count, "each key once");
+        return keys.Take(count).Select(key => checked((uint)~key)).OrderBy(id => id).ToArray();
     }
 
-    void View(float[] matrix)
+    /// <summary>An id of the file as a key that needs all 64 bits.</summary>
+    static ulong KeyOf(string word)
     {
-        Commit();
-        uint[] room = null;
-        int count = index.Frustum(matrix, OspDepth.ZeroToOne, ref room);
-        ids = room;
-        answer = Names(count, inIndex);
-        count = Grown((Span<uint> to, out int found) => scene.Frustum(matrix, OspDepth.ZeroToOne, to, out found));
-        CompareScene(count);
-        if (matrix[3] == 0 && matrix[7] == 0 && matrix[11] == 0)
-        {
-            Test.Refused(OspStatus.InvalidView, () => scene.Frame(matrix, OspDepth.ZeroToOne));
-            return;
-        }
-        OspFrame frame = scene.Frame(matrix, OspDepth.ZeroToOne);
-        count = scene.Visible(0, ref ids);
-        Test.Expect(frame.Visible == (ulong)count && frame.Count == (ulong)scene.Count, "the books of a frame");
-        CompareScene(count);
-    }
-
-    void Ray(float[] r)
-    {
-        Commit();
-        float[] origin = { r[0], r[1], r[2] }, direction = { r[3], r[4], r[5] };
-        OspHit hit = index.Ray(origin, direction, r[6], OspRayMode.Nearest);
-        OspHit any = index.Ray(origin, direction, r[6], OspRayMode.Any);
-        OspHit of = scene.Ray(origin, direction, r[6], OspRayMode.Nearest);
-        Test.Expect(hit.IsHit == any.IsHit && hit.IsHit == of.IsHit && hit.T == of.T, "rays of all kinds");
-        hitId = hit.IsHit ? inIndex.First(pair => pair.Value == hit.Id).Key : Osp.NoId;
-        hitT = hit.T;
-    }
-
-    /// <summary>The first ids of the answer, as the file has them.</summary>
-    uint[] Names(int count, Dictionary<uint, uint> map)
-    {
-        for (int i = 1; i < count; i++)
-        {
-            Test.Expect(ids[i - 1] < ids[i], "ascending ids");
-        }
-        Dictionary<uint, uint> back = map.ToDictionary(pair => pair.Value, pair => pair.Key);
-        return ids.Take(count).Select(own => back[own]).OrderBy(id => id).ToArray();
-    }
-
-    void CompareScene(int count)
-    {
-        Test.Expect(Names(count, inScene).SequenceEqual(answer.Where(inScene.ContainsKey)), "the scene's answer is the index's");
+        return ~(ulong)uint.Parse(word);
     }
 
     static OspBox BoxOf(float[] n)

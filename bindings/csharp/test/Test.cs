@@ -20,8 +20,8 @@ static class Test
         Expect(Osp.LibraryVersion == Osp.Version, "the version of the library");
         int answers = Cases.Run(arguments[0]);
         Expect(answers > 150, answers + " answers");
-        IndexErrors();
-        SceneErrors();
+        Errors();
+        Refusals();
         Occlusion();
         Threads();
         Lifetimes();
@@ -64,130 +64,131 @@ static class Test
         throw new Exception("expected " + typeof(T).Name);
     }
 
-    static void IndexErrors()
+    static void Errors()
     {
-        Refused(OspStatus.InvalidArgument, () => new OspIndex(new OspIndexConfig { RootSize = 0 }));
-        Refused(OspStatus.InvalidArgument, () => new OspIndex(new OspIndexConfig { RootSize = float.NaN }));
-        Refused(OspStatus.InvalidArgument, () => new OspIndex(new OspIndexConfig { RootSize = 1, Capacity = uint.MaxValue }));
-        using (var index = new OspIndex(new OspIndexConfig { RootSize = 8, Capacity = 100 }))
+        Throws<ArgumentException>(() => new OspCamera(new float[15], OspDepth.ZeroToOne));
+        Refused(OspStatus.InvalidCamera, () => new OspCamera(new float[16], OspDepth.ZeroToOne));
+        Refused(OspStatus.InvalidCamera, () => new OspCamera(new double[16], OspDepth.ZeroToOne));
+        Refused(OspStatus.InvalidArgument, () => new OspCamera(Identity, (OspDepth)7));
+        using (var culler = new OspCuller())
         {
-            uint[] ids = new uint[3], room = new uint[4];
+            ulong[] keys = { 1, ulong.MaxValue, 3 }, room = new ulong[4];
             int count;
             OspBox[] boxes = { Unit, Unit, Unit };
+            Throws<ArgumentException>(() => culler.Set(keys, new OspBox[2]));
+            culler.Set(keys, boxes);
+            culler.Set(new ulong[0], new OspBox[0]);
+            culler.Set(default(ReadOnlySpan<ulong>), default(ReadOnlySpan<OspBox>));
+            Expect(culler.Count == 3, "three objects");
+            Refused(OspStatus.UnknownKey, () => culler.Box(2));
+            culler.Remove(2);
+            Throws<ArgumentException>(() => culler.SetOccluderQuad(1, new float[11]));
+            Throws<ArgumentException>(() => culler.SetOccluderMesh(1, new float[8], new uint[3]));
+            Throws<ArgumentException>(() => culler.SetOccluderMesh(1, new float[9], new uint[4]));
+            Refused(OspStatus.InvalidOccluder, () => culler.SetOccluderQuad(1, new float[12]));
+            Refused(OspStatus.InvalidOccluder, () => culler.SetOccluderMesh(1, new float[9], new uint[] { 0, 1, 3 }));
+            Refused(OspStatus.InvalidOccluder, () => culler.SetOccluderBox(1, new OspBox(1, 1, 1, 0, 0, 0)));
+            Refused(OspStatus.InvalidArgument, () => culler.Visible(0, room, out count));
+            var camera = new OspCamera(Identity, OspDepth.ZeroToOne);
+            Throws<ArgumentException>(() => culler.Cull(new[] { camera, camera }, new OspSeen[1]));
+            culler.Cull(new[] { camera, camera }, default(Span<OspSeen>));
+            Expect(culler.Cull(camera).Visible == 3, "three in view");
+            Refused(OspStatus.InvalidArgument, () => culler.Visible(1, room, out count));
+            Refused(OspStatus.InvalidArgument, () => culler.Visible(-1, room, out count));
+            Expect(!culler.Visible(0, room.AsSpan(0, 2), out count) && count == 3, "too little room");
+            Refused(OspStatus.InvalidArgument, () => culler.InSphere(0, 0, 0, -1, room, out count));
+            Refused(OspStatus.InvalidArgument, () => culler.OnRay(new float[3], new float[3], 1, new OspHit[1]));
+            culler.Remove(new ulong[] { 1, 3 });
+            culler.Commit();
+            Expect(culler.InBox(Unit, room, out count) && count == 1 && room[0] == ulong.MaxValue, "the one that stayed");
+            var near = new OspHit[3];
+            Refused(OspStatus.InvalidArgument, () => culler.Nearest(0, float.NaN, 0, near));
+            Expect(culler.Nearest(0, 3, 0, near) == 1 && near[0].Key == ulong.MaxValue && near[0].T == 2, "the nearest");
+            culler.Clear();
+            Expect(culler.Count == 0, "nothing");
+        }
+        float[] origin = new float[3], direction = new float[3];
+        new OspCamera(Ahead, OspDepth.MinusOneToOne).Ray(0, 0, origin, direction);
+        Expect(Math.Abs(origin[2] + 0.1f) < 1e-5f && direction[2] == -1, "a ray along the view");
+    }
+
+    static void Refusals()
+    {
+        using (var culler = new OspCuller())
+        {
             foreach (float bad in new[] { float.NaN, float.PositiveInfinity, 2 })
             {
-                boxes[1].MinY = bad;
-                Refused(OspStatus.InvalidBox, () => index.Insert(boxes, ids));
-                Expect(index.Count == 0, "nothing of a list with a bad box");
+                OspBox box = Unit;
+                box.MinY = bad;
+                culler.Set(new ulong[] { 4, 5, 6 }, new[] { Unit, box, Unit });
+                culler.Cull(new OspCamera(Identity, OspDepth.ZeroToOne));
+                OspRefused[] refused = culler.Refused();
+                Expect(refused.Length == 1 && refused[0].Key == 5 && refused[0].Why == OspRefusal.Bounds, "the box that is none");
+                Expect(culler.Count == 2, "the others");
             }
-            boxes[1] = Unit;
-            Throws<ArgumentException>(() => index.Insert(boxes, new uint[2]));
-            index.Insert(boxes, ids);
-            index.Insert(new OspBox[0], new uint[0]);
-            index.Insert(default(ReadOnlySpan<OspBox>), default(Span<uint>));
-            Refused(OspStatus.NotCommitted, () => index.BoxQuery(Unit, room, out count));
-            index.Commit();
-            Refused(OspStatus.UnknownId, () => index.Remove(3));
-            Refused(OspStatus.UnknownId, () => index.Update(Osp.NoId, Unit));
-            Refused(OspStatus.UnknownId, () => index.Box(77));
-            Throws<ArgumentException>(() => index.Update(ids, new OspBox[2]));
-            Throws<ArgumentException>(() => index.Frustum(new float[15], OspDepth.ZeroToOne, room, out count));
-            Throws<ArgumentException>(() => index.FrustumOfPlanes(new float[20], room, out count));
-            Refused(OspStatus.InvalidView, () => index.Frustum(new float[16], OspDepth.ZeroToOne, room, out count));
-            Refused(OspStatus.InvalidArgument, () => index.Frustum(Identity, (OspDepth)7, room, out count));
-            Refused(OspStatus.InvalidArgument, () => index.SphereQuery(0, 0, 0, -1, room, out count));
-            Refused(OspStatus.InvalidArgument, () => index.Ray(new float[3], new float[3], 1, OspRayMode.Any));
-            Expect(index.FrustumOfPlanes(new float[24], room, out count) && count == 3, "no planes, all boxes");
-            Expect(!index.Frustum(Identity, OspDepth.ZeroToOne, room.AsSpan(0, 2), out count) && count == 3, "too little room");
-            index.Update(new uint[] { 0, 2 }, new[] { new OspBox(5, 5, 5, 6, 6, 6), new OspBox(7, 7, 7, 8, 8, 8) });
-            index.Commit();
-            Expect(index.BoxQuery(Unit, room, out count) && count == 1 && room[0] == 1, "the one that stayed");
-            Expect(index.Memory > 0, "memory");
-            index.Clear();
-            Expect(index.Count == 0, "nothing");
+            culler.Cull(new OspCamera(Identity, OspDepth.ZeroToOne));
+            Expect(culler.Refused().Length == 0, "each once");
         }
-    }
-
-    static void SceneErrors()
-    {
-        Refused(OspStatus.InvalidArgument, () => new OspScene(Config((OspOcclusion)9)));
-        using (var scene = new OspScene(Config(OspOcclusion.Depth)))
-        {
-            uint[] ids = new uint[1];
-            int count;
-            float[] corners = { -1, -1, -3, 1, -1, -3, 0, 1, -3 };
-            Throws<ArgumentException>(() => scene.InsertTriangles(new float[8], new uint[0], true, ids));
-            Throws<ArgumentException>(() => scene.InsertTriangles(corners, new uint[4], true, ids));
-            Refused(OspStatus.InvalidTriangle, () => scene.InsertTriangles(corners, new uint[] { 0, 1, 3 }, true, ids));
-            corners[4] = float.NaN;
-            Refused(OspStatus.InvalidTriangle, () => scene.InsertTriangles(corners, new uint[0], true, ids));
-            corners[4] = -1;
-            scene.InsertTriangles(corners, new uint[] { 2, 1, 0 }, true, ids);
-            Refused(OspStatus.UnknownId, () => scene.UpdateBox(ids[0], Unit));
-            Throws<ArgumentException>(() => scene.Frame(new float[17], OspDepth.ZeroToOne));
-            Throws<ArgumentException>(() => scene.Frame(new float[0], OspDepth.ZeroToOne));
-            Refused(OspStatus.InvalidArgument, () => scene.Frame(new float[16 * 65], OspDepth.ZeroToOne));
-            Refused(OspStatus.InvalidArgument, () => scene.Visible(0, ids, out count));
-            scene.Frame(Ahead, OspDepth.MinusOneToOne);
-            Refused(OspStatus.InvalidArgument, () => scene.Visible(-1, ids, out count));
-            Expect(scene.Visible(0, ids, out count) && count == 1, "one triangle");
-            Expect(scene.Memory > 0 && scene.Count == 1, "books");
-        }
-    }
-
-    static OspSceneConfig Config(OspOcclusion method)
-    {
-        return new OspSceneConfig {
-            Index = new OspIndexConfig { RootSize = 16, Capacity = 256 }, Occlusion = method, DrawNs = 100000 };
     }
 
     static void Occlusion()
     {
-        foreach (OspOcclusion method in new[] { OspOcclusion.Msvbsp, OspOcclusion.Depth, OspOcclusion.DepthLast })
+        float[] corners = { -1.9f, -1.9f, -2, 1.9f, -1.9f, -2, 1.9f, 1.9f, -2, -1.9f, 1.9f, -2 };
+        const ulong Wall = 1000;
+        var occluders = new Action<OspCuller>[] {
+            culler => culler.SetOccluderQuad(Wall, corners),
+            culler => culler.SetOccluderMesh(Wall, corners, new uint[] { 0, 1, 2, 0, 2, 3 }),
+            culler => culler.SetOccluderBox(Wall, new OspBox(-1.9f, -1.9f, -3, 1.9f, 1.9f, -2)) };
+        foreach (Action<OspCuller> occlude in occluders)
         {
-            using (var scene = new OspScene(Config(method)))
+            using (var culler = new OspCuller())
             {
                 for (int i = 0; i < 100; i++)
                 {
                     float x = i % 10 * 0.2f - 1, y = i / 10 * 0.2f - 1;
-                    scene.InsertBox(new OspBox(x, y, -6, x + 0.1f, y + 0.1f, -5.9f));
+                    culler.Set((ulong)i, new OspBox(x, y, -6, x + 0.1f, y + 0.1f, -5.9f));
                 }
-                float[] corners = { -1.9f, -1.9f, -2, 1.9f, -1.9f, -2, 1.9f, 1.9f, -2, -1.9f, 1.9f, -2 };
-                uint[] wall = new uint[2], visible = null;
-                scene.InsertTriangles(corners, new uint[] { 0, 1, 2, 0, 2, 3 }, true, wall);
-                for (int i = 0; i < 4; i++)
-                {
-                    scene.Frame(Ahead, OspDepth.MinusOneToOne);
-                }
-                Expect(scene.Visible(0, ref visible) == 2, method + ": the wall alone");
-                Expect(visible[0] == wall[0] && visible[1] == wall[1], method + ": the wall");
-                scene.Remove(wall[0]);
-                scene.Remove(wall[1]);
-                OspFrame frame = scene.Frame(Ahead, OspDepth.MinusOneToOne);
-                Expect(scene.Visible(0, ref visible) == 100 && frame.InView == 100, method + ": all that it hid");
+                occlude(culler);
+                ulong[] visible = null;
+                var eye = new OspCamera(Ahead, OspDepth.MinusOneToOne);
+                Expect(culler.Cull(eye).Visible == 100, "what is not to be hidden");
+                eye.HideByOccluders = true;
+                OspSeen seen = culler.Cull(eye);
+                Expect(seen.Visible == 0 && seen.Hidden == 100, "nothing behind the wall");
+                var hidden = new bool[2];
+                culler.AreHidden(eye, new[] { new OspBox(-1, -1, -7, 1, 1, -6), new OspBox(-1, -1, -1.5f, 1, 1, -1) }, hidden);
+                Expect(hidden[0] && !hidden[1], "a box behind the wall, and one before it");
+                Throws<ArgumentException>(() => culler.AreHidden(eye, new OspBox[1], hidden));
+                culler.SetLayers(7, 2);
+                eye.Layers = 2;
+                Expect(culler.Cull(eye).Visible == 1, "a camera without the wall's layer");
+                Expect(culler.Visible(0, ref visible) == 1 && visible[0] == 7, "the one on its layer");
+                culler.RemoveOccluder(Wall);
+                eye.Layers = Osp.AllLayers;
+                Expect(culler.Cull(eye).Visible == 100, "all that it hid");
             }
         }
     }
 
     static void Threads()
     {
-        using (var index = new OspIndex())
+        using (var culler = new OspCuller())
         {
             for (int i = 0; i < 100; i++)
             {
-                index.Insert(new OspBox(0, 0, -5, i * 0.01f, 1, -4));
+                culler.Set((ulong)i, new OspBox(0, 0, -5, i * 0.01f, 1, -4));
             }
-            index.Commit();
+            culler.Cull(new OspCamera(Ahead, OspDepth.MinusOneToOne));
             int wrong = 0;
             var threads = new Thread[3];
             for (int i = 0; i < threads.Length; i++)
             {
                 threads[i] = new Thread(() =>
                 {
-                    uint[] ids = null;
+                    ulong[] keys = null;
                     for (int k = 0; k < 200; k++)
                     {
-                        if (index.Frustum(Ahead, OspDepth.MinusOneToOne, ref ids) != 100)
+                        if (culler.Visible(0, ref keys) != 100)
                         {
                             Interlocked.Increment(ref wrong);
                         }
@@ -205,14 +206,14 @@ static class Test
 
     static void Lifetimes()
     {
-        var index = new OspIndex();
-        index.Dispose();
-        index.Dispose();
-        Throws<ObjectDisposedException>(() => index.Insert(Unit));
+        var culler = new OspCuller();
+        culler.Dispose();
+        culler.Dispose();
+        Throws<ObjectDisposedException>(() => culler.Set(1, Unit));
         // Left to the finalizer.
         for (int i = 0; i < 50; i++)
         {
-            new OspScene(Config(OspOcclusion.Auto)).InsertBox(Unit);
+            new OspCuller().Set(1, Unit);
         }
         GC.Collect();
         GC.WaitForPendingFinalizers();

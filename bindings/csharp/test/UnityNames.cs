@@ -53,5 +53,10 @@ namespace UnityEngine
     {
         public Bounds bounds;
         public bool forceRenderingOff;
+
+        public int GetInstanceID()
+        {
+            return 0;
+        }
     }
 }

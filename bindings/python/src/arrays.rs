@@ -4,8 +4,7 @@
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use osp::{
     glam::{Mat4, Vec3},
-    math::Aabb,
-    polygon::PolygonId,
+    math::{Aabb, Ray},
 };
 use pyo3::{
     exceptions::{PyTypeError, PyValueError},
@@ -153,18 +152,29 @@ pub(crate) fn mask(value: &Bound<'_, PyAny>, count: usize, what: &str) -> PyResu
     Ok(values)
 }
 
-/// Boxes: an array of the shape (n, 6), or two of (n, 3) with the smallest and the largest corners. Rounded outwards.
-pub(crate) fn boxes(boxes: &Bound<'_, PyAny>, maxs: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Aabb>> {
+/// Boxes, which may be empty or not finite: an array of the shape (n, 6), or two of (n, 3) with the smallest and the largest corners;
+/// six numbers, or two times three, are one box. Rounded outwards.
+pub(crate) fn boxes(
+    boxes: &Bound<'_, PyAny>,
+    maxs: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Vec<[[f32; 3]; 2]>> {
+    let maxs = maxs.map(as_rows).transpose()?;
+    let corners = corners(&as_rows(boxes)?, maxs.as_ref())?;
+    Ok(corners.into_iter().map(|[min, max]| [min.map(round_down), max.map(round_up)]).collect())
+}
+
+/// A row alone as an array of one row.
+fn as_rows<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    value.py().import("numpy")?.call_method1("atleast_2d", (value,))
+}
+
+fn corners(boxes: &Bound<'_, PyAny>, maxs: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<[[f64; 3]; 2]>> {
     let Some(maxs) = maxs else {
         let Numbers { shape, values } = floats(boxes, "boxes")?;
         if shape.len() != 2 || shape[1] != 6 {
             return Err(wrong_shape("boxes", "(n, 6), or two of (n, 3)", &shape));
         }
-        let (rows, _) = values.as_chunks::<6>();
-        let bounds = |(row, v): (usize, &[f64; 6])| {
-            bounds_of([v[0], v[1], v[2]], [v[3], v[4], v[5]], || format!("boxes, row {row}"))
-        };
-        return rows.iter().enumerate().map(bounds).collect();
+        return Ok(values.as_chunks::<3>().0.as_chunks::<2>().0.to_vec());
     };
     let [mins, maxs] = [floats(boxes, "mins")?, floats(maxs, "maxs")?];
     if mins.shape.len() != 2 || mins.shape[1] != 3 {
@@ -173,11 +183,8 @@ pub(crate) fn boxes(boxes: &Bound<'_, PyAny>, maxs: Option<&Bound<'_, PyAny>>) -
     if maxs.shape != mins.shape {
         return Err(wrong_shape("maxs", &format!("({}, 3), as mins", mins.shape[0]), &maxs.shape));
     }
-    let ((mins, _), (maxs, _)) = (mins.values.as_chunks::<3>(), maxs.values.as_chunks::<3>());
-    let bounds = |(row, (&min, &max)): (usize, (&[f64; 3], &[f64; 3]))| {
-        bounds_of(min, max, || format!("boxes, row {row}"))
-    };
-    mins.iter().zip(maxs).enumerate().map(bounds).collect()
+    let (mins, maxs) = (mins.values.as_chunks::<3>().0, maxs.values.as_chunks::<3>().0);
+    Ok(mins.iter().zip(maxs).map(|(&min, &max)| [min, max]).collect())
 }
 
 /// One box from its smallest and its largest corner.
@@ -186,23 +193,44 @@ pub(crate) fn one_box(min: &Bound<'_, PyAny>, max: &Bound<'_, PyAny>) -> PyResul
         let Numbers { shape, values } = floats(value, what)?;
         values.try_into().ok().filter(|_| shape == [3]).ok_or_else(|| wrong_shape(what, "(3,)", &shape))
     };
-    bounds_of(corner(min, "min")?, corner(max, "max")?, || "box".to_owned())
-}
-
-fn bounds_of(min: [f64; 3], max: [f64; 3], what: impl Fn() -> String) -> PyResult<Aabb> {
+    let (min, max) = (corner(min, "min")?, corner(max, "max")?);
     let bounds = Aabb::new(Vec3::from_array(min.map(round_down)), Vec3::from_array(max.map(round_up)));
     let is_in_order = min.iter().zip(&max).all(|(min, max)| min <= max);
     if is_in_order && bounds.is_valid() {
         return Ok(bounds);
     }
     Err(PyValueError::new_err(format!(
-        "{}: expected finite numbers (of float32) with min <= max; found {min:?} and {max:?}",
-        what()
+        "box: expected finite numbers (of float32) with min <= max; found {min:?} and {max:?}"
     )))
 }
 
+/// A ray; its direction is not zero.
+pub(crate) fn ray(origin: Vec3, direction: Vec3, what: impl Fn() -> String) -> PyResult<Ray> {
+    if direction == Vec3::ZERO {
+        return Err(PyValueError::new_err(format!("{}: expected a direction other than zero", what())));
+    }
+    Ok(Ray::new(origin, direction))
+}
+
+/// How far a ray reaches, in lengths of its direction.
+pub(crate) fn t_max(t_max: f64) -> PyResult<f32> {
+    if t_max >= 0.0 {
+        return Ok(t_max as f32);
+    }
+    Err(PyValueError::new_err(format!("t_max: expected a number, 0 or more; found {t_max}")))
+}
+
+/// A radius in metres, rounded outwards.
+pub(crate) fn radius(radius_m: f64) -> PyResult<f32> {
+    let radius_m = round_up(radius_m);
+    if radius_m >= 0.0 && radius_m.is_finite() {
+        return Ok(radius_m);
+    }
+    Err(PyValueError::new_err(format!("radius_m: expected a finite number, 0 or more; found {radius_m}")))
+}
+
 /// The least `f32` that is no less.
-pub(crate) fn round_up(v: f64) -> f32 {
+fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
     if f64::from(nearest) < v { nearest.next_up() } else { nearest }
 }
@@ -211,52 +239,50 @@ fn round_down(v: f64) -> f32 {
     -round_up(-v)
 }
 
-/// Ids of polygons: whole numbers below [`PolygonId::LIMIT`]; one alone counts as an array of one.
-pub(crate) fn ids(value: &Bound<'_, PyAny>) -> PyResult<Vec<PolygonId>> {
+/// Whole numbers from 0 to `most`; one alone counts as an array of one.
+pub(crate) fn whole_numbers(value: &Bound<'_, PyAny>, what: &str, most: u64) -> PyResult<Vec<u64>> {
     let (array, kind, _) = as_array(value)?;
     // The empty list has the type of floating point numbers.
     let is_empty = array.getattr("size")?.extract::<usize>()? == 0;
     if is_empty {
         return Ok(Vec::new());
     }
-    let beyond = |id: &dyn std::fmt::Display| {
-        PyValueError::new_err(format!("ids: expected numbers from 0 to {}; found {id}", PolygonId::LIMIT - 1))
+    let checked = |number: i128| {
+        let message = || format!("{what}: expected numbers from 0 to {most}; found {number}");
+        u64::try_from(number)
+            .ok()
+            .filter(|&number| number <= most)
+            .ok_or_else(|| PyValueError::new_err(message()))
     };
-    let is_id = |id: u64| id < u64::from(PolygonId::LIMIT);
-    let (shape, ids) = match kind.as_str() {
+    let (shape, numbers) = match kind.as_str() {
         "u" => {
             let Numbers { shape, values } = copied::<u64>(&array, "uint64")?;
-            (
-                shape,
-                values.iter().map(|&id| is_id(id).then_some(id as u32).ok_or_else(|| beyond(&id))).collect(),
-            )
+            (shape, values.into_iter().map(|number| checked(number.into())).collect())
         }
         "i" => {
             let Numbers { shape, values } = copied::<i64>(&array, "int64")?;
-            let id = |&id: &i64| {
-                u64::try_from(id).ok().filter(|&id| is_id(id)).map(|id| id as u32).ok_or_else(|| beyond(&id))
-            };
-            (shape, values.iter().map(id).collect::<PyResult<Vec<u32>>>())
+            (shape, values.into_iter().map(|number| checked(number.into())).collect::<PyResult<Vec<u64>>>())
         }
-        _ => return Err(wrong_type("ids", "whole numbers", &array)),
+        _ => return Err(wrong_type(what, "whole numbers", &array)),
     };
     if shape.len() > 1 {
-        return Err(wrong_shape("ids", "(n,)", &shape));
+        return Err(wrong_shape(what, "(n,)", &shape));
     }
-    Ok(ids?.into_iter().map(PolygonId).collect())
+    numbers
 }
 
-/// A matrix of four rows, as mathematicians write it: it multiplies a column from the left.
-pub(crate) fn matrix(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat4> {
+/// The sixteen numbers of a matrix of four rows, as mathematicians write it: it multiplies a column from the left. Column after column.
+pub(crate) fn columns(value: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 16]> {
     let Numbers { shape, values } = floats(value, what)?;
     if shape != [4, 4] {
         return Err(wrong_shape(what, "(4, 4)", &shape));
     }
-    let mut rows = [0.0; 16];
-    for (to, from) in rows.iter_mut().zip(values) {
-        *to = from as f32;
-    }
-    let matrix = Mat4::from_cols_array(&rows).transpose();
+    Ok(std::array::from_fn(|i| values[4 * (i % 4) + i / 4]))
+}
+
+/// A matrix of four rows, as [`columns`] takes it.
+pub(crate) fn matrix(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat4> {
+    let matrix = Mat4::from_cols_array(&columns(value, what)?.map(|number| number as f32));
     if matrix.is_finite() {
         return Ok(matrix);
     }

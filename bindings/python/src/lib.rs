@@ -5,8 +5,9 @@
 //! What is public here is described in `python/osp/_native.pyi` and in the text of each item, which Python's `help` shows.
 
 mod arrays;
+mod camera;
+mod culler;
 mod errors;
-mod index;
 mod mesh;
 mod names;
 mod recording;
@@ -22,7 +23,8 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<view::View>()?;
-    module.add_class::<index::Index>()?;
+    module.add_class::<camera::Camera>()?;
+    module.add_class::<culler::Culler>()?;
     module.add_class::<mesh::Mesh>()?;
     module.add_class::<recording::Recording>()?;
     module.add_function(wrap_pyfunction!(recording::open_recording, module)?)?;
@@ -39,6 +41,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// Python aligns its objects to 16 bytes; what needs more has to be in a box.
 const _: () = {
-    assert!(align_of::<view::View>() <= 16 && align_of::<index::Index>() <= 16);
+    assert!(align_of::<view::View>() <= 16 && align_of::<camera::Camera>() <= 16);
+    assert!(align_of::<culler::Culler>() <= 16);
     assert!(align_of::<mesh::Mesh>() <= 16 && align_of::<recording::Recording>() <= 16);
 };

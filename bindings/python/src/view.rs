@@ -145,7 +145,7 @@ impl View {
         arrays::table(py, &matrix.transpose().to_cols_array_2d())
     }
 
-    /// The six planes that the index tests boxes against, float32: `nx, ny, nz, d` a row. A box is reported if for each
+    /// The six planes that a culler tests boxes against, float32: `nx, ny, nz, d` a row. A box is reported if for each
     /// plane `nx * x + ny * y + nz * z + d >= 0` at the corner that lies farthest along the normal.
     #[getter]
     fn frustum_planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
@@ -182,21 +182,6 @@ impl View {
             };
         }
         Self::from_matrix(view, depth.unwrap_or("zero-to-one"))
-    }
-
-    /// As [`View::of`], and also the frustum of a parallel projection, which is a box.
-    pub(crate) fn frustum_of(view: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<Frustum> {
-        if !view.is_instance_of::<Self>() {
-            let matrix = arrays::matrix(view, "view")?;
-            let is_parallel = matrix.row(3).truncate() == Vec3::ZERO && matrix.determinant() != 0.0;
-            if is_parallel && matrix.row(3).w > 0.0 {
-                return Ok(match clip_depth(depth.unwrap_or("zero-to-one"))? {
-                    ClipDepth::ZeroToOne => Frustum::from_matrix(&matrix),
-                    ClipDepth::MinusOneToOne => Frustum::from_opengl_matrix(&matrix),
-                });
-            }
-        }
-        Ok(Self::of(view, depth)?.frustum())
     }
 }
 

@@ -44,9 +44,9 @@ def test_a_view_without_end():
     assert view.far_m == math.inf
     x, y, z, w = view.clip_from_world @ [0, 0, -5, 1]
     assert (x, y) == (0, 0) and z / w == pytest.approx(0.1)
-    index = osp.Index()
-    index.insert([[-1, -1, -1e9, 1, 1, -0.9e9], [-1, -1, 1, 1, 1, 2]])
-    assert index.frustum(view).tolist() == [0]
+    culler = osp.Culler()
+    culler.set([0, 1], [[-1, -1, -1e9, 1, 1, -0.9e9], [-1, -1, 1, 1, 1, 2]])
+    assert culler.cull(view)[0].tolist() == [0]
 
 
 def test_equal_views_are_equal():

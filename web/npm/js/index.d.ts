@@ -19,6 +19,124 @@ export function memoryBytes(): number;
  */
 export function outward(boxes: ArrayLike<number>): Float32Array;
 
+/** Keys of a culler: numbers from 0 to 2^32 - 1 ("uint32"), or BigInts from 0 to 2^64 - 1 ("uint64"). */
+export type Key = number | bigint;
+/** Many of them. */
+export type Keys<K extends Key> = K extends bigint ? BigUint64Array : Uint32Array;
+
+/** A camera or a light. */
+export interface Camera {
+  /** World to clip space, sixteen numbers, column after column, as three.js, WebGL and WebGPU have it. Perspective or parallel. */
+  clipFromWorld: Numbers;
+  /** "webgl" if nothing is said; "reversed" is from 1 at the near plane to 0. */
+  depth?: ClipDepth | "reversed" | undefined;
+  /** Whether what occluders hide is left out; without effect for a parallel projection. */
+  hideByOccluders?: boolean | undefined;
+  /** The camera sees objects on one of these layers, a bit each; all if nothing is said. */
+  layers?: number | undefined;
+}
+
+/** A ray in world space. */
+export interface Ray {
+  origin: Numbers;
+  direction: Numbers;
+}
+
+/**
+ * Finds what cameras see of objects that come, move and go at any time. Each object has a key of yours and a box: six numbers min x,
+ * min y, min z, max x, max y, max z, world space. A Float32Array is taken as it is, other numbers are rounded outwards. No size of the
+ * world and no capacity have to be named; nothing is ever rebuilt, and nothing that can be seen is left out.
+ *
+ * Answers are copies, in no particular order, each key once. After `free` every method throws an Error. Numbers out of range throw a
+ * RangeError, other types than these a TypeError; so does a batch for which no memory is left. The culler is then as it was.
+ */
+export class Culler<K extends Key = number> {
+  constructor(...options: K extends bigint ? [{ keys: "uint64" }] : [{ keys?: "uint32" | undefined }?]);
+
+  /** Objects with a box that was not refused. */
+  readonly size: number;
+
+  /**
+   * Inserts objects, or moves those that are there: a key and six numbers, or many keys and six numbers for each. A box that is not
+   * finite or has min > max leaves its object out until it has another one: `refused` names it. An object that moves loses its
+   * occluder, unless the new box holds the one before.
+   */
+  set(keys: K | Keys<K>, boxes: Numbers): void;
+  /** Takes objects out, with their occluders and layers. A key without an object is left alone. */
+  remove(keys: K | Keys<K>): void;
+  /** Takes everything out. */
+  clear(): void;
+  /** Puts objects on layers, a bit each: a mask for all, or one for each. Objects are on the mask 1 unless they are put elsewhere. */
+  setLayers(keys: K | Keys<K>, layers: number | Uint32Array): void;
+
+  /**
+   * Gives an object something that hides what is behind it, in place of what it had, world space: x, y, z of the four corners of a flat,
+   * convex quad, in order around it; or the six numbers of a box; or vertices of a mesh, with three indices for each triangle. Opaque,
+   * and hides from both sides; drawn itself, or inside of what is drawn. It stays where it is until the object moves or goes. A key
+   * without a box may have one: it hides, and is in no answer.
+   * @throws RangeError numbers that are not finite, a bent or crossed quad, an index without a vertex, no area
+   */
+  setOccluder(key: K, corners: Numbers, indices?: Uint32Array): void;
+  /** Takes an object's occluder away. Nothing happens if there is none. */
+  removeOccluder(key: K): void;
+
+  /**
+   * What each camera sees: an array of keys for each. All cameras are culled in one walk: two eyes (`xrCameras`), a camera and its
+   * lights, the sides of a cube.
+   * @throws RangeError a matrix with numbers that are not finite, or without an inverse
+   */
+  cull(...cameras: Camera[]): Keys<K>[];
+  /**
+   * Of each box, six numbers, 1 if nothing of it can be on a camera's screen, else 0: it is out of view, or behind the occluders if the
+   * camera hides by them. The boxes are in no culler: of a sound, a character, a trigger. One that is not finite or has min > max is not
+   * hidden. Makes all changes known, as `cull` does.
+   */
+  areHidden(camera: Camera, boxes: Numbers): Uint8Array;
+  /** How many objects in view of a camera of the last `cull` occluders hide. */
+  hidden(camera?: number): number;
+  /** What was refused between the last two calls of `cull`, and why; of very much the beginning. */
+  readonly refused: { key: K; why: string }[];
+  /** Makes all changes known to `inBox`, `inSphere`, `onRay`, `pick` and `nearest`. `cull` does it, too. */
+  commit(): void;
+
+  /** Whether an object has this key. */
+  has(key: K): boolean;
+  /** Its box as it was set last, a copy; undefined where there is none. */
+  box(key: K): Float32Array | undefined;
+
+  /** The objects whose boxes share a point with the box from `min` to `max`; touching counts. */
+  inBox(min: Numbers, max: Numbers): Keys<K>;
+  /** The objects whose boxes share a point with a ball; touching counts. */
+  inSphere(center: Numbers, radius: number): Keys<K>;
+  /**
+   * The objects whose boxes a ray enters, at most `tMax` lengths of the direction away, the nearest first; `ts` says where, 0 from
+   * inside.
+   */
+  onRay(origin: Numbers, direction: Numbers, tMax?: number): { keys: Keys<K>; ts: Float32Array };
+  /**
+   * The object that a ray meets first; null if it meets none. `hit` says where the ray meets an object itself, if it does. It is called
+   * for objects whose boxes the ray enters, from the nearest on, as long as one may be nearer than the nearest hit. Without `hit` the
+   * boxes are what is met.
+   */
+  pick(ray: Ray, hit?: (key: K) => number | null | undefined, tMax?: number): { key: K; t: number } | null;
+  /** The objects whose boxes are nearest to a point, and their distances, 0 from inside; the nearest first. Fewer if there are fewer. */
+  nearest(point: Numbers, count?: number): { keys: Keys<K>; distances: Float32Array };
+  /** The ray through a point of a camera's screen, x and y from -1 to 1, from the near plane on; its direction has the length 1. */
+  screenRay(camera: Camera, x: number, y: number): { origin: Float32Array; direction: Float32Array };
+
+  /** Gives the memory back. Calling it again does nothing. */
+  free(): void;
+  [Symbol.dispose](): void;
+}
+
+/**
+ * The cameras of a WebXR pose (`frame.getViewerPose(space)`), one for each view, with the same options; `space` is the world of the boxes.
+ */
+export function xrCameras(
+  pose: { views: Iterable<{ projectionMatrix: Float32Array; transform: { inverse: { matrix: Float32Array } } }> },
+  options?: Omit<Camera, "clipFromWorld">,
+): Camera[];
+
 /** Hints, not limits. */
 export interface OspOptions {
   /** Centre of a cube around most of what will come; 0, 0, 0. */

@@ -5,6 +5,7 @@ import { boxesOf, isWebgl, number, numbers, typed } from "./check.js";
 import { coreOf } from "./depth-buffer.js";
 import { checkLoaded, doubles, floats, ids as idsAt } from "./memory.js";
 
+export { Culler, xrCameras } from "./culler.js";
 export { DepthBuffer } from "./depth-buffer.js";
 export { init, memoryBytes } from "./memory.js";
 export { outward } from "./outward.js";

@@ -40,6 +40,7 @@ export function checkLoaded() {
   if (memory === null) throw new Error("osp-culling: call `await init()` first");
 }
 
+export const bigs = (at, length) => new BigUint64Array(memory.buffer, at, length);
 export const doubles = (at, length) => new Float64Array(memory.buffer, at, length);
 export const floats = (at, length) => new Float32Array(memory.buffer, at, length);
 export const ids = (at, length) => new Uint32Array(memory.buffer, at, length);

@@ -1,12 +1,14 @@
-//! The WebAssembly inside the npm package `osp-culling`: an index of boxes and a depth buffer that hides some of them.
+//! The WebAssembly inside the npm package `osp-culling`: a culler of objects, and an index of boxes with a depth buffer that hides some
+//! of them.
 //!
 //! ```text
-//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> index, depth ─> osp
+//! JavaScript (js/index.js) ─> numbers in memory that Rust owns ─> culler, index, depth ─> osp
 //! ```
 //!
 //! JavaScript asks for room, writes its numbers there, calls, and copies the answer out. It finds the places anew for each call,
 //! because they move when memory grows. Everything that it may get wrong is refused by an exception and changes nothing.
 
+mod culler;
 mod depth;
 mod index;
 mod refusal;
@@ -14,6 +16,7 @@ mod room;
 mod scratch;
 mod views;
 
+pub use culler::Culler;
 pub use depth::Depth;
 pub use index::Index;
 use osp::index::Backend;

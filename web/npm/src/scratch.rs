@@ -26,7 +26,7 @@ pub(crate) struct Scratch {
 }
 
 /// Makes a list as long as asked; what is in it, JavaScript overwrites.
-fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outcome<()> {
+pub(crate) fn resize<T: Clone>(list: &mut Vec<T>, len: usize, blank: T) -> Outcome<()> {
     list.truncate(len);
     if list.capacity() < len {
         room::note_taken();

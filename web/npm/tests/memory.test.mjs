@@ -146,7 +146,7 @@ async function smallModule(pages = 1024) {
     index[how]();
   };
   const ask = (index, ...numbers) => new Float64Array(memory.buffer, index.numbers_at(), numbers.length).set(numbers);
-  return { glue, write, ask };
+  return { glue, memory, write, ask };
 }
 
 const noMemory = { name: "RangeError", message: /there is no memory left for/ };
@@ -242,5 +242,56 @@ for (const each of [1, 37, 700, 20_000]) {
     assert.equal(index.in_box(), held);
     assert.throws(() => new glue.Depth(8192, 8192), noMemory);
     assert.equal(index.len(), held);
+  });
+}
+
+for (const each of [1, 700, 20_000]) {
+  test(`where memory ends, a culler refuses a batch, and works on: ${each} at a time`, async () => {
+    const { glue, memory } = await smallModule();
+    const culler = new glue.Culler();
+    const write = (keys, boxes, words, doubles) => {
+      culler.room(keys.length, boxes.length, words.length, doubles.length);
+      new BigUint64Array(memory.buffer, culler.keys_at(), keys.length).set(keys);
+      new Float32Array(memory.buffer, culler.floats_at(), boxes.length).set(boxes);
+      new Uint32Array(memory.buffer, culler.words_at(), words.length).set(words);
+      new Float64Array(memory.buffer, culler.doubles_at(), doubles.length).set(doubles);
+    };
+    // Three cameras that see everything.
+    const cameras = [1, 2, 3].flatMap(() => [1e-9, 0, 0, 0, 0, 1e-9, 0, 0, 0, 0, 1e-9, 0, 0, 0, 0.5, 1]);
+    const options = [1, 2, 3].flatMap(() => [0, 1, 0xffffffff]);
+    const cull = () => {
+      write([], [], options, cameras);
+      culler.cull();
+    };
+    let held = 0;
+    const boxes = randomBoxes(each, 3);
+    const fill = () => {
+      while (held < 3e6) {
+        // Somewhere else each time.
+        for (let i = 0; i < boxes.length; i += 3) boxes[i] += 0.01;
+        write(BigUint64Array.from(idsUpTo(each, held), BigInt), boxes, [], []);
+        culler.set();
+        held += each;
+        if (each > 1 || held % 500 === 0) cull();
+      }
+    };
+    assert.throws(fill, noMemory);
+    assert.ok(held >= 50_000, `${held} objects in 64 MiB`);
+    assert.equal(culler.len(), held);
+    assert.throws(() => culler.room(1e8, 1e8, 0, 0), noMemory);
+    try {
+      cull();
+      assert.equal(culler.see(2), held);
+    } catch (error) {
+      assert.ok(noMemory.message.test(error.message), error.message);
+    }
+    // What goes makes room.
+    culler.clear();
+    assert.equal(culler.len(), 0);
+    held = 0;
+    write(BigUint64Array.from(idsUpTo(each), BigInt), boxes, [], []);
+    culler.set();
+    cull();
+    assert.equal(culler.see(0), each);
   });
 }

@@ -1,5 +1,18 @@
 import type { Scene } from "@babylonjs/core";
-import { DepthBuffer, Osp, init, kernel, memoryBytes, outward, type ClipDepth, type CullOptions, type Hit } from "osp-culling";
+import {
+  Culler,
+  DepthBuffer,
+  Osp,
+  init,
+  kernel,
+  memoryBytes,
+  outward,
+  xrCameras,
+  type Camera,
+  type ClipDepth,
+  type CullOptions,
+  type Hit,
+} from "osp-culling";
 import { SceneCuller } from "osp-culling/babylon";
 import { BatchedMeshCuller } from "osp-culling/three";
 import * as THREE from "three";
@@ -33,6 +46,27 @@ osp.clear();
 osp.free();
 buffer[Symbol.dispose]();
 
+const numbered = new Culler();
+numbered.set(1, [0, 0, 0, 1, 1, 1]);
+numbered.set(Uint32Array.of(1, 2), new Float32Array(12));
+numbered.setOccluder(1, new Float32Array(12));
+numbered.setOccluder(1, [0, 0, 0, 1, 0, 0, 0, 1, 0], Uint32Array.of(0, 1, 2));
+numbered.setLayers(1, 2);
+const eye: Camera = { clipFromWorld: new THREE.Matrix4().elements, depth: "reversed", hideByOccluders: true, layers: 3 };
+const [first]: Uint32Array[] = numbered.cull(eye, { clipFromWorld: new Float64Array(16) });
+const picked: { key: number; t: number } | null = numbered.pick(numbered.screenRay(eye, 0, 0), (key) => key / 2);
+const why: string[] = numbered.refused.map(({ why }) => why);
+const { keys: closest }: { keys: Uint32Array } = numbered.nearest([0, 0, 0], 2);
+const outOfSight: Uint8Array = numbered.areHidden(eye, new Float32Array(6));
+const big = new Culler<bigint>({ keys: "uint64" });
+big.set(7n, [0, 0, 0, 1, 1, 1]);
+big.remove(BigUint64Array.of(7n));
+const keys: BigUint64Array = big.inSphere([0, 0, 0], numbered.hidden());
+const { keys: on, ts } = big.onRay([0, 0, 0], [0, 0, 1]);
+big[Symbol.dispose]();
+/** In a frame of WebXR. */
+export const eyes = (pose: Parameters<typeof xrCameras>[0]): Camera[] => xrCameras(pose, { layers: 1 });
+
 const mesh = new THREE.BatchedMesh(10, 10, 10);
 const culler = new BatchedMeshCuller(mesh, { rootSize: 5 });
 const shown: number = culler.update(new THREE.PerspectiveCamera(), new THREE.OrthographicCamera(-1, 1, 1, -1));
@@ -47,4 +81,4 @@ export function follow(scene: Scene): number {
   return candidates;
 }
 
-export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size];
+export const all = [name, bytes, used, ids, count, some, more, t, near, distances, box, found, hidden, shown, visible, size, first, picked, closest, outOfSight, why, keys, on, ts];

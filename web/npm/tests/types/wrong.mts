@@ -1,4 +1,4 @@
-import { DepthBuffer, Osp, init } from "osp-culling";
+import { Culler, DepthBuffer, Osp, init } from "osp-culling";
 import { BatchedMeshCuller } from "osp-culling/three";
 import * as THREE from "three";
 
@@ -24,3 +24,12 @@ osp.size = 3;
 new DepthBuffer(640, 400);
 // @ts-expect-error a BatchedMesh
 new BatchedMeshCuller(new THREE.Mesh());
+const culler = new Culler();
+// @ts-expect-error keys are numbers
+culler.set(1n, [0, 0, 0, 1, 1, 1]);
+// @ts-expect-error that of a number, too
+culler.remove(BigUint64Array.of(1n));
+// @ts-expect-error a camera, not its matrix
+culler.cull(new Float32Array(16));
+// @ts-expect-error BigInts have to be asked for
+new Culler<bigint>();

@@ -1,0 +1,23 @@
+use glam::{Mat4, Vec3, Vec4};
+
+/// The six planes of a matrix; inside is what has no negative distance from any.
+pub(crate) fn planes(clip_from_world: &[f32; 16]) -> [Vec4; 6] {
+    let m = Mat4::from_cols_array(clip_from_world).transpose();
+    [
+        m.w_axis + m.x_axis,
+        m.w_axis - m.x_axis,
+        m.w_axis + m.y_axis,
+        m.w_axis - m.y_axis,
+        m.z_axis,
+        m.w_axis - m.z_axis,
+    ]
+}
+
+/// Whether a box is behind none of them.
+pub(crate) fn may_see(planes: &[Vec4; 6], min: [f32; 3], max: [f32; 3]) -> bool {
+    planes.iter().all(|plane| {
+        let n = plane.truncate();
+        let farthest = Vec3::select(n.cmpge(Vec3::ZERO), max.into(), min.into());
+        n.dot(farthest) + plane.w >= 0.0
+    })
+}

@@ -1,0 +1,90 @@
+use numpy::PyArray1;
+use osp::{ALL_LAYERS, Depth};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::{arrays, view::View};
+
+/// A camera or a light, for `Culler.cull`: a matrix from the world to clip space, and what is left out.
+///
+/// `clip_from_world` has four rows, as mathematicians write it (`clip = matrix @ [x, y, z, 1]`); many libraries store the
+/// transpose. Perspective or parallel, on-axis or off-axis, mirrored, with a far plane or without; float64 is taken as it is,
+/// however far from the origin the eye is. `depth` says which depths are drawn, after the division by w: `"zero-to-one"` (Vulkan,
+/// Direct3D, Metal, WebGPU), `"one-to-zero"` (reversed) or `"minus-one-to-one"` (OpenGL). Or a `View`, without `depth`.
+///
+/// `hide_by_occluders` leaves out what occluders hide; without effect for a parallel projection. `layers` has a bit for each
+/// layer that the camera sees.
+///
+/// `ValueError`: another shape, numbers that are not finite, a matrix without an inverse, another depth.
+///
+/// >>> reversed_depth = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]])
+/// >>> camera = osp.Camera(reversed_depth, "one-to-zero", hide_by_occluders=True)
+/// >>> origin, direction = camera.ray(0, 0)
+/// >>> direction
+/// array([ 0.,  0., -1.], dtype=float32)
+#[pyclass(module = "osp", frozen)]
+#[derive(Debug)]
+pub(crate) struct Camera {
+    /// Not in the object itself: Python's memory is aligned to 16 bytes only.
+    camera: Box<osp::Camera>,
+}
+
+#[pymethods]
+impl Camera {
+    #[new]
+    #[pyo3(signature = (clip_from_world, depth=None, *, hide_by_occluders=false, layers=ALL_LAYERS),
+           text_signature = "(clip_from_world, depth=None, *, hide_by_occluders=False, layers=4294967295)")]
+    fn new(
+        clip_from_world: &Bound<'_, PyAny>,
+        depth: Option<&str>,
+        hide_by_occluders: bool,
+        layers: u32,
+    ) -> PyResult<Self> {
+        let camera = camera_of(clip_from_world, depth)?.on_layers(layers);
+        let camera = if hide_by_occluders { camera.hide_by_occluders() } else { camera };
+        Ok(Self { camera: Box::new(camera) })
+    }
+
+    /// The ray through a point of the screen, `x` and `y` from -1 to 1 as the matrix has them: its origin on the near plane,
+    /// and its direction, of the length 1.
+    fn ray<'py>(
+        &self,
+        py: Python<'py>,
+        x: f32,
+        y: f32,
+    ) -> (Bound<'py, PyArray1<f32>>, Bound<'py, PyArray1<f32>>) {
+        let ray = self.camera.ray(x, y);
+        let array = |v: osp::glam::Vec3| PyArray1::from_slice(py, &v.to_array());
+        (array(ray.origin), array(ray.direction))
+    }
+
+    fn __repr__(&self) -> &'static str {
+        "<osp.Camera>"
+    }
+}
+
+/// The camera of a `View`, or of a matrix with its depth.
+fn camera_of(value: &Bound<'_, PyAny>, depth: Option<&str>) -> PyResult<osp::Camera> {
+    if value.is_instance_of::<View>() {
+        return Ok(osp::Camera::from(&View::of(value, depth)?.view));
+    }
+    let depth = match depth {
+        None | Some("zero-to-one") => Depth::ZeroToOne,
+        Some("one-to-zero") => Depth::OneToZero,
+        Some("minus-one-to-one") => Depth::MinusOneToOne,
+        Some(name) => {
+            let message =
+                format!("depth: expected zero-to-one, one-to-zero or minus-one-to-one; found {name:?}");
+            return Err(PyValueError::new_err(message));
+        }
+    };
+    let columns = arrays::columns(value, "clip_from_world")?;
+    osp::Camera::from_matrix(columns, depth).map_err(|why| PyValueError::new_err(why.to_string()))
+}
+
+/// A `Camera`, a `View` or a matrix with the depth from zero to one; the latter two see all layers, and nothing is hidden.
+pub(crate) fn any_camera(value: &Bound<'_, PyAny>) -> PyResult<osp::Camera> {
+    match value.cast::<Camera>() {
+        Ok(camera) => Ok(*camera.get().camera),
+        Err(_) => camera_of(value, None),
+    }
+}
