@@ -373,7 +373,7 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
 #[test]
 fn what_others_have_drawn_is_altered_and_can_be_read_again() {
     let mut table = Table::new();
-    let class = Path::new(crate::repository::ROOT).join("recordings/class.ron");
+    let class = Path::new(osp_testkit::ROOT).join("recordings/class.ron");
     table.studio.command(Command::Open(class));
     table.frame();
     assert_eq!(table.studio.scene().authors().count(), 3);

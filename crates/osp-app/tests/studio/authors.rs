@@ -8,7 +8,7 @@ use crate::panel::{sketch, window};
 
 #[test]
 fn a_session_of_several_lists_its_authors_and_shows_who_drew_what() {
-    let path = std::path::Path::new(crate::repository::ROOT).join("recordings/class.ron");
+    let path = std::path::Path::new(osp_testkit::ROOT).join("recordings/class.ron");
     let player = Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     let mut harness = window(|_| player);
     assert!(harness.query_by_label("Authors (3)").is_none(), "nobody has joined before the first frame");

@@ -137,7 +137,7 @@ fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
 fn what_was_not_drawn_here_is_copied() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name);
-    let shipped = Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
+    let shipped = Path::new(osp_testkit::ROOT).join("recordings/scribble.ron");
     fs::copy(&shipped, place("imported.ron")).expect("a copy");
     let protected = drawn(folder.path(), "protected.ron");
     let mut permissions = fs::metadata(&protected).expect("a file").permissions();

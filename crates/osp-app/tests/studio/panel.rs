@@ -55,7 +55,7 @@ fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window>
 }
 
 pub(crate) fn replay() -> Harness<'static, Window> {
-    let path = std::path::Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
+    let path = std::path::Path::new(osp_testkit::ROOT).join("recordings/scribble.ron");
     let player = Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     window(|_| player)
 }

@@ -1,0 +1,9 @@
+//! What goes over a network or does not fit into memory: shared sessions, `osp serve`, worlds.
+#![cfg(any(feature = "live", feature = "serve", feature = "worlds"))]
+
+#[cfg(feature = "live")]
+mod live;
+#[cfg(feature = "serve")]
+mod serve;
+#[cfg(feature = "worlds")]
+mod worlds;
