@@ -9,7 +9,7 @@ mod repository;
 
 pub use counting::{Counting, allocations, held_bytes};
 pub use editor::{Editor, STROKES};
-pub use program::{Program, shipped_session, stderr, stdout, temp};
+pub use program::{Program, json, shipped_session, stderr, stdout, temp};
 pub use repository::{ROOT, at, packages};
 
 /// Whether a missing graphics adapter, display or tool is a failure and not a reason to leave a test out: on machines

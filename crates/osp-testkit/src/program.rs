@@ -6,15 +6,18 @@ use std::{
     process::{Command, Output},
 };
 
+use serde_json::Value;
 use tempfile::TempDir;
 
-/// A program to test: `Program(env!("CARGO_BIN_EXE_osp"))`.
+use crate::ROOT;
+
+/// A program to test: `Program(env!("CARGO_BIN_EXE_osp"))`. Methods without a folder run it in the repository.
 #[derive(Clone, Copy, Debug)]
 pub struct Program(pub &'static str);
 
 impl Program {
     /// The program with arguments, in a folder.
-    pub fn command<S: AsRef<OsStr>>(
+    pub fn command_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
         args: impl IntoIterator<Item = S>,
@@ -25,13 +28,27 @@ impl Program {
         command
     }
 
+    /// See [`Self::command_in`].
+    pub fn command<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
+        self.command_in(ROOT, args)
+    }
+
     /// How it ends and what it prints.
     ///
     /// # Panics
     ///
     /// Panics if it does not start.
-    pub fn run<S: AsRef<OsStr>>(self, folder: impl AsRef<Path>, args: impl IntoIterator<Item = S>) -> Output {
-        self.command(folder, args).output().expect("the program starts")
+    pub fn run_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Output {
+        self.command_in(folder, args).output().expect("the program starts")
+    }
+
+    /// See [`Self::run_in`].
+    pub fn run<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Output {
+        self.run_in(ROOT, args)
     }
 
     /// What it prints where it has to succeed.
@@ -39,14 +56,38 @@ impl Program {
     /// # Panics
     ///
     /// Panics with its complaint if it fails.
-    pub fn done<S: AsRef<OsStr>>(
+    pub fn done_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
         args: impl IntoIterator<Item = S>,
     ) -> String {
-        let output = self.run(folder, args);
-        assert!(output.status.success(), "{}", stderr(&output));
+        let mut command = self.command_in(folder, args);
+        let output = command.output().expect("the program starts");
+        assert!(output.status.success(), "{command:?}: {}", stderr(&output));
         stdout(&output)
+    }
+
+    /// See [`Self::done_in`].
+    pub fn done<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.done_in(ROOT, args)
+    }
+
+    /// The JSON that it prints where it has to succeed.
+    ///
+    /// # Panics
+    ///
+    /// Panics if it fails, and if that is not one JSON value.
+    pub fn json_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Value {
+        serde_json::from_str(&self.done_in(folder, args)).expect("one JSON value")
+    }
+
+    /// See [`Self::json_in`].
+    pub fn json<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Value {
+        self.json_in(ROOT, args)
     }
 }
 
@@ -60,6 +101,16 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// The JSON that a program printed where it has to succeed.
+///
+/// # Panics
+///
+/// Panics with its complaint if it failed, and if that is not one JSON value.
+pub fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).expect("one JSON value")
+}
+
 /// A folder that is gone after the test.
 ///
 /// # Panics
@@ -71,5 +122,5 @@ pub fn temp() -> TempDir {
 
 /// The path of a shipped session: `room` for `recordings/room.ron`.
 pub fn shipped_session(name: &str) -> String {
-    format!("{}/recordings/{name}.ron", crate::ROOT)
+    format!("{ROOT}/recordings/{name}.ron")
 }

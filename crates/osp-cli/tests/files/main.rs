@@ -3,3 +3,5 @@
 mod fuzz;
 mod importers;
 mod pvs_file;
+
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

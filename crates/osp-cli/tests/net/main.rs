@@ -7,3 +7,5 @@ mod live;
 mod serve;
 #[cfg(feature = "worlds")]
 mod worlds;
+
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -3,6 +3,8 @@
 mod answers;
 mod attacks;
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
@@ -21,7 +23,7 @@ struct Server {
 
 impl Server {
     fn of(folder: &std::path::Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+        let mut child = Command::new(OSP.0)
             .args(["serve", "--port", "0"])
             .arg(folder)
             .stdout(Stdio::piped())
@@ -164,12 +166,9 @@ fn a_part_of_a_file_is_given_to_whoever_asks_for_it() {
 
 #[test]
 fn a_folder_that_is_not_there_is_told() {
-    let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(["serve", "no-such-folder"])
-        .output()
-        .expect("it starts");
+    let output = OSP.run(["serve", "no-such-folder"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no-such-folder"));
+    assert!(stderr(&output).contains("no-such-folder"));
 }
 
 #[test]

@@ -6,23 +6,16 @@ mod paper;
 mod race;
 mod rays;
 
-use std::{fs, path::Path, process::Command, process::Output};
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
+use std::{fs, path::Path, process::Output};
 
 use serde_json::Value;
-
-fn osp(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osp")).args(args).output().expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 /// A session with walls that hide, named with characters that HTML and CSV must not take for their own.
 fn session(folder: &Path) -> String {
     let path = folder.join("a <b> & \"c\".ron").to_str().expect("utf-8").to_owned();
-    let made = osp(&["synth", "room", "--polygons", "1500", &path]);
-    assert!(made.status.success(), "{}", text(&made.stderr));
+    OSP.done(["synth", "room", "--polygons", "1500", &path]);
     path
 }
 
@@ -31,7 +24,7 @@ struct Report(Value);
 
 impl Report {
     fn of(output: &Output) -> Self {
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(output.status.success(), "{}", stderr(output));
         Self(serde_json::from_slice(&output.stdout).expect("one JSON object"))
     }
 
@@ -101,10 +94,10 @@ fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
     let csv = folder.path().join("bench.csv").to_str().expect("utf-8").to_owned();
     let args =
         ["bench", &session, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json", "--csv", &csv];
-    let report = Report::of(&osp(&args));
+    let report = Report::of(&OSP.run(args));
     assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0));
     // `osp --version` prints it in brackets.
-    let version = text(&osp(&["--version"]).stdout);
+    let version = stdout(&OSP.run(["--version"]));
     let commit = version.split_once('(').and_then(|(_, rest)| rest.split_once(')')).map(|(commit, _)| commit);
     assert_eq!(report.0["machine"]["commit"], commit.unwrap_or("unknown"));
     assert_eq!(report.names("session", "recording"), [NAME]);
@@ -147,9 +140,9 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
     let args = ["bench", &file, &file, "--quick", "--sizes", "200,600", "--pace", "samples:32"];
-    let output = osp(&args);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let short = text(&output.stdout);
+    let output = OSP.run(args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let short = stdout(&output);
     assert!(short.lines().count() <= 60, "{} lines: {short}", short.lines().count());
     for words in [
         "threads",
@@ -163,8 +156,8 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
     ] {
         assert!(short.contains(words), "{words}: {short}");
     }
-    let all = osp(&[&args[..], &["--all", "--no-rays", "--index", "lbvh"]].concat());
-    let all = text(&all.stdout);
+    let all = OSP.run([&args[..], &["--all", "--no-rays", "--index", "lbvh"]].concat());
+    let all = stdout(&all);
     for words in [
         "growth/still, scribble-600: 600 polygons",
         "break even",
@@ -175,7 +168,7 @@ fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
         assert!(all.contains(words), "{words}: {all}");
     }
     assert!(!all.contains("Rays, ") && !all.contains("kd-tree"), "{all}");
-    assert_eq!(text(&output.stderr), "");
+    assert_eq!(stderr(&output), "");
 }
 
 #[test]
@@ -187,7 +180,7 @@ fn wrong_use_is_refused_before_anything_is_measured() {
         &["bench", "--sizes", "5", "--index", "no-such"],
         &["bench", "no-such-file.ron"],
     ] {
-        let output = osp(args);
+        let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
     }

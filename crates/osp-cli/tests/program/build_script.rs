@@ -1,5 +1,6 @@
 //! What `build.rs` says to Cargo: the package's own commit, and nothing of a repository around a copy of the package.
 
+use osp_testkit::stderr;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -19,7 +20,7 @@ fn git(folder: &Path, args: &[&str]) -> String {
         .env_remove("GIT_INDEX_FILE")
         .output()
         .expect("git runs");
-    assert!(output.status.success(), "git {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "git {args:?}: {}", stderr(&output));
     String::from_utf8(output.stdout).expect("plain text").trim().to_owned()
 }
 
@@ -47,7 +48,7 @@ fn printed(script: &Path, package: &Path, variables: &[(&str, &Path)]) -> Vec<St
         .envs(variables.iter().copied())
         .output()
         .expect("the script runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}", stderr(&output));
     String::from_utf8(output.stdout).expect("plain text").lines().map(str::to_owned).collect()
 }
 

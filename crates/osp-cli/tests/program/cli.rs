@@ -1,28 +1,12 @@
 //! The program as a user meets it: arguments, exit codes, tables, JSON, CSV, charts, fingerprints.
 
+use crate::OSP;
+use osp_testkit::{ROOT, stderr, stdout, temp};
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Command,
 };
-
-use serde_json::Value;
-
-fn osp(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(args)
-        .current_dir(osp_testkit::ROOT)
-        .output()
-        .expect("the program starts")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 /// A small session with a bit of everything.
 fn small_session(folder: &Path) -> PathBuf {
@@ -45,19 +29,10 @@ fn small_session(folder: &Path) -> PathBuf {
     path
 }
 
-fn temp() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn json_of(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", stderr(output));
-    serde_json::from_str(&stdout(output)).expect("one JSON object")
-}
-
 #[test]
 fn replay_prints_a_table_with_every_default_index() {
     let folder = temp();
-    let output = osp(&["replay", small_session(folder.path()).to_str().expect("utf-8")]);
+    let output = OSP.run(["replay", small_session(folder.path()).to_str().expect("utf-8")]);
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);
     for name in
@@ -71,7 +46,7 @@ fn replay_prints_a_table_with_every_default_index() {
 #[test]
 fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
     let folder = temp();
-    let report = json_of(&osp(&["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]));
+    let report = OSP.json(["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
     assert_eq!(report["recording"], "small.ron");
     assert_eq!((&report["strokes"], &report["points"]), (&6.into(), &240.into()));
     let runs = report["runs"].as_array().expect("runs");
@@ -85,7 +60,7 @@ fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
         }
         assert_eq!(run["fingerprint"], runs[0]["fingerprint"]);
     }
-    let info = json_of(&osp(&["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]));
+    let info = OSP.json(["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
     assert_eq!((&info["strokes"], &info["points"], &info["erased"]), (&6.into(), &240.into(), &1.into()));
     assert_eq!(info["polygons"], report["polygons"]);
 }
@@ -98,8 +73,7 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
         (folder.path().join("f.csv"), folder.path().join("f.png"), folder.path().join("f.svg"));
     let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
     let args = ["replay", &path(&session), "--pace", "samples:10", "--index", "osp,brute-force"];
-    let output = osp(&[&args[..], &["--csv", &path(&csv)]].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done([&args[..], &["--csv", &path(&csv)]].concat());
     let text = fs::read_to_string(&csv).expect("the CSV");
     let columns = text.lines().next().expect("names").split(',').count();
     assert!(text.lines().all(|line| line.split(',').count() == columns));
@@ -108,9 +82,9 @@ fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
     if !cfg!(feature = "bench") {
         return;
     }
-    assert!(osp(&[&args[..], &["--chart", &path(&png)]].concat()).status.success());
+    OSP.done([&args[..], &["--chart", &path(&png)]].concat());
     assert!(fs::read(&png).expect("the chart").starts_with(b"\x89PNG"));
-    assert!(osp(&[&args[..], &["--chart", &path(&svg)]].concat()).status.success());
+    OSP.done([&args[..], &["--chart", &path(&svg)]].concat());
     assert!(fs::read_to_string(&svg).expect("the chart").contains("<svg"));
 }
 
@@ -119,11 +93,11 @@ fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
     let folder = temp();
     let session = small_session(folder.path());
     let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
-    let output = osp(&args);
+    let output = OSP.run(args);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).contains("octree-rebuild was slow: measured on"), "{}", stdout(&output));
     assert!(stdout(&output).contains("All indexes saw the same"), "{}", stdout(&output));
-    let report = json_of(&osp(&[&args[..], &["--json"]].concat()));
+    let report = OSP.json([&args[..], &["--json"]].concat());
     let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
     assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");
 }
@@ -134,15 +108,18 @@ fn a_pinned_fingerprint_is_checked() {
     let session = small_session(folder.path());
     let (session, pins) = (session.to_str().expect("utf-8"), folder.path().join("pins.ron"));
     let pins_path = pins.to_str().expect("utf-8");
-    assert!(osp(&["replay", session, "--pin", pins_path]).status.success());
-    assert!(osp(&["replay", session, "--check", pins_path]).status.success());
+    OSP.done(["replay", session, "--pin", pins_path]);
+    OSP.done(["replay", session, "--check", pins_path]);
     // Another pace is not pinned.
-    assert_eq!(osp(&["replay", session, "--pace", "samples:3", "--check", pins_path]).status.code(), Some(1));
+    assert_eq!(
+        OSP.run(["replay", session, "--pace", "samples:3", "--check", pins_path]).status.code(),
+        Some(1)
+    );
     let text = fs::read_to_string(&pins).expect("the pins");
     let at = text.find("fingerprint: \"").expect("a pin") + 14;
     let digit = if &text[at..=at] == "0" { "1" } else { "0" };
     fs::write(&pins, format!("{}{digit}{}", &text[..at], &text[at + 1..])).expect("written");
-    let output = osp(&["replay", session, "--check", pins_path]);
+    let output = OSP.run(["replay", session, "--check", pins_path]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("pinned"), "{}", stderr(&output));
 }
@@ -156,11 +133,11 @@ fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
         let session = folder.path().join(name).join("same.ron");
         fs::create_dir(session.parent().expect("a folder")).expect("made");
         let session = session.to_str().expect("utf-8").to_owned();
-        assert!(osp(&["synth", "portrait", "--polygons", polygons, &session]).status.success());
+        OSP.done(["synth", "portrait", "--polygons", polygons, &session]);
         sessions.push(session);
     }
     let pins_path = pins.to_str().expect("utf-8");
-    let both = |option| osp(&["replay", &sessions[0], &sessions[1], option, pins_path]);
+    let both = |option| OSP.run(["replay", &sessions[0], &sessions[1], option, pins_path]);
     assert!(both("--pin").status.success());
     assert!(both("--check").status.success(), "{}", stderr(&both("--check")));
     let text = fs::read_to_string(&pins).expect("the pins");
@@ -172,10 +149,10 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
     let folder = temp();
     let session = small_session(folder.path());
     let session = session.to_str().expect("utf-8");
-    let piped = osp(&["replay", session]);
+    let piped = OSP.run(["replay", session]);
     assert_eq!(stderr(&piped), "");
     // `script` gives the program a terminal of its own.
-    let command = format!("{} replay {session} --pace samples:1", env!("CARGO_BIN_EXE_osp"));
+    let command = format!("{} replay {session} --pace samples:1", OSP.0);
     let on_terminal = |command: &str| {
         Command::new("script").args(["-qec", command, "/dev/null"]).env("TERM", "xterm").output()
     };
@@ -186,7 +163,7 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
             return;
         }
     }
-    let program = env!("CARGO_BIN_EXE_osp");
+    let program = OSP.0;
     let out = folder.path().join("out");
     for (arguments, expected) in [
         (format!("verify {session} --views 3 --size 64x64 --pixels 64x64"), "/3 views, "),
@@ -214,7 +191,7 @@ fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
     let out = folder.path().join("no-such-folder").join("out.ron");
     let (session, out) = (session.to_str().expect("utf-8"), out.to_str().expect("utf-8"));
     for args in [&["import", session, out][..], &["synth", "portrait", "--polygons", "50", out]] {
-        let output = osp(args);
+        let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2));
         assert!(stderr(&output).contains(out), "{}", stderr(&output));
         assert!(!stderr(&output).contains("unfinished"), "{}", stderr(&output));
@@ -227,7 +204,7 @@ fn a_file_of_no_known_format_is_described() {
     let folder = temp();
     let path = folder.path().join("picture.bin");
     fs::write(&path, b"\x89PNG\r\n rest").expect("written");
-    let output = osp(&["info", path.to_str().expect("utf-8")]);
+    let output = OSP.run(["info", path.to_str().expect("utf-8")]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{}", stderr(&output));
 }
@@ -247,11 +224,11 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
         &["frobnicate"],
         &[],
     ] {
-        let output = osp(args);
+        let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
         assert!(!stderr(&output).is_empty());
     }
-    let missing = osp(&["replay", "no-such-file.ron"]);
+    let missing = OSP.run(["replay", "no-such-file.ron"]);
     assert_eq!(missing.status.code(), Some(2));
     assert_eq!(stderr(&missing).lines().count(), 1, "{}", stderr(&missing));
     assert!(stderr(&missing).contains("no-such-file.ron"));
@@ -260,7 +237,7 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
     let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
     fs::write(&damaged, text).expect("written");
     let damaged = damaged.to_str().expect("utf-8");
-    let output = osp(&["replay", damaged]);
+    let output = OSP.run(["replay", damaged]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
     assert!(
@@ -268,7 +245,7 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
         "{}",
         stderr(&output)
     );
-    let lenient = osp(&["replay", damaged, "--lenient"]);
+    let lenient = OSP.run(["replay", damaged, "--lenient"]);
     assert!(lenient.status.success(), "{}", stderr(&lenient));
     assert!(stderr(&lenient).contains("1 damaged"), "{}", stderr(&lenient));
 }
@@ -284,12 +261,12 @@ fn a_file_in_the_place_of_a_command_gets_a_hint() {
         (session.to_str().expect("utf-8"), session.display().to_string()),
         (odd, format!("'{}'", odd.replace('\'', "'\\''"))),
     ] {
-        let output = osp(&[path]);
+        let output = OSP.run([path]);
         assert_eq!(output.status.code(), Some(2));
         let hint = format!("to replay it: osp replay {quoted}\n");
         assert!(stderr(&output).ends_with(&hint), "{}", stderr(&output));
     }
-    assert!(!stderr(&osp(&["no-such-file.ron"])).contains("to replay it"));
+    assert!(!stderr(&OSP.run(["no-such-file.ron"])).contains("to replay it"));
 }
 
 #[test]
@@ -297,7 +274,7 @@ fn a_session_without_polygons_cannot_be_verified() {
     let folder = temp();
     let path = folder.path().join("empty.ron");
     fs::write(&path, "Header(format: 1)\n").expect("written");
-    let output = osp(&["verify", path.to_str().expect("utf-8")]);
+    let output = OSP.run(["verify", path.to_str().expect("utf-8")]);
     assert_eq!(output.status.code(), Some(2), "{}", stdout(&output));
     assert_eq!(stderr(&output), format!("error: {} has no polygons\n", path.display()));
 }
@@ -306,13 +283,13 @@ fn a_session_without_polygons_cannot_be_verified() {
 fn info_counts_strokes_in_one_way() {
     for name in ["room", "grow", "portrait", "class"] {
         let path = format!("recordings/{name}.ron");
-        let info = json_of(&osp(&["info", &path, "--json"]));
+        let info = OSP.json(["info", &path, "--json"]);
         let of_brushes = info["brushes"].as_array().expect("rows").iter().map(|row| &row["strokes"]);
         let sum: u64 = of_brushes.map(|strokes| strokes.as_u64().expect("a number")).sum();
         let count = |key: &str| info[key].as_u64().expect("a number");
         assert_eq!(sum, count("strokes_at_end"), "{name}");
         let undone = count("strokes") - count("erased") - sum;
-        let text = stdout(&osp(&["info", &path]));
+        let text = stdout(&OSP.run(["info", &path]));
         let line = format!(" {sum} in the model at the end, {} erased, {undone} undone)", count("erased"));
         assert!(text.contains(&line.replacen(' ', "(", 1)), "{line}: {text}");
     }
@@ -325,7 +302,7 @@ fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
     let text = fs::read_to_string(&session).expect("the session");
     let cut = text.rfind("Point(").expect("points") + 20;
     fs::write(&session, &text[..cut]).expect("written");
-    let output = osp(&["replay", session.to_str().expect("utf-8")]);
+    let output = OSP.run(["replay", session.to_str().expect("utf-8")]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
     assert!(stdout(&output).contains("239 points"), "{}", stdout(&output));
@@ -336,7 +313,7 @@ fn an_empty_session_is_no_error() {
     let folder = temp();
     let path = folder.path().join("empty.ron");
     fs::write(&path, "Header(format: 1)\n").expect("written");
-    let output = osp(&["replay", path.to_str().expect("utf-8")]);
+    let output = OSP.run(["replay", path.to_str().expect("utf-8")]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).contains("nothing to measure"), "{}", stdout(&output));
 }
@@ -344,7 +321,7 @@ fn an_empty_session_is_no_error() {
 #[test]
 fn every_command_has_examples_in_its_help() {
     for command in ["replay", "info", "import", "synth", "bench", "draw-index", "race", "pick", "query"] {
-        let output = osp(&[command, "--help"]);
+        let output = OSP.run([command, "--help"]);
         assert!(output.status.success());
         assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
     }
@@ -355,13 +332,16 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     let folder = temp();
     let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
     let synth = |name: &str, more: &[&str]| {
-        osp(&[&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
+        OSP.run_in(
+            ROOT,
+            [&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat(),
+        )
     };
     for name in ["a.ron", "a.ron.zst"] {
         let output = synth(name, &[]);
         assert!(output.status.success(), "{}", stderr(&output));
         assert!(stdout(&output).contains("strokes"), "{}", stdout(&output));
-        let info = json_of(&osp(&["info", &path(name), "--json"]));
+        let info = OSP.json(["info", &path(name), "--json"]);
         assert_eq!(info["source"], "osp synth scribble --polygons 300 --seed 9");
         assert!(info["polygons"].as_u64().is_some_and(|n| (297..600).contains(&n)), "{info}");
         assert_eq!(info["warnings"].as_array().map(Vec::len), Some(0));
@@ -374,7 +354,7 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     assert!(synth("a.ron", &["--force"]).status.success());
     assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
     assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
-    let unknown = osp(&["synth", "vase", &path("b.ron")]);
+    let unknown = OSP.run(["synth", "vase", &path("b.ron")]);
     assert_eq!(unknown.status.code(), Some(2));
     assert!(stderr(&unknown).contains("portrait"), "{}", stderr(&unknown));
     assert!(!Path::new(&path("b.ron")).exists());
@@ -386,7 +366,7 @@ fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
     let session = small_session(folder.path());
     let pins = folder.path().join("pins.ron");
     fs::write(&pins, "(pins: [])").expect("written");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+    let mut child = Command::new(OSP.0)
         .args(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::null())
@@ -406,7 +386,7 @@ fn an_empty_session_among_others_stops_nothing() {
     let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
     let chart = path(&chart);
     let charts = if cfg!(feature = "bench") { &["--chart", &chart][..] } else { &[] };
-    let output = osp(&[&["replay", &path(&empty), &path(&session)], charts].concat());
+    let output = OSP.run([&["replay", &path(&empty), &path(&session)], charts].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).contains("240 points"));
     assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
@@ -414,7 +394,7 @@ fn an_empty_session_among_others_stops_nothing() {
 
 #[test]
 fn a_pipe_as_input_is_refused_in_words() {
-    let output = osp(&["info", "/dev/null"]);
+    let output = OSP.run(["info", "/dev/null"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("a pipe or a device"), "{}", stderr(&output));
 }
@@ -426,7 +406,7 @@ fn indexes_are_drawn_as_cells_and_as_trees() {
     let session = small_session(folder.path());
     let session = session.to_str().expect("utf-8");
     let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
-    let draw = |more: &[&str]| osp(&[&["draw-index", session, "--index", "bvh-median"], more].concat());
+    let draw = |more: &[&str]| OSP.run([&["draw-index", session, "--index", "bvh-median"], more].concat());
     let output = draw(&[&path("cells.svg")]);
     assert!(output.status.success(), "{}", stderr(&output));
     let svg = fs::read_to_string(path("cells.svg")).expect("drawn");
@@ -468,10 +448,10 @@ fn picking_finds_the_same_polygon_in_every_index() {
     let folder = temp();
     let session = folder.path().join("room.ron");
     let session = session.to_str().expect("utf-8");
-    assert!(osp(&["synth", "room", "--polygons", "800", session]).status.success());
+    OSP.done(["synth", "room", "--polygons", "800", session]);
     let mut hits = 0;
     for at in ["0.5,0.5", "0.3,0.7", "0,0"] {
-        let pick = |index: &str| json_of(&osp(&["pick", session, "--at", at, "--index", index, "--json"]));
+        let pick = |index: &str| OSP.json(["pick", session, "--at", at, "--index", index, "--json"]);
         let expected = pick("brute-force");
         hits += usize::from(expected["picked"].is_object());
         for index in ["osp", "octree-rebuild", "dynamic-bvh"] {
@@ -484,16 +464,16 @@ fn picking_finds_the_same_polygon_in_every_index() {
         }
     }
     assert!(hits > 0, "walls are all around");
-    let words = stdout(&osp(&["pick", session, "--at", "0.5,0.5"]));
+    let words = stdout(&OSP.run(["pick", session, "--at", "0.5,0.5"]));
     assert!(words.contains("polygon") && words.contains("tested"), "{words}");
-    let outside = osp(&["pick", session, "--at", "1.5,0"]);
+    let outside = OSP.run(["pick", session, "--at", "1.5,0"]);
     assert_eq!(outside.status.code(), Some(2));
     assert!(stderr(&outside).contains("from 0 to 1"), "{}", stderr(&outside));
 }
 
 #[test]
 fn the_version_names_the_features() {
-    let text = stdout(&osp(&["--version"]));
+    let text = stdout(&OSP.run(["--version"]));
     assert!(text.starts_with(concat!("osp ", env!("CARGO_PKG_VERSION"))), "{text}");
     let features = text.lines().nth(1).expect("a second line");
     assert!(features.strip_prefix("features: ").is_some_and(|names| !names.is_empty()), "{text}");
@@ -532,7 +512,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
             eprintln!("not looked at here: what a build without `{feature}` says of {what}");
             continue;
         }
-        let output = osp(args);
+        let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         let said = stderr(&output);
         let command = format!("cargo install --path crates/osp-cli --features {feature}");
@@ -540,7 +520,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
             assert!(said.contains(expected), "{args:?}: expected {expected} in {said}");
         }
     }
-    let output = osp(&["sketch", "a.ron", "--unheard-of"]);
+    let output = OSP.run(["sketch", "a.ron", "--unheard-of"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("unexpected argument '--unheard-of'"), "{}", stderr(&output));
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing was made");
@@ -548,7 +528,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
 
 /// The options of a command and of those below it, with the values that they may take, as `--help` lists them.
 fn options_of(command: &[&str], lines: &mut Vec<String>) {
-    let help = stdout(&osp(&[command, &["--help"]].concat()));
+    let help = stdout(&OSP.run([command, &["--help"]].concat()));
     let (help, _) = help.split_once("\nExamples:").unwrap_or((&help, ""));
     let name = ["osp"].iter().chain(command).copied().collect::<Vec<_>>().join(" ");
     let mut of_commands = false;

@@ -23,36 +23,12 @@ mod terminal;
 mod verify_all;
 mod whole;
 
+use osp_testkit::{stderr, stdout};
 use std::{
-    ffi::OsStr,
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Output,
 };
-
-/// The program with arguments, in a folder.
-fn command<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    // Some graphics drivers complain if there is none.
-    command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", folder);
-    command
-}
-
-fn osp<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Output {
-    command(folder, args).output().expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn temp() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
 
 /// A session of a few strokes; `y` makes several differ.
 fn session_text(y: f32) -> String {

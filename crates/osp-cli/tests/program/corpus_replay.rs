@@ -1,5 +1,7 @@
 //! Real sessions through every default index, from the file to equal fingerprints in every frame.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{
     path::{Path, PathBuf},
     process::Command,
@@ -28,9 +30,9 @@ fn sessions(folder: &Path) -> Vec<PathBuf> {
 
 fn osp(args: &[&str], session: &Path) -> Value {
     // Another build of the program may be faster.
-    let program = std::env::var_os("OSP_PROGRAM").unwrap_or_else(|| env!("CARGO_BIN_EXE_osp").into());
+    let program = std::env::var_os("OSP_PROGRAM").unwrap_or_else(|| OSP.0.into());
     let output = Command::new(program).args(args).arg(session).output().expect("the program starts");
-    let complaint = String::from_utf8_lossy(&output.stderr);
+    let complaint = stderr(&output);
     assert!(output.status.success(), "{}: {complaint}", session.display());
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }

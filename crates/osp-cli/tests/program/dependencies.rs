@@ -1,5 +1,6 @@
 //! The culler depends on three crates. The program, as built by default, does without the large ones.
 
+use osp_testkit::{stderr, stdout};
 use std::process::Command;
 
 /// The crates that `cargo tree` lists for these arguments, and its output.
@@ -10,11 +11,10 @@ fn crates(arguments: &[&str]) -> (Vec<String>, String) {
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo runs, as it did to build this");
-    let (tree, complaint) =
-        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let (tree, complaint) = (stdout(&output), stderr(&output));
     assert!(output.status.success(), "{complaint}");
     let names = tree.lines().filter_map(|line| line.split(' ').next()).map(str::to_owned);
-    (names.collect(), tree.into_owned())
+    (names.collect(), tree)
 }
 
 #[test]

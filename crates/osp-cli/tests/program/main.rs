@@ -11,3 +11,5 @@ mod rescue;
 mod seeds;
 mod shipped;
 mod study;
+
+const OSP: osp_testkit::Program = osp_testkit::Program(env!("CARGO_BIN_EXE_osp"));

@@ -1,11 +1,12 @@
 //! What a person reads who has a damaged session, and what they can do then.
 
-use std::{fs, path::Path, process::Command};
+use crate::OSP;
+use osp_testkit::stderr;
+use std::{fs, path::Path};
 
 fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_osp")).current_dir(folder).args(arguments).output().expect("osp");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    let output = OSP.run_in(folder, arguments);
+    (output.status.code(), stderr(&output))
 }
 
 fn damaged(folder: &Path, name: &str) {
@@ -72,16 +73,15 @@ fn a_window_draws_on_the_rest() {
     assert!(said.contains("`osp sketch --lenient a.ron` draws on a copy of it"), "{said}");
     // Without a display this is as far as it gets, and nothing is left behind.
     for more in [&["--lenient"][..], &["--copy", "--lenient"]] {
-        let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-            .current_dir(folder.path())
-            .args(["sketch", "a.ron", "--autosave", "autosaves"])
+        let output = OSP
+            .command_in(folder.path(), ["sketch", "a.ron", "--autosave", "autosaves"])
             .args(more)
             .env_remove("DISPLAY")
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
             .output()
             .expect("osp");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = stderr(&output);
         assert!(said.contains("1 damaged pieces were left out"), "{said}");
         assert_eq!(fs::read_dir(folder.path().join("autosaves")).expect("the folder").count(), 0);
     }

@@ -1,6 +1,8 @@
 //! docs/seeds.md: every row of its tables has a command, and every command runs.
 
-use std::{collections::BTreeSet, fs, process::Command};
+use crate::OSP;
+use osp_testkit::stderr;
+use std::{collections::BTreeSet, fs};
 
 use osp_testkit::{at, packages};
 
@@ -94,13 +96,8 @@ fn every_command_of_the_table_runs() {
         table().into_iter().flat_map(|row| row.commands).filter(of_osp).collect();
     for command in commands {
         let args: Vec<&str> = command.split_whitespace().skip(1).collect();
-        let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-            .args(&args)
-            .current_dir(folder.path())
-            .env("XDG_RUNTIME_DIR", folder.path())
-            .output()
-            .expect("the program starts");
-        let said = String::from_utf8_lossy(&output.stderr);
+        let output = OSP.run_in(folder.path(), &args);
+        let said = stderr(&output);
         // Commands of other builds say which.
         let is_not_built = said.contains("needs a build with the feature");
         assert!(output.status.success() || is_not_built, "{command}: {said}");

@@ -1,8 +1,10 @@
 //! The shipped recordings and the README: fingerprints stay pinned, commands work.
 
+use crate::OSP;
+use osp_testkit::{ROOT, stderr};
 use std::{fs, path::Path, process::Command};
 
-use osp_testkit::{ROOT, at};
+use osp_testkit::at;
 
 fn shipped() -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(at("recordings"))
@@ -15,7 +17,7 @@ fn shipped() -> Vec<String> {
 }
 
 fn osp() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
+    let mut command = Command::new(OSP.0);
     command.current_dir(ROOT);
     command
 }
@@ -31,7 +33,7 @@ fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() 
             .args(["replay", &path, "--check", "recordings/fingerprints.pins", "--budget", "600"])
             .output()
             .expect("the program starts");
-        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
     }
 }
 
@@ -98,7 +100,7 @@ fn the_commands_of_the_readme_work() {
         // Its growing model alone takes minutes in a test's build.
         args.extend((args[0] == "bench").then(|| "--no-growth".to_owned()));
         let output = osp().args(&args).output().expect("the program starts");
-        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
     }
 }
 

@@ -5,43 +5,10 @@ mod keeping;
 mod measuring;
 mod recipes;
 
-use std::{
-    ffi::OsStr,
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+use crate::OSP;
+use std::{fs, path::Path};
 
 use serde_json::Value;
-
-fn command<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    command.args(args).current_dir(folder);
-    command
-}
-
-fn osp<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Output {
-    command(folder, args).output().expect("the program starts")
-}
-
-/// What it says where it has to succeed.
-fn done<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> String {
-    let output = osp(folder, args);
-    assert!(output.status.success(), "{}", stderr(&output));
-    stdout(&output)
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn temp() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
 
 /// Small sessions that differ, in the folder `in`.
 fn sessions(folder: &Path, n: usize) {
@@ -49,7 +16,7 @@ fn sessions(folder: &Path, n: usize) {
     for i in 0..n {
         let (kind, seed) = (["room", "portrait", "scribble"][i % 3], i.to_string());
         let name = if i % 2 == 0 { format!("in/s{i}.ron") } else { format!("in/deep/s{i}.ron") };
-        done(folder, ["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
+        OSP.done_in(folder, ["synth", kind, &name, "--polygons", "900", "--seed", &seed]);
     }
 }
 

@@ -1,5 +1,7 @@
 //! Numbers on the command line: done, refused, or a failed check; never a panic, an abort or memory without bound.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{
     path::Path,
     process::{Command, Stdio},
@@ -100,7 +102,7 @@ fn place(word: &str, folder: &Path) -> String {
 }
 
 fn ask(args: &[String]) {
-    let osp = env!("CARGO_BIN_EXE_osp");
+    let osp = OSP.0;
     // 8 GB of address space: memory without bound fails at once.
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
@@ -110,7 +112,7 @@ fn ask(args: &[String]) {
         Command::new(osp)
     };
     let output = command.args(args).stdin(Stdio::null()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
+    let said = stderr(&output);
     let is_sound = matches!(output.status.code(), Some(0..=2)) && !said.contains("panicked");
     assert!(is_sound, "osp {}: {}\n{said}", args.join(" "), output.status);
     assert!(output.status.code() != Some(2) || said.starts_with("error: "), "osp {}: {said}", args.join(" "));

@@ -2,6 +2,8 @@
 //! which option raises it, and takes little memory. That is forced by a cap on the program's address space.
 #![cfg(target_os = "linux")]
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -15,16 +17,9 @@ const CAP_KIB: u32 = 704 << 10;
 /// Runs the program with an address space of [`CAP_KIB`].
 fn osp(args: &[&str]) -> Output {
     let script = format!("ulimit -v {CAP_KIB} && exec \"$0\" \"$@\"");
-    let output = Command::new("sh")
-        .args(["-c", &script, env!("CARGO_BIN_EXE_osp")])
-        .args(args)
-        .env("RUST_BACKTRACE", "0")
-        .output();
+    let output =
+        Command::new("sh").args(["-c", &script, OSP.0]).args(args).env("RUST_BACKTRACE", "0").output();
     output.expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A file of a head and so many megabytes of copies of `line`, in packed pieces of their own.
@@ -84,10 +79,10 @@ fn bombs_are_refused_in_little_memory() {
         let file = path.to_str().expect("utf-8");
         // What was read is told of all the same.
         let info = osp(&["info", file]);
-        let said = text(&info.stderr);
+        let said = stderr(&info);
         assert_eq!(info.status.code(), Some(2), "{said}");
         assert!(said.contains("expected at most") && said.contains("--max-"), "{said}");
-        assert!(text(&info.stdout).contains("polygons"), "{info:?}");
+        assert!(stdout(&info).contains("polygons"), "{info:?}");
     }
 }
 
@@ -97,15 +92,15 @@ fn what_was_read_of_a_bomb_is_used_where_damage_is_passed_over() {
     let path = packed(temp.path(), "tube.ron.zst", &begin("Tube"), TWO_POINTS, 60, zstd);
     let file = path.to_str().expect("utf-8");
     let lenient = osp(&["replay", file, "--budget", "0.1", "--lenient"]);
-    let said = text(&lenient.stderr);
+    let said = stderr(&lenient);
     assert!(lenient.status.success() && said.contains("reading ended there"), "{said}");
     // It is what it seems: without the limits the same memory does not hold it.
     let burst = osp(&[&["info", file], &RAISED[..]].concat());
     assert!(!burst.status.success(), "{burst:?}");
-    assert!(text(&burst.stderr).contains("memory allocation of"), "{}", text(&burst.stderr));
+    assert!(stderr(&burst).contains("memory allocation of"), "{}", stderr(&burst));
     let out = temp.path().join("out.ron");
     let import = osp(&["import", file, out.to_str().expect("utf-8")]);
-    let said = text(&import.stderr);
+    let said = stderr(&import);
     assert_eq!(import.status.code(), Some(2), "{said}");
     assert!(said.contains("--max-unpacking N allows more") && !out.exists(), "{said}");
 }
@@ -118,9 +113,9 @@ fn frames_of_the_recorded_pace_are_limited() {
     let path = packed(temp.path(), "frames.ron.zst", HEADER, &heads, 100, zstd);
     let file = path.to_str().expect("utf-8");
     let output = osp(&["replay", file, "--lenient", "--pace", "recorded"]);
-    let said = text(&output.stderr);
+    let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("expected at most 2000000 frames at the pace recorded"), "{said}");
     let output = osp(&["replay", file, "--lenient", "--budget", "0.1"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(output.status.success(), "{}", stderr(&output));
 }

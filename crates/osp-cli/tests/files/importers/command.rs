@@ -1,7 +1,10 @@
 //! `osp import` as a user meets it.
 
+use crate::OSP;
+use osp_testkit::stderr;
+use osp_testkit::stdout;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use osp_session::recording::{OpenOptions, open};
 use zip::CompressionMethod;
@@ -12,13 +15,7 @@ use super::files::{
 };
 
 fn import(folder: &Path, args: &[&str]) -> Output {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_osp")).arg("import").args(args).current_dir(folder).output();
-    output.expect("the program starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    OSP.run_in(folder, [&["import"], args].concat())
 }
 
 /// The names in a folder, so that a forgotten file is seen.
@@ -46,7 +43,7 @@ fn every_session_comes_back_from_its_recording() {
     ] {
         let done = import(folder, &[input, output]);
         assert!(done.status.success(), "{}", stderr(&done));
-        assert!(String::from_utf8_lossy(&done.stdout).contains(said), "{done:?}");
+        assert!(stdout(&done).contains(said), "{done:?}");
         let original = open(&folder.join(input), &OpenOptions::default()).unwrap();
         let copy = open(&folder.join(output), &OpenOptions::default()).unwrap();
         assert_eq!(copy.header, original.header);
@@ -60,11 +57,7 @@ fn every_session_comes_back_from_its_recording() {
 
 /// What `osp info` says of a session, without the names of file and format.
 fn info(folder: &Path, file: &str) -> serde_json::Value {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_osp")).args(["info", "--json", file]).current_dir(folder).output();
-    let output = output.expect("the program starts");
-    assert!(output.status.success(), "{}", stderr(&output));
-    let mut info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let mut info = OSP.json_in(folder, ["info", "--json", file]);
     for name in ["recording", "format"] {
         info.as_object_mut().unwrap().remove(name).expect("it is named");
     }
@@ -87,8 +80,7 @@ fn info_says_the_same_of_a_sketch_and_of_its_recording() {
     let [row] = &said["brushes"].as_array().unwrap()[..] else { panic!("{said}") };
     assert_eq!((&row["brush"], &row["drawn_as"]), (&"Flat".into(), &"ribbon, opaque, matte".into()));
     assert_eq!((&row["strokes"], &row["hidden_strokes"], &row["points"]), (&2.into(), &1.into(), &12.into()));
-    let text = Command::new(env!("CARGO_BIN_EXE_osp")).args(["info", "a.ron"]).current_dir(folder).output();
-    let text = String::from_utf8(text.expect("the program starts").stdout).unwrap();
+    let text = OSP.done_in(folder, ["info", "a.ron"]);
     for line in [
         "light       Standard, sky (0, 51, 102) below",
         "layers      Main Canvas, Notes (hidden)",
@@ -131,7 +123,7 @@ fn damage_writes_nothing_unless_lenient() {
     let lenient = import(folder, &["a.apa", "a.ron", "--lenient"]);
     assert!(lenient.status.success(), "{}", stderr(&lenient));
     assert!(stderr(&lenient).contains("warning: a.apa, byte "), "{}", stderr(&lenient));
-    assert!(String::from_utf8_lossy(&lenient.stdout).contains("2 strokes, 7 points"), "{lenient:?}");
+    assert!(stdout(&lenient).contains("2 strokes, 7 points"), "{lenient:?}");
 }
 
 #[test]

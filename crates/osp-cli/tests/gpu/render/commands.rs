@@ -1,20 +1,15 @@
 //! The commands that draw.
 
-use std::process::Command;
+use crate::OSP;
+use osp_testkit::{ROOT, stderr, stdout};
 
 use super::scenes::gpu;
 
 #[test]
 fn a_replay_takes_the_time_of_drawing_each_frame() {
     let Some(_) = gpu() else { return };
-    let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(osp_testkit::ROOT)
-        .args(["replay", "recordings/room.ron", "--pace", "samples:200", "--draw=160x90", "--json"])
-        .args(["--index", "osp", "--occlusion", "none,msvbsp"])
-        .output()
-        .expect("osp");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let what = ["replay", "recordings/room.ron", "--pace", "samples:200", "--draw=160x90", "--json"];
+    let report = OSP.json([&what[..], &["--index", "osp", "--occlusion", "none,msvbsp"]].concat());
     let runs = report["runs"].as_array().expect("runs");
     assert_eq!(runs.len(), 2);
     for run in runs {
@@ -25,18 +20,11 @@ fn a_replay_takes_the_time_of_drawing_each_frame() {
     }
 }
 
-fn osp(args: &[&str]) -> std::process::Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    command.current_dir(osp_testkit::ROOT).args(args).output().expect("osp")
-}
-
 #[test]
 fn a_replay_tells_what_culling_while_drawing_did() {
     let Some(_) = gpu() else { return };
     let args = ["replay", "recordings/portrait.ron", "--pace", "samples:600", "--occlusion", "none,hzb"];
-    let output = osp(&[&args[..], &["--draw=320x180", "--json"]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let report = OSP.json([&args[..], &["--draw=320x180", "--json"]].concat());
     let runs = report["runs"].as_array().expect("runs");
     let mean = |name: &str| runs[1][name].as_f64().expect("a number");
     assert_eq!(runs[1]["occlusion"], "hzb");
@@ -49,16 +37,16 @@ fn a_replay_tells_what_culling_while_drawing_did() {
     );
     assert!(mean("first_pass_mean") > 0.0 && mean("groups_tested_mean") > 0.0);
     assert_eq!(runs[0]["frames_drawn"], runs[1]["frames_drawn"]);
-    let table = osp(&[&args[..], &["--draw=320x180"]].concat());
-    let table = String::from_utf8_lossy(&table.stdout).into_owned();
+    let table = OSP.run([&args[..], &["--draw=320x180"]].concat());
+    let table = stdout(&table);
     assert!(table.contains("hzb") && table.contains("groups"), "{table}");
 }
 
 #[test]
 fn a_replay_that_does_not_draw_cannot_cull_while_drawing() {
-    let output = osp(&["replay", "recordings/room.ron", "--occlusion", "hzb"]);
+    let output = OSP.run(["replay", "recordings/room.ron", "--occlusion", "hzb"]);
     assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = stderr(&output);
     assert!(said.contains("--draw") && said.lines().count() == 1, "{said}");
 }
 
@@ -68,18 +56,10 @@ fn a_picture_with_hzb_is_checked_against_one_without() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = folder.path().join("portrait.png");
     let picture = picture.to_str().expect("utf-8");
-    let output = osp(&[
-        "render",
-        "recordings/portrait.ron",
-        picture,
-        "--size",
-        "640x361",
-        "--occlusion",
-        "hzb",
-        "--check",
-    ]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let said = OSP.done_in(
+        ROOT,
+        ["render", "recordings/portrait.ron", picture, "--size", "640x361", "--occlusion", "hzb", "--check"],
+    );
     assert!(said.contains("groups tested") && said.contains("hidden"), "{said}");
     assert!(!said.contains(" 0 hidden"), "{said}");
 }
@@ -99,9 +79,7 @@ fn verify_measures_auto_at_rest_without_the_truth() {
         "97x61",
     ];
     let more = ["--occlusion", "hzb,auto", "--settle", "24", "--frames", "2", "--no-truth", "--json"];
-    let output = osp(&[&args[..], &more].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let report = OSP.json([&args[..], &more].concat());
     assert!(report["parts"].to_string().contains("was not determined"), "{report}");
     assert_eq!(report["faults"], serde_json::json!([]));
     let methods = ["none", "hzb", "auto"];
@@ -127,9 +105,7 @@ fn verify_tells_what_share_of_the_hidden_is_found_while_drawing() {
     let Some(_) = gpu() else { return };
     let args =
         ["verify", "recordings/portrait.ron", "--views", "1", "--pixels", "640x360", "--size", "641x359"];
-    let output = osp(&[&args[..], &["--occlusion", "hzb,hzb-16,hzb-1-box", "--json"]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let report = OSP.json([&args[..], &["--occlusion", "hzb,hzb-16,hzb-1-box", "--json"]].concat());
     let methods = ["none", "hzb", "hzb-16", "hzb-1-box"];
     let share = methods.map(|method| figure(&report, method, "hidden"));
     assert!(share[0] == 0.0 && share[1] > 20.0, "{report}");
@@ -146,9 +122,7 @@ fn a_picture_shows_the_whole_model_unless_asked_otherwise() {
     let drawn = |camera: &[&str], size: &str| {
         let out = folder.path().join("a.png");
         let out = out.to_str().expect("text");
-        let output = osp(&[&["render", "recordings/room.ron", out, "--size", size][..], camera].concat());
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let line = String::from_utf8_lossy(&output.stdout).into_owned();
+        let line = OSP.done([&["render", "recordings/room.ron", out, "--size", size][..], camera].concat());
         let numbers: Vec<u64> =
             line.split([':', ' ']).filter_map(|word| word.replace(',', "").parse().ok()).collect();
         (numbers[1], numbers[2])
@@ -172,8 +146,7 @@ fn a_view_given_is_that_of_a_session_with_the_same_camera() {
         let path = |ending| folder.path().join(format!("{name}.{ending}")).to_str().expect("text").to_owned();
         std::fs::write(path("ron"), format!("Header(format:2{header})\n{polygon}")).expect("written");
         let (session, picture) = (path("ron"), path("png"));
-        let output = osp(&[&["render", &session, &picture, "--size", "160x90"][..], camera].concat());
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        OSP.done([&["render", &session, &picture, "--size", "160x90"][..], camera].concat());
         std::fs::read(picture).expect("a picture")
     };
     let own = drawn("own", &format!(",camera:{view}"), &["--camera", "recorded"]);
@@ -187,9 +160,7 @@ fn the_portrait_shows_its_face() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("portrait.png");
-    let output =
-        osp(&["render", "recordings/portrait.ron", out.to_str().expect("text"), "--size", "320x240"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    OSP.done(["render", "recordings/portrait.ron", out.to_str().expect("text"), "--size", "320x240"]);
     let file = std::io::BufReader::new(std::fs::File::open(&out).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
     let mut bytes = vec![0; reader.output_buffer_size().expect("small")];

@@ -1,20 +1,21 @@
 //! A machine without Vulkan has OpenGL, perhaps: the pictures are the same, or it is said what cannot be had.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{path::Path, process::Command};
 
 use super::scenes::gpu;
 
 fn render(backend: &str, session: &str, out: &Path, more: &[&str]) -> (Option<i32>, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(osp_testkit::ROOT)
+    let output = OSP
+        .command(["render", session])
         .env("WGPU_BACKEND", backend)
-        .args(["render", session])
         .arg(out)
         .args(["--size", "256x256", "--force"])
         .args(more)
         .output()
         .expect("osp");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    (output.status.code(), stderr(&output))
 }
 
 fn has_opengl(folder: &Path) -> bool {
@@ -44,7 +45,7 @@ fn opengl_draws_the_same_pictures_as_vulkan() {
         return;
     }
     let brushes = folder.path().join("brushes.ron");
-    let made = Command::new(env!("CARGO_BIN_EXE_osp"))
+    let made = Command::new(OSP.0)
         .args(["synth", "brushes", "--polygons", "2400"])
         .arg(&brushes)
         .status()

@@ -1,6 +1,9 @@
 //! The order of opaque polygons: the same picture, another cost.
 
-use std::{process::Command, sync::Arc};
+use crate::OSP;
+use osp_testkit::stderr;
+use osp_testkit::{stderr, stdout};
+use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
 use glam::Vec3;
@@ -92,13 +95,6 @@ fn calls_and_changes_of_state_are_counted() {
     assert_eq!((twice.draw_calls, twice.pipelines, twice.material_runs), (3, 3, 1));
 }
 
-fn osp(args: &[&str]) -> (std::process::Output, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    let output = command.current_dir(osp_testkit::ROOT).args(args).output().expect("osp");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    (output, said)
-}
-
 #[test]
 fn the_command_measures_all_orders_in_turns() {
     let Some(_) = gpu() else { return };
@@ -106,7 +102,8 @@ fn the_command_measures_all_orders_in_turns() {
     let picture = folder.path().join("room.png");
     let picture = picture.to_str().expect("utf-8");
     let args = ["render", "recordings/room.ron", picture, "--size", "321x241", "--repeats", "1", "--order"];
-    let (output, said) = osp(&[&args[..], &["all", "--json"]].concat());
+    let output = OSP.run([&args[..], &["all", "--json"]].concat());
+    let said = stderr(&output);
     assert!(output.status.success(), "{said}");
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     let orders = report["orders"].as_array().expect("orders");
@@ -122,15 +119,17 @@ fn the_command_measures_all_orders_in_turns() {
         assert_eq!(row["samples_covered"], of("none")["samples_covered"], "{row}");
     }
     assert_eq!(of("z-prepass")["differing_pixels"], 0);
-    let (output, said) = osp(&[&args[..], &["material,none"]].concat());
+    let output = OSP.run([&args[..], &["material,none"]].concat());
+    let said = stderr(&output);
     assert!(output.status.success(), "{said}");
-    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    let table = stdout(&output);
     assert!(
         table.contains("overdraw") && table.contains("material") && !table.contains("z-prepass"),
         "{table}"
     );
     for wrong in [&["none,none"][..], &["sideways"], &["none", "--occlusion", "hzb"], &["none", "--check"]] {
-        let (output, said) = osp(&[&args[..], wrong].concat());
+        let output = OSP.run([&args[..], wrong].concat());
+        let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{wrong:?}: {said}");
     }
 }

@@ -1,6 +1,8 @@
 //! The painter's algorithm against the depth buffer.
 
-use std::{process::Command, sync::Arc};
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
+use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
 use glam::Vec3;
@@ -148,14 +150,6 @@ fn a_painter_takes_no_more_than_it_says() {
     assert!(error.to_string().contains("at most 250000"), "{error}");
 }
 
-fn osp(args: &[&str]) -> (std::process::Output, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
-    let output = command.current_dir(osp_testkit::ROOT).args(args).output().expect("osp");
-    let said = [&output.stdout[..], &output.stderr[..]].concat();
-    let said = String::from_utf8_lossy(&said).into_owned();
-    (output, said)
-}
-
 #[test]
 fn the_command_says_how_a_painter_s_picture_differs() {
     let Some(_) = gpu() else { return };
@@ -163,15 +157,18 @@ fn the_command_says_how_a_painter_s_picture_differs() {
     let picture = folder.path().join("room.png");
     let picture = picture.to_str().expect("utf-8");
     let args = ["render", "recordings/room.ron", picture, "--size", "481x361", "--check", "--painter"];
-    let (output, said) = osp(&[&args[..], &["bsp"]].concat());
+    let output = OSP.run([&args[..], &["bsp"]].concat());
+    let said = [stdout(&output), stderr(&output)].concat();
     assert!(output.status.success(), "{said}");
     assert!(
         said.contains("painter bsp") && said.contains("levels") && said.contains("not explained"),
         "{said}"
     );
-    let (output, said) = osp(&[&args[..], &["centre"]].concat());
+    let output = OSP.run([&args[..], &["centre"]].concat());
+    let said = [stdout(&output), stderr(&output)].concat();
     assert_eq!(output.status.code(), Some(1), "{said}");
-    let (output, said) = osp(&[&args[..], &["bsp", "--occlusion", "hzb"]].concat());
+    let output = OSP.run([&args[..], &["bsp", "--occlusion", "hzb"]].concat());
+    let said = [stdout(&output), stderr(&output)].concat();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("depth buffer") && said.lines().count() == 1, "{said}");
 }

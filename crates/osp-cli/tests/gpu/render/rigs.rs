@@ -1,18 +1,19 @@
 //! `osp render --rig`: a picture for each screen and eye.
 
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path, process::Output};
 
 use super::scenes::gpu;
 
 fn osp(args: &[&str], folder: &Path) -> Output {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
-    let room = format!("{}/recordings/room.ron", osp_testkit::ROOT);
-    let common = ["--frame", "500", "--camera", "recorded", "--size", "100x90"];
-    command.current_dir(folder).args(["render", &room]).args(common).args(args).output().expect("osp")
+    let room = shipped_session("room");
+    let common = ["render", &room, "--frame", "500", "--camera", "recorded", "--size", "100x90"];
+    OSP.run_in(folder, [&common, args].concat())
 }
 
 fn said(output: &Output) -> String {
-    format!("{}{}", String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout))
+    format!("{}{}", stderr(output), stdout(output))
 }
 
 type Picture = (u32, u32, Vec<u8>);
@@ -73,14 +74,9 @@ fn pictures_of_neighbouring_screens_fit_together() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let args = ["a.png", "--rig", "dual-wall", "--stereo", "mono", "--size", "1x360"];
-    let room = format!("{}/recordings/room.ron", osp_testkit::ROOT);
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(folder.path())
-        .args(["render", &room, "--frame", "500", "--camera", "recorded"])
-        .args(args)
-        .output()
-        .expect("osp");
-    assert!(output.status.success(), "{}", said(&output));
+    let room = shipped_session("room");
+    let common = ["render", &room, "--frame", "500", "--camera", "recorded"];
+    OSP.done_in(folder.path(), [&common[..], &args].concat());
     let seen = pictures(folder.path());
     let (left, right) = (&seen["a-left.png"], &seen["a-right.png"]);
     assert_eq!((left.0, left.1), (480, 360));
@@ -134,15 +130,9 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
     assert_eq!(pictures(folder.path()), seen);
 
     // A row of frames.
-    let room = format!("{}/recordings/portrait.ron", osp_testkit::ROOT);
+    let room = shipped_session("portrait");
     let every = ["--every", "400", "--to", "frames", "--size", "32x18", "--rig", "odd.rig"];
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(folder.path())
-        .args(["render", &room])
-        .args(every)
-        .output()
-        .expect("osp");
-    assert!(output.status.success(), "{}", said(&output));
+    OSP.done_in(folder.path(), [&["render", &room], &every[..]].concat());
     let names: Vec<String> = pictures(&folder.path().join("frames")).into_keys().collect();
     assert!(names.len() >= 4 && names[0] == "000-A-b-1.png", "{names:?}");
 }
@@ -151,13 +141,10 @@ fn screens_behind_the_head_have_no_picture_and_files_are_not_replaced_unasked() 
 fn a_replay_draws_every_view() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let room = format!("{}/recordings/room.ron", osp_testkit::ROOT);
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-        .current_dir(folder.path())
-        .args(["replay", &room, "--pace", "samples:400", "--draw=100x60", "--json"])
-        .args(["--rig", "dual-wall", "--occlusion", "none,hzb", "--room", "stands"])
-        .output()
-        .expect("osp");
+    let room = shipped_session("room");
+    let session = ["replay", &room, "--pace", "samples:400", "--draw=100x60", "--json"];
+    let rig = ["--rig", "dual-wall", "--occlusion", "none,hzb", "--room", "stands"];
+    let output = OSP.run_in(folder.path(), [&session[..], &rig].concat());
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains("80 x 60 and 80 x 60"), "{}", said(&output));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");

@@ -1,5 +1,7 @@
 //! A display server of our own with a window manager, and a hand for its pointer.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::{
     ffi::OsStr,
     fs::{self, File},
@@ -133,7 +135,7 @@ impl Desk {
             let ran =
                 Command::new("xrandr").env("DISPLAY", &display).args(arguments).output().expect("xrandr");
             if !ran.status.success() {
-                eprintln!("skipped: xrandr: {}", String::from_utf8_lossy(&ran.stderr).trim());
+                eprintln!("skipped: xrandr: {}", stderr(&ran).trim());
                 return None;
             }
         }
@@ -164,7 +166,7 @@ impl Desk {
     /// The windows with such titles: place and size, pixels.
     pub(crate) fn windows(&self, titles: &str) -> Vec<([i32; 4], String)> {
         let listed = self.command("wmctrl").args(["-l", "-G"]).output().expect("wmctrl");
-        let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+        let listed = stdout(&listed);
         let of_line = |line: &str| {
             let mut words = line.split_ascii_whitespace().skip(2);
             let mut number = || words.next()?.parse().ok();
@@ -186,7 +188,7 @@ impl Desk {
             .output()
             .expect("import");
         let pixels: Vec<[u8; 3]> = taken.stdout.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-        assert_eq!(pixels.len(), (width * height) as usize, "{}", String::from_utf8_lossy(&taken.stderr));
+        assert_eq!(pixels.len(), (width * height) as usize, "{}", stderr(&taken));
         pixels
     }
 
@@ -225,7 +227,7 @@ impl Desk {
 
     /// Runs `osp` to its end.
     pub(crate) fn osp(&self, arguments: &[&str]) -> std::process::Output {
-        self.command(env!("CARGO_BIN_EXE_osp")).args(arguments).output().expect("osp")
+        self.command(OSP.0).args(arguments).output().expect("osp")
     }
 
     /// Opens a window of `osp` and waits until it is there.
@@ -266,7 +268,7 @@ impl Desk {
         // A file that would grow beyond a limit is refused, as on a full disk, instead of ending the program.
         let process = self
             .command("sh")
-            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_osp")])
+            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", OSP.0])
             .args(arguments)
             .args(["--trace", trace.unwrap_or(own_trace.to_str().expect("a path"))])
             .envs(variables.iter().copied())
@@ -311,7 +313,7 @@ impl OspWindow<'_> {
             }
             let search = ["search", "--all", "--onlyvisible", "--pid", &process, "--name", " - osp$"];
             let found = desk.command("xdotool").args(search).output().expect("xdotool");
-            id = String::from_utf8_lossy(&found.stdout).lines().next().unwrap_or_default().to_owned();
+            id = stdout(&found).lines().next().unwrap_or_default().to_owned();
             !id.is_empty()
         });
         self.id = id;
@@ -329,7 +331,7 @@ impl OspWindow<'_> {
         let (desk, mut asked_at) = (self.desk, None::<Instant>);
         self.until("the keyboard", |_| {
             let active = desk.command("xdotool").arg("getactivewindow").output().expect("xdotool");
-            let is_active = String::from_utf8_lossy(&active.stdout).trim() == id;
+            let is_active = stdout(&active).trim() == id;
             if !is_active && asked_at.is_none_or(|at| at.elapsed() > Duration::from_secs(1)) {
                 desk.command("xdotool").args(["windowactivate", &id]).output().expect("xdotool");
                 asked_at = Some(Instant::now());

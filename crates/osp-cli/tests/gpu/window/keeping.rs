@@ -1,5 +1,6 @@
 //! What becomes of sessions when files are lost, disks are full, and windows come in pairs.
 
+use osp_testkit::shipped_session;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -106,7 +107,7 @@ fn a_second_window_asks_and_nobody_loses_a_line() {
 #[test]
 fn a_file_that_is_lost_while_a_tracker_draws_is_missed_at_once() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     for accident in ["removed", "replaced"] {
         let file = desk.folder().join(format!("{accident}.ron"));
         let address = super::tracking::free_address();

@@ -1,9 +1,10 @@
 use super::desk::Desk;
+use osp_testkit::shipped_session;
 
 #[test]
 fn a_recording_is_played_stopped_and_entered_anywhere() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     let mut window = desk.open(&["replay", &recording, "--window", "--paused"]);
     assert_eq!(window.number("position"), 0);
     window.point(590, 300);
@@ -27,7 +28,7 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
 #[test]
 fn a_frozen_camera_shows_what_is_left_out_and_why() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/room.ron", osp_testkit::ROOT);
+    let recording = shipped_session("room");
     let mut window = desk.open(&[
         "replay",
         &recording,
@@ -80,7 +81,7 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
 #[test]
 fn the_window_tells_what_is_found_while_drawing() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/portrait.ron", osp_testkit::ROOT);
+    let recording = shipped_session("portrait");
     let mut window = desk.open(&[
         "replay",
         &recording,

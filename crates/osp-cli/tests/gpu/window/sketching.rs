@@ -1,3 +1,5 @@
+use crate::OSP;
+use osp_testkit::stderr;
 use std::fs;
 
 use super::desk::Desk;
@@ -166,14 +168,15 @@ fn a_power_cut_in_mid_stroke_loses_at_most_the_line_being_written() {
 
 #[test]
 fn without_a_display_there_is_one_clear_line() {
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(["sketch", "--autosave", std::env::temp_dir().join("osp-no-display").to_str().expect("a path")])
+    let autosaves = std::env::temp_dir().join("osp-no-display");
+    let output = OSP
+        .command(["sketch", "--autosave", autosaves.to_str().expect("a path")])
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         .output()
         .expect("osp");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.starts_with("error: no window can be opened") && said.lines().count() == 1, "{said}");
     assert!(!said.contains("os error at"), "a place in the window system's source: {said}");

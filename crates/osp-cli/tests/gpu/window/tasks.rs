@@ -3,6 +3,7 @@
 //!
 //! `OSP_SCREENSHOTS=DIR cargo test --features window --test gpu window::task` keeps a picture of the end of each.
 
+use osp_testkit::stdout;
 use std::path::Path;
 
 use osp::glam::Vec3;
@@ -290,7 +291,7 @@ fn task_10_see_what_is_culled(desk: &Desk) {
 fn task_11_choose_a_structure_for_ones_own_data(desk: &Desk) {
     let said =
         desk.osp(&["replay", &recording("scribble"), "--index", "osp,octree-rebuild", "--budget", "1"]);
-    let text = String::from_utf8_lossy(&said.stdout).into_owned();
+    let text = stdout(&said);
     assert!(said.status.success() && text.contains("times as long"), "{text}");
     // In the window the same by a key, while one draws.
     let mut window = desk.open(&["sketch", "--copy", &recording("scribble"), "--window", SIZE]);

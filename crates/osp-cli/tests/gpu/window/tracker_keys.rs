@@ -1,5 +1,7 @@
 //! The word that a tracker has to know: on the command line, in a file, in a variable.
 
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr};
 use std::time::{Duration, Instant};
 
 use osp_app::tracker::{Listening, Tracker, TrackerAddress, TrackerKey, TrackerOptions};
@@ -23,16 +25,16 @@ fn key(word: &str) -> TrackerOptions {
 
 #[test]
 fn a_session_is_sent_with_the_key_that_is_asked_for() {
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     for osc in [false, true] {
         let tracker = listen(&key("open-sesame"));
         let to = tracker.local_address().expect("a port").to_string();
         let send = |more: &[&str]| {
-            let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
-            command.args(["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"]);
+            let mut command =
+                OSP.command(["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"]);
             command.args(more).args(osc.then_some("--osc")).env_remove("OSP_TRACKER_KEY");
             let output = command.output().expect("osp");
-            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            assert!(output.status.success(), "{}", stderr(&output));
         };
         for wrong in [&[][..], &["--key", "open-sesamo"]] {
             let before = tracker.counts().refused;
@@ -51,12 +53,9 @@ fn a_session_is_sent_with_the_key_that_is_asked_for() {
     // A key that is no word is refused by both.
     for command in ["sketch", "send"] {
         let flag = if command == "sketch" { "--tracker-key" } else { "--key" };
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-            .args([command, "--tracker", "udp://"].iter().take(if command == "sketch" { 3 } else { 1 }))
-            .args([flag, "two words"])
-            .output()
-            .expect("osp");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let to = if command == "sketch" { &["--tracker", "udp://"][..] } else { &[] };
+        let output = OSP.run([&[command], to, &[flag, "two words"]].concat());
+        let said = stderr(&output);
         assert!(!output.status.success() && said.contains("expected 1 to 64"), "{command}: {said}");
     }
 }
@@ -64,7 +63,7 @@ fn a_session_is_sent_with_the_key_that_is_asked_for() {
 /// The list of processes shows what stands on the command line: the word may come from elsewhere.
 #[test]
 fn a_key_that_no_list_of_processes_shows() {
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("key.txt");
     let file = file.to_str().expect("plain text");
@@ -72,10 +71,10 @@ fn a_key_that_no_list_of_processes_shows() {
     let tracker = listen(&TrackerOptions { listening: Listening::Everybody, ..key("open-sesame") });
     let to = tracker.local_address().expect("a port").to_string();
     let run = |args: &[&str], variable: Option<&str>| {
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_osp"));
-        command.args(args).env_remove("OSP_TRACKER_KEY").envs(variable.map(|word| ("OSP_TRACKER_KEY", word)));
+        let mut command = OSP.command(args);
+        command.env_remove("OSP_TRACKER_KEY").envs(variable.map(|word| ("OSP_TRACKER_KEY", word)));
         let output = command.output().expect("osp");
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        (output.status.code(), stderr(&output))
     };
     let send = ["send", &recording, "--to", &to, "--pace", "samples:500", "--speed", "1000"];
     // The word comes before the variable, and so does the file.

@@ -1,3 +1,4 @@
+use osp_testkit::{shipped_session, stderr};
 use std::{fs::OpenOptions, io::Write, net::UdpSocket};
 
 use super::desk::Desk;
@@ -11,7 +12,7 @@ pub(crate) fn free_address() -> String {
 #[test]
 fn a_session_that_is_sent_is_drawn() {
     let Some(desk) = Desk::new() else { return };
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     for osc in [false, true] {
         let address = free_address();
         let from = format!("udp://{address}");
@@ -30,7 +31,7 @@ fn a_session_that_is_sent_is_drawn() {
             arguments.push("--osc");
         }
         let output = desk.osp(&arguments);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{}", stderr(&output));
         window.until_last("polygons of the sent session", |frame| frame["polygons"].as_u64() > Some(1000));
         window.settle();
         let before = window.number("polygons");

@@ -1,5 +1,7 @@
 //! A node of a wall in a window: what the hub says is what its screen shows.
 
+use crate::OSP;
+use osp_testkit::{shipped_session, stdout};
 use std::{
     process::{Child, Command, Stdio},
     thread,
@@ -27,9 +29,9 @@ fn start(mut command: Command, args: &[&str]) -> Running {
 fn a_node_shows_its_screen_of_the_session() {
     let Some(desk) = Desk::new() else { return };
     let Some(server) = Server::start() else { return };
-    let osp = env!("CARGO_BIN_EXE_osp");
+    let osp = OSP.0;
     let address = server.session("house");
-    let played = format!("{}/recordings/portrait.ron", osp_testkit::ROOT);
+    let played = shipped_session("portrait");
     let mut join = desk.command(osp);
     join.arg("join").arg(&address).arg(desk.folder().join("played.ron"));
     let joined = join.args(["--play", &played, "--speed", "50"]).output();
@@ -49,7 +51,7 @@ fn a_node_shows_its_screen_of_the_session() {
                 break;
             }
         }
-        let said = String::from_utf8_lossy(&status.stdout).into_owned();
+        let said = stdout(&status);
         assert!(started.elapsed() < Duration::from_secs(120), "{said} {windows:?}");
         thread::sleep(Duration::from_millis(200));
     }

@@ -1,5 +1,6 @@
 //! A rig's screens on monitors: a window without panels on each, and one to control them.
 
+use osp_testkit::{shipped_session, stderr, stdout};
 use std::net::UdpSocket;
 
 use super::{desk::Desk, tracking::free_address};
@@ -63,13 +64,13 @@ fn viewports_of_one_monitor_show_screens_and_eyes() {
 fn a_dual_wall_on_two_monitors() {
     let Some(desk) = Desk::with_three_monitors() else { return };
     let listed = desk.osp(&["rig", "monitors"]);
-    let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+    let listed = stdout(&listed);
     assert_eq!(
         listed.lines().collect::<Vec<_>>(),
         ["1 `DUMMY0` (1280x720 at 0,0)", "2 `DUMMY1` (800x600 at 1280,0)", "3 `DUMMY2` (800x600 at 2080,0)"]
     );
     let of_room = rig(&desk, "Mono", "(monitor: \"DUMMY1\")", "(monitor: \"3\")");
-    let room = format!("{}/recordings/room.ron", osp_testkit::ROOT);
+    let room = shipped_session("room");
     let mut window = desk.open(&[
         "replay",
         &room,
@@ -109,7 +110,7 @@ fn walls_follow_the_head_and_wrong_monitors_are_named() {
     let Some(desk) = Desk::new() else { return };
     let wrong = rig(&desk, "Mono", "(monitor: \"HDMI-7\")", "");
     let said = desk.osp(&["sketch", "--rig", &wrong]);
-    let text = String::from_utf8_lossy(&said.stderr).into_owned();
+    let text = stderr(&said);
     assert_eq!(said.status.code(), Some(2), "{text}");
     assert!(
         text.contains("no monitor `HDMI-7`: expected one of 1 `") && text.contains("1400x1000 at 0,0"),
@@ -118,7 +119,7 @@ fn walls_follow_the_head_and_wrong_monitors_are_named() {
 
     let address = free_address();
     let rig = rig(&desk, "Mono", "(monitor: \"1\", viewport: (0, 0, 1, 1))", "");
-    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
+    let recording = shipped_session("scribble");
     let from = format!("udp://{address}");
     let mut window = desk.open(&[
         "sketch",

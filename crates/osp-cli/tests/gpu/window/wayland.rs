@@ -1,5 +1,6 @@
 //! The window on Wayland: a compositor that is itself a window of the X server, so that the same hand drives it.
 
+use osp_testkit::stdout;
 use std::{
     fs,
     path::PathBuf,
@@ -70,7 +71,7 @@ impl Compositor {
                 (name.starts_with("wayland-") && !name.ends_with(".lock")).then_some(name)
             });
             let listed = desk.command("wmctrl").arg("-l").output().expect("wmctrl");
-            let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+            let listed = stdout(&listed);
             let line = listed.lines().find(|line| line.contains("wlroots"));
             // xdotool, which drives it, counts in tens.
             let window = line.and_then(|line| u64::from_str_radix(line.get(2..10)?, 16).ok());

@@ -1,6 +1,8 @@
 //! A cable that is pulled out and put in again, between two network namespaces of Linux. Needs the rights of root and `ip`
 //! (iproute2); left out where they are missing.
 
+use crate::OSP;
+use osp_testkit::stdout;
 use std::{path::Path, process::Command, thread, time::Duration};
 
 use super::{
@@ -57,14 +59,14 @@ impl Cable {
 
     /// A member at the far end.
     pub(crate) fn join(&self, folder: &Path, file: &str, address: &str, args: &[&str]) -> Member {
-        let before = ["ip", "netns", "exec", &self.space, env!("CARGO_BIN_EXE_osp")];
+        let before = ["ip", "netns", "exec", &self.space, OSP.0];
         Member::run(&before, folder, file, address, args)
     }
 
     /// Runs a program at the far end; what it prints, if it succeeds.
     pub(crate) fn at_far_end(&self, program: &[&str]) -> Option<String> {
         let output = Command::new("ip").args(["netns", "exec", &self.space]).args(program).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+        output.status.success().then(|| stdout(&output))
     }
 }
 

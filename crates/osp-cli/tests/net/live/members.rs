@@ -1,5 +1,7 @@
 //! Members as processes, and what they leave behind.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{
     collections::BTreeMap,
     fs,
@@ -35,7 +37,7 @@ pub(crate) struct Ended {
 
 impl Member {
     pub(crate) fn join(folder: &Path, file: &str, address: &str, args: &[&str]) -> Self {
-        Self::run(&[env!("CARGO_BIN_EXE_osp")], folder, file, address, args)
+        Self::run(&[OSP.0], folder, file, address, args)
     }
 
     /// With what stands before the arguments.
@@ -91,7 +93,7 @@ impl Member {
 
     fn take(&mut self) -> Ended {
         let output: Output = self.child.take().expect("it runs").wait_with_output().expect("its output");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = stderr(&output);
         let summary = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
         let bytes = fs::read(&self.file).unwrap_or_default();
         Ended { code: output.status.code(), said, summary, bytes }

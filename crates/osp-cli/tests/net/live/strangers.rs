@@ -1,5 +1,7 @@
 //! Who may write, who may not, and what is not understood.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -245,11 +247,8 @@ fn a_password_in_an_address_is_never_said() {
     for address in
         ["nats://ann:secret@127.0.0.1/my.house", "nats://secret@127.0.0.1:99999/house", "http://a:secret@b/c"]
     {
-        let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-            .args(["join", address])
-            .output()
-            .expect("the program");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let output = OSP.run(["join", address]);
+        let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(!said.contains("secret") && said.lines().count() == 1, "{said}");
     }
@@ -258,12 +257,11 @@ fn a_password_in_an_address_is_never_said() {
 #[test]
 fn a_recording_in_which_several_have_undone_something_is_not_played_as_ones_own() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(["join", "nats://127.0.0.1:1/x", "--for", "1", "--play", &recording("class.ron")])
-        .current_dir(folder.path())
-        .output()
-        .expect("the program");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let output = OSP.run_in(
+        folder.path(),
+        ["join", "nats://127.0.0.1:1/x", "--for", "1", "--play", &recording("class.ron")],
+    );
+    let said = stderr(&output);
     assert!(output.status.code() == Some(2) && said.contains("--play-author"), "{said}");
     assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
 }

@@ -1,9 +1,11 @@
 //! A wall of several machines, as processes on this one.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::{
     fs,
     path::Path,
-    process::{Child, Command, Output, Stdio},
+    process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
 };
@@ -23,7 +25,7 @@ struct Part(Option<Child>);
 impl Part {
     fn start(folder: &Path, name: &str, args: &[&str]) -> Self {
         let said = fs::File::options().append(true).create(true).open(folder.join(name)).expect("a file");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_osp"));
+        let mut command = Command::new(OSP.0);
         command.arg("wall").args(args).current_dir(folder);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(said);
         Self(Some(command.spawn().expect("the program starts")))
@@ -66,15 +68,11 @@ impl Drop for Part {
     }
 }
 
-fn osp(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osp")).args(args).output().expect("the program runs")
-}
-
 /// The wall's state, once it is so.
 fn until(address: &str, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     let (started, mut last) = (Instant::now(), Value::Null);
     while started.elapsed() < LONGEST {
-        let output = osp(&["wall", "status", address, "--json"]);
+        let output = OSP.run(["wall", "status", address, "--json"]);
         if output.status.code() != Some(2) {
             last = serde_json::from_slice(&output.stdout).expect("a report");
             if is_so(&last) {
@@ -190,8 +188,8 @@ fn a_node_that_shows_something_else_is_named_and_strangers_change_nothing() {
         wire.publish("osp-wall.house.node", answer.as_bytes());
         answered += 1;
         if answered % 50 == 0 {
-            let output = osp(&["wall", "status", &address]);
-            let table = String::from_utf8_lossy(&output.stdout).into_owned();
+            let output = OSP.run(["wall", "status", &address]);
+            let table = stdout(&output);
             assert_eq!(output.status.code(), Some(1), "{table}");
             if table.contains("shows something else than the hub: its events are others") {
                 break table;
@@ -210,8 +208,8 @@ fn a_node_that_does_not_belong_to_the_wall_is_told_why() {
     let folder = tempfile::tempdir().expect("a folder");
     let (folder, address) = (folder.path(), session(&server, folder.path()));
     let fails = |args: &[&str], expected: &str| {
-        let output = osp(args);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let output = OSP.run(args);
+        let said = stderr(&output);
         assert!(output.status.code() == Some(2) && said.contains(expected), "{args:?}: {said}");
     };
     fails(&["wall", "status", &address], "house: no hub answers (osp wall --hub)");

@@ -1,5 +1,7 @@
 //! Worlds behind an address: `osp serve` is the server.
 
+use crate::OSP;
+use osp_testkit::temp;
 use std::{
     io::{BufRead, BufReader},
     path::Path,
@@ -11,13 +13,13 @@ use glam::Vec3;
 use osp_net::world::{Flight, Missing, PackOrder, Place, World, WorldError};
 use osp_session::recording::SynthKind;
 
-use super::{Together, pack, session, temp, walk};
+use super::{Together, pack, session, walk};
 
 struct Server(Child, String);
 
 impl Server {
     fn of(folder: &Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+        let mut child = Command::new(OSP.0)
             .args(["serve", "--port", "0"])
             .arg(folder)
             .stdout(Stdio::piped())

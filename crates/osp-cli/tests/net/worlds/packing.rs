@@ -1,5 +1,7 @@
 //! A world is there whole or not at all, and none is replaced unasked.
 
+use crate::OSP;
+use osp_testkit::temp;
 use std::{
     collections::BTreeMap,
     fs,
@@ -12,7 +14,7 @@ use glam::Vec3;
 use osp_net::world::{PackOrder, Replacing, World, WorldError, WorldWriter};
 use osp_session::{recording::SynthKind, scene::Scene};
 
-use super::{open, pack, place_to_read, place_to_write, session, temp};
+use super::{open, pack, place_to_read, place_to_write, session};
 
 const HERE: &[Vec3] = &[Vec3::ZERO];
 
@@ -76,7 +78,7 @@ fn without_its_end_a_pack_leaves_no_world_and_the_next_one_tidies_up() {
 fn a_pack_that_is_killed_leaves_no_world() {
     let folder = temp();
     let out = folder.path().join("out");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_osp"))
+    let mut child = Command::new(OSP.0)
         .args(["pack", "recordings/room.ron", "--repeat", "40x1x20", "--out"])
         .arg(&out)
         .stdout(Stdio::null())

@@ -1,9 +1,8 @@
 //! `osp pack` and `osp replay --world`.
 
-use std::{
-    path::Path,
-    process::{Command, Output},
-};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
+use std::path::Path;
 
 use glam::Vec3;
 use osp_net::world::Flight;
@@ -14,34 +13,20 @@ use osp_session::{
 };
 use serde_json::Value;
 
-use super::{Together, open, temp};
+use super::{Together, open};
 
 pub(crate) fn recording(name: &str) -> String {
     format!("{}/recordings/{name}.ron", osp_testkit::ROOT)
 }
 
-fn osp(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(args)
-        .current_dir(folder)
-        .output()
-        .expect("the program starts")
-}
-
-fn done(folder: &Path, args: &[&str]) -> String {
-    let output = osp(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
 fn json(folder: &Path, args: &[&str]) -> Value {
-    serde_json::from_str(&done(folder, &[args, &["--json"]].concat())).expect("JSON")
+    serde_json::from_str(&OSP.done_in(folder, [args, &["--json"]].concat())).expect("JSON")
 }
 
 /// The one line in which a command refuses.
 fn refused(folder: &Path, args: &[&str]) -> String {
-    let output = osp(folder, args);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let output = OSP.run_in(folder, args);
+    let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(output.stdout.is_empty() && said.starts_with("error: "), "{said}");
     said
@@ -62,8 +47,10 @@ pub(crate) fn finished(file: &str) -> Scene {
 fn the_program_sees_what_memory_shows() {
     let folder = temp();
     let (room, nested) = (recording("room"), recording("nested"));
-    let said =
-        done(folder.path(), &["pack", &room, &nested, "--out", "w", "--repeat", "3x1x2", "--spacing", "9"]);
+    let said = OSP.done_in(
+        folder.path(),
+        ["pack", &room, &nested, "--out", "w", "--repeat", "3x1x2", "--spacing", "9"],
+    );
     // Places of the grid are filled in turn, along x first.
     let places = |first: usize| -> Vec<Vec3> {
         (first..6)
@@ -98,14 +85,14 @@ fn the_program_sees_what_memory_shows() {
             );
         }
     }
-    assert!(done(folder.path(), &flight).contains("fingerprint"));
+    assert!(OSP.done_in(folder.path(), flight).contains("fingerprint"));
 }
 
 #[test]
 fn a_flight_along_a_recorded_head_and_its_table() {
     let folder = temp();
     let (room, portrait) = (recording("room"), recording("portrait"));
-    done(folder.path(), &["pack", &room, "--out", "w"]);
+    OSP.done_in(folder.path(), ["pack", &room, "--out", "w"]);
     let along = ["replay", "--world", "w", "--path", &portrait, "--wait", "--frames", "50", "--csv", "f.csv"];
     let report = json(folder.path(), &along);
     assert_eq!(report["frames"], 50);
@@ -125,20 +112,20 @@ fn a_flight_along_a_recorded_head_and_its_table() {
 #[test]
 fn without_waiting_it_says_what_is_not_there_yet() {
     let folder = temp();
-    done(folder.path(), &["pack", &recording("room"), "--out", "w", "--repeat", "6x1x6"]);
+    OSP.done_in(folder.path(), ["pack", &recording("room"), "--out", "w", "--repeat", "6x1x6"]);
     let flight = ["replay", "--world", "w", "--frames", "20", "--rate", "0", "--prefetch", "0"];
     let report = json(folder.path(), &flight);
     assert!(report["missing"]["frames"].as_u64().expect("a number") > 0, "{report}");
     assert!(report["missing"]["polygons_max"].as_u64().expect("a number") > 0, "{report}");
     assert_eq!((&report["fingerprint"], &report["waited"]["frames"]), (&Value::Null, &Value::from(0)));
-    assert!(done(folder.path(), &flight).contains("not there yet"));
+    assert!(OSP.done_in(folder.path(), flight).contains("not there yet"));
 }
 
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let folder = temp();
     let room = recording("room");
-    done(folder.path(), &["pack", &room, "--out", "w"]);
+    OSP.done_in(folder.path(), ["pack", &room, "--out", "w"]);
     let w = ["replay", "--world", "w"];
     let cases: [(&[&str], &str); 12] = [
         (&["pack", &room, "--out", "w"], "--force replaces it"),
@@ -160,5 +147,5 @@ fn what_cannot_be_is_refused_in_one_line() {
     }
     assert!(refused(folder.path(), &["replay", "--world", "w", &room]).contains("found "));
     assert!(refused(folder.path(), &["replay", &room, "--wait"]).contains("--world"));
-    done(folder.path(), &["pack", &room, "--out", "w", "--force"]);
+    OSP.done_in(folder.path(), ["pack", &room, "--out", "w", "--force"]);
 }

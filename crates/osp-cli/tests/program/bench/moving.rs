@@ -1,13 +1,15 @@
 //! The report's part about moving things.
 
-use super::{Report, osp, text};
+use super::Report;
+use crate::OSP;
+use osp_testkit::stdout;
 
 const KINDS: &str = "osp,bvh-sah,bvh-two-level,dynamic-bvh,octree-rebuild,bsp,brute-simd";
 const MEASURED: [&str; 7] = ["bench", "--quick", "--no-rays", "--sizes", "400,900", "--index", KINDS];
 
 #[test]
 fn moving_things_are_in_every_form_of_the_report() {
-    let report = Report::of(&osp(&[&MEASURED[..], &["--json"]].concat()));
+    let report = Report::of(&OSP.run([&MEASURED[..], &["--json"]].concat()));
     assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0), "{}", report.0["faults"]);
     for motion in ["1 % scattered", "10 % scattered", "all scattered"] {
         let task = format!("moving/{motion}");
@@ -53,10 +55,10 @@ fn moving_things_are_in_every_form_of_the_report() {
 #[test]
 fn moving_things_can_be_left_out_and_are_in_the_tables_otherwise() {
     let args = ["bench", "--quick", "--no-rays", "--sizes", "300", "--index", "lbvh"];
-    let with = osp(&args);
-    let without = osp(&[&args[..], &["--no-moving"]].concat());
+    let with = OSP.run(args);
+    let without = OSP.run([&args[..], &["--no-moving"]].concat());
     assert!(with.status.success() && without.status.success());
     let heading = "Moving things";
-    assert!(text(&with.stdout).contains(heading) && !text(&without.stdout).contains(heading));
-    assert!(text(&with.stdout).contains("group-index"), "{}", text(&with.stdout));
+    assert!(stdout(&with).contains(heading) && !stdout(&without).contains(heading));
+    assert!(stdout(&with).contains("group-index"), "{}", stdout(&with));
 }

@@ -1,10 +1,11 @@
 //! The page of `osp bench`: what it says is what was measured.
 
+use crate::OSP;
 use std::{fs, sync::OnceLock};
 
 use serde_json::Value;
 
-use super::{Report, osp, session};
+use super::{Report, session};
 
 struct Made {
     page: String,
@@ -25,7 +26,7 @@ fn made() -> &'static Made {
         let (html, kinds) = (path("bench.html"), KINDS.join(","));
         let files =
             ["bench", &first, &second, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json"];
-        let output = osp(&[&files[..], &["--index", &kinds, "--html", &html]].concat());
+        let output = OSP.run([&files[..], &["--index", &kinds, "--html", &html]].concat());
         let report = Report::of(&output);
         Made { page: fs::read_to_string(html).expect("the page"), report }
     })

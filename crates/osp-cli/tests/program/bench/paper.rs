@@ -1,8 +1,10 @@
 //! `osp bench --paper`: the experiments of the paper, as it is printed.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::fs;
 
-use super::{NAME, Report, osp, session, text};
+use super::{NAME, Report, session};
 
 const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings/room.ron");
 const GROWING: &str = "paper-growing/whole session";
@@ -15,7 +17,7 @@ fn paper(args: &[&str]) -> Report {
 
 fn paper_of(session: &str, args: &[&str]) -> Report {
     let usual = ["bench", session, "--paper", "--quick", "--pace", "samples:8", "--json"];
-    let report = Report::of(&osp(&[&usual[..], args].concat()));
+    let report = Report::of(&OSP.run([&usual[..], args].concat()));
     assert!(
         report.rows().iter().all(|row| row["part"].as_str().is_some_and(|part| part.starts_with("paper-")))
     );
@@ -116,9 +118,7 @@ fn the_page_and_the_text_have_the_chapters() {
         "samples:8",
     ];
     let more = ["--depth", "3,9", "--html", html.to_str().expect("utf-8")];
-    let output = osp(&[&args[..], &more].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let report = text(&output.stdout);
+    let report = OSP.done([&args[..], &more].concat());
     for words in
         ["Sessions: ", "Fig. 20", "planes", "(not conservative)", "octree-paper", "Nothing was drawn"]
     {
@@ -135,9 +135,9 @@ fn the_page_and_the_text_have_the_chapters() {
 fn frames_are_drawn_where_there_is_an_adapter() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let args = ["--paper", "--draw=160x90", "--quick", "--pace", "samples:64", "--depth", "3", "--json"];
-    let output = osp(&[&["bench", &session(folder.path())], &args[..]].concat());
+    let output = OSP.run([&["bench", &session(folder.path())], &args[..]].concat());
     let report = Report::of(&output);
-    let said = text(&output.stderr);
+    let said = stderr(&output);
     let is_drawn = report.0["parts"][0]["notes"].to_string().contains("Drawn by");
     let must_draw = std::env::var_os("OSP_GPU_TESTS").is_some_and(|value| value == "1");
     assert!(is_drawn || !(must_draw && cfg!(feature = "render")), "{said}");
@@ -160,7 +160,7 @@ fn frames_are_drawn_where_there_is_an_adapter() {
 fn without_a_session_a_synthetic_one_is_taken() {
     let args =
         ["bench", "--paper", "--quick", "--pace", "samples:64", "--depth", "3", "--cube", "1", "--json"];
-    let report = Report::of(&osp(&args));
+    let report = Report::of(&OSP.run(args));
     assert_eq!(report.names("paper-growing/over 10,000", "recording"), ["synth-room"]);
 }
 
@@ -178,7 +178,7 @@ fn options_of_the_paper_need_it() {
         &["bench", "--paper", "--draw=0x5"],
         &["bench", "--paper", "--node-test", "corners-apart"],
     ] {
-        let output = osp(args);
+        let output = OSP.run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
     }

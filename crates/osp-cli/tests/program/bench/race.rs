@@ -1,8 +1,10 @@
 //! `osp race`: structures on one session, frame by frame.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::fs;
 
-use super::{NAME, Report, cells, osp, session, text};
+use super::{NAME, Report, cells, session};
 
 const PART: &str = "race";
 
@@ -10,10 +12,10 @@ const PART: &str = "race";
 fn every_structure_has_a_line_and_a_place_in_the_verdict() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
-    let output = osp(&["race", &file, "--index", "osp,octree-rebuild,brute-simd"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stderr), "", "there is no terminal");
-    let said = text(&output.stdout);
+    let output = OSP.run(["race", &file, "--index", "osp,octree-rebuild,brute-simd"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "", "there is no terminal");
+    let said = stdout(&output);
     let verdict = said.lines().next().expect("a verdict");
     assert!(verdict.starts_with(&format!("On {NAME} (")) && verdict.ends_with('.'), "{verdict}");
     assert!(verdict.contains(" polygons, ") && verdict.contains(" frames) osp "), "{verdict}");
@@ -31,10 +33,10 @@ fn csv_and_json_have_the_figures_of_the_table() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = session(folder.path());
     let csv = folder.path().join("race.csv").to_str().expect("utf-8").to_owned();
-    let report = Report::of(&osp(&["race", &file, "--json", "--csv", &csv]));
+    let report = Report::of(&OSP.run(["race", &file, "--json", "--csv", &csv]));
     assert_eq!(report.names(PART, "index"), ["osp", "octree-rebuild"]);
     let of = |index: &str, figure: &str| report.value(PART, NAME, index, figure);
-    let replayed = osp(&["replay", &file, "--index", "osp", "--json"]);
+    let replayed = OSP.run(["replay", &file, "--index", "osp", "--json"]);
     let replayed: serde_json::Value = serde_json::from_slice(&replayed.stdout).expect("JSON");
     for figure in ["frames", "polygons"] {
         assert_eq!(Some(of("", figure)), replayed[figure].as_f64(), "{figure}");
@@ -55,9 +57,9 @@ fn csv_and_json_have_the_figures_of_the_table() {
 fn a_made_session_is_that_of_synth() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("s.ron").to_str().expect("utf-8").to_owned();
-    assert!(osp(&["synth", "scribble", "--polygons", "400", &path]).status.success());
+    OSP.done(["synth", "scribble", "--polygons", "400", &path]);
     let [made, read] = [["--synth", "400"], [&path, "--force"]].map(|session| {
-        let report = Report::of(&osp(&[&["race", "--json"][..], &session].concat()));
+        let report = Report::of(&OSP.run([&["race", "--json"][..], &session].concat()));
         let name = report.names(PART, "recording")[0].to_owned();
         let [polygons, frames] = ["polygons", "frames"].map(|figure| report.value(PART, &name, "", figure));
         (name, polygons, frames)
@@ -83,24 +85,24 @@ fn wrong_use_is_one_clear_error() {
         (&[], "required"),
         (&["no-such-file.ron"], "no-such-file.ron"),
     ] {
-        let output = osp(&[&["race"], args].concat());
+        let output = OSP.run([&["race"], args].concat());
         assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let said = text(&output.stderr);
+        let said = stderr(&output);
         assert!(output.stdout.is_empty() && said.matches("error:").count() == 1, "{args:?}: {said}");
         assert!(said.contains(words), "{args:?}: {said}");
     }
-    assert!(text(&osp(&["--help"]).stdout).lines().any(|line| line.trim_start().starts_with("race ")));
+    assert!(stdout(&OSP.run(["--help"])).lines().any(|line| line.trim_start().starts_with("race ")));
 }
 
 /// What a terminal is sent; `None` where no program opens one.
 #[cfg(target_os = "linux")]
 #[expect(clippy::print_stderr, reason = "a test that is left out says why")]
 fn on_a_terminal(args: &str) -> Option<String> {
-    let line = format!("stty rows 24 cols 80; '{}' {args}", env!("CARGO_BIN_EXE_osp"));
+    let line = format!("stty rows 24 cols 80; '{}' {args}", OSP.0);
     let mut script = std::process::Command::new("script");
     script.args(["-q", "-e", "-c", &line, "/dev/null"]).env("TERM", "xterm").env_remove("COLUMNS");
     match script.output() {
-        Ok(output) => Some(text(&output.stdout)),
+        Ok(output) => Some(stdout(&output)),
         Err(error) => {
             eprintln!("skipped the terminal: script(1): {error}");
             None

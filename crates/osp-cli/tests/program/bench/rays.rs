@@ -1,6 +1,8 @@
 //! The report's part about rays, ranges and neighbours.
 
-use super::{NAME, Report, osp, session, text};
+use super::{NAME, Report, session};
+use crate::OSP;
+use osp_testkit::stdout;
 
 #[test]
 fn rays_ranges_and_neighbours_are_measured_in_sessions_and_sizes() {
@@ -19,7 +21,7 @@ fn rays_ranges_and_neighbours_are_measured_in_sessions_and_sizes() {
         "samples:32",
         "--json",
     ];
-    let report = Report::of(&osp(&measured));
+    let report = Report::of(&OSP.run(measured));
     assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0), "{}", report.0["faults"]);
     let models = [NAME, "scribble-300", "scribble-900"];
     for model in models {
@@ -54,12 +56,12 @@ fn rays_can_be_left_out_and_are_in_the_tables_otherwise() {
     let session = session(folder.path());
     let args =
         ["bench", &session, "--quick", "--no-growth", "--index", "bvh-sah", "--pace", "samples:32", "--all"];
-    let with = osp(&args);
-    let without = osp(&[&args[..], &["--no-rays"]].concat());
+    let with = OSP.run(args);
+    let without = OSP.run([&args[..], &["--no-rays"]].concat());
     assert!(with.status.success() && without.status.success());
     let heading = "Rays, ranges and neighbours";
-    assert!(text(&with.stdout).contains(heading) && !text(&without.stdout).contains(heading));
+    assert!(stdout(&with).contains(heading) && !stdout(&without).contains(heading));
     for words in ["million/s", "walk best first", "sah-refitted", "hit ", "rays/nearest inside"] {
-        assert!(text(&with.stdout).contains(words), "{words}: {}", text(&with.stdout));
+        assert!(stdout(&with).contains(words), "{words}: {}", stdout(&with));
     }
 }

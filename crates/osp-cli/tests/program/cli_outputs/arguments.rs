@@ -1,5 +1,7 @@
 //! Numbers without sense, files without end, names that are no text.
 
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 use std::{
     fs,
     process::{Command, Stdio},
@@ -7,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{assert_refused, built::has, command, osp, stderr, temp, write_session};
+use super::{assert_refused, built::has, write_session};
 
 #[test]
 fn numbers_out_of_range_are_refused_by_every_command() {
@@ -91,7 +93,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
     }
     for (args, option, values) in cases {
         for value in values {
-            let output = osp(folder.path(), args.iter().copied().chain([&*format!("{option}={value}")]));
+            let output =
+                OSP.run_in(folder.path(), args.iter().copied().chain([&*format!("{option}={value}")]));
             let said = stderr(&output);
             assert_eq!(output.status.code(), Some(2), "{args:?} {option}={value}: {said}");
             assert!(
@@ -129,8 +132,7 @@ fn the_ends_of_the_ranges_work() {
         &["synth", "scribble", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
         &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16", "--threads", "1024"],
     ] {
-        let output = osp(folder.path(), args);
-        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
+        OSP.done_in(folder.path(), args);
     }
 }
 
@@ -173,7 +175,7 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
             cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);
         }
         for args in cases {
-            assert_refused(&ends(command(folder, &args)), &[file]);
+            assert_refused(&ends(OSP.command_in(folder, &args)), &[file]);
         }
     }
     let _ = fs::remove_dir_all(folder.join("autosaves"));
@@ -220,7 +222,7 @@ fn files_larger_than_they_can_be_are_not_read_to_their_end() {
         cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "large"]);
     }
     for args in cases {
-        assert_refused(&ends(command(folder.path(), &args)), &["large"]);
+        assert_refused(&ends(OSP.command_in(folder.path(), &args)), &["large"]);
     }
 }
 
@@ -253,7 +255,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         ]);
     }
     for (args, expected) in cases.into_iter().filter(|(args, _)| has(args)) {
-        assert_refused(&osp(folder.path(), args), &[expected]);
+        assert_refused(&OSP.run_in(folder.path(), args), &[expected]);
     }
     assert_eq!(super::names(folder.path()), ["a.ron"]);
 }
@@ -280,9 +282,7 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
         "--json",
     ];
     let args = [OsStr::new("bench"), name].into_iter().chain(args.map(OsStr::new));
-    let output = osp(folder.path(), args);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let report = OSP.json_in(folder.path(), args);
     assert_eq!(report["rows"][0]["recording"], "a\u{fffd}.ron");
     for file in ["b.html", "b.csv"] {
         assert!(
@@ -291,8 +291,7 @@ fn a_name_that_is_no_text_is_measured_all_the_same() {
         );
     }
     for command in ["replay", "info", "pick"] {
-        let output = osp(folder.path(), [OsStr::new(command), name]);
-        assert!(output.status.success(), "{command}: {}", stderr(&output));
+        OSP.done_in(folder.path(), [OsStr::new(command), name]);
     }
     assert!(folder.path().join("b.html").exists());
 }
@@ -314,7 +313,7 @@ fn a_number_that_is_none_is_answered_by_what_was_expected() {
         (&["verify", "a", "--views", "-"], "whole"),
         (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
     ] {
-        let output = osp(folder.path(), args);
+        let output = OSP.run_in(folder.path(), args);
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
         assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");

@@ -1,25 +1,10 @@
 //! `osp verify` as a user meets it.
 
-use std::process::{Command, Output};
+use crate::OSP;
+use osp_testkit::{ROOT, json, stderr, stdout};
+use std::process::Output;
 
 use serde_json::Value;
-
-pub(crate) fn osp(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_osp"))
-        .args(args)
-        .current_dir(osp_testkit::ROOT)
-        .output()
-        .expect("the program starts")
-}
-
-pub(crate) fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json_of(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
-}
 
 /// The methods that `osp verify --json` has rows of.
 pub(crate) fn methods(report: &Value) -> Vec<&str> {
@@ -40,12 +25,12 @@ pub(crate) fn figure(report: &Value, method: &str, figure: &str) -> f64 {
 const SMALL: [&str; 2] = ["--pixels", "320x180"];
 
 fn verify(args: &[&str]) -> Output {
-    osp(&[&["verify"], args, &SMALL].concat())
+    OSP.run([&["verify"], args, &SMALL].concat())
 }
 
 #[test]
 fn verify_says_what_each_method_culled_and_what_it_cost() {
-    let report = json_of(&verify(&["recordings/room.ron", "--views", "3", "--json"]));
+    let report = json(&verify(&["recordings/room.ron", "--views", "3", "--json"]));
     assert_eq!((&report["recording"], figure(&report, "", "views")), (&"room.ron".into(), 3.0));
     let methods = methods(&report);
     let names: Vec<_> = methods.iter().map(|method| method.split(',').next().expect("a name")).collect();
@@ -80,7 +65,7 @@ fn as_many_views_are_taken_as_are_asked_for() {
     std::fs::write(&path, lines).expect("a session");
     let path = path.to_str().expect("a path in UTF-8");
     let pace = ["--pace", "samples:1", "--occlusion", "msvbsp", "--no-truth", "--repeats", "1"];
-    let report = json_of(&verify(&[&[path, "--views", "3", "--json"], &pace[..]].concat()));
+    let report = json(&verify(&[&[path, "--views", "3", "--json"], &pace[..]].concat()));
     assert_eq!(figure(&report, "", "views"), 3.0);
 }
 
@@ -94,10 +79,10 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     files.sort();
     assert!(files.len() >= 4, "{files:?}");
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    let output = osp(&[&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = OSP.run([&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
     let (mut hidden, mut views) = (0.0, 0.0);
-    for line in text(&output.stdout).lines() {
+    for line in stdout(&output).lines() {
         let report: Value = serde_json::from_str(line).expect("JSON");
         hidden += figure(&report, "", "hidden");
         views += figure(&report, "", "views");
@@ -130,8 +115,7 @@ fn no_sound_method_culls_what_is_visible_in_the_corpus() {
     assert!(files.len() > 10, "{files:?}");
     for file in &files {
         // Of dense models, a large picture is the faster one: fewer polygons without a pixel have to be asked by rays.
-        let output = osp(&["verify", file, "--views", "1", "--repeats", "1", "--lenient"]);
-        assert!(output.status.success(), "{file}: {}", text(&output.stderr));
+        OSP.done(["verify", file, "--views", "1", "--repeats", "1", "--lenient"]);
     }
 }
 
@@ -139,8 +123,8 @@ fn no_sound_method_culls_what_is_visible_in_the_corpus() {
 fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
     let output =
         verify(&["scene:rooms", "--views", "2", "--occlusion", "msvbsp,msvbsp-paper", "--occluders", "4,16"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let table = text(&output.stdout);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = stdout(&output);
     for line in
         ["msvbsp, 4 occluders ", "msvbsp, 16 occluders ", "msvbsp-paper, 4 occluders (not conservative) "]
     {
@@ -156,7 +140,7 @@ fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
 #[test]
 fn verify_shows_that_the_paper_hides_what_is_visible() {
     let args = ["scene:ribbons-wide", "--views", "1", "--occlusion", "msvbsp-paper", "--json"];
-    let report = json_of(&verify(&args));
+    let report = json(&verify(&args));
     let method = "msvbsp-paper, 64 occluders (not conservative)";
     assert_eq!(methods(&report), [method]);
     assert!(figure(&report, method, "wrong") > 0.0, "{report}");
@@ -165,7 +149,7 @@ fn verify_shows_that_the_paper_hides_what_is_visible() {
 #[test]
 fn verify_compares_what_was_visible_last() {
     let args = ["recordings/portrait.ron", "--whole", "--views", "2", "--occlusion", "msvbsp,depth-last"];
-    let report = json_of(&verify(&[&args[..], &["--camera", "orbit", "--repeats", "1", "--json"]].concat()));
+    let report = json(&verify(&[&args[..], &["--camera", "orbit", "--repeats", "1", "--json"]].concat()));
     let [msvbsp, last] = methods(&report)[..] else { panic!("two methods: {report}") };
     assert!(
         msvbsp.starts_with("msvbsp,") && last.starts_with("depth-last,") && !last.contains("not"),
@@ -188,16 +172,16 @@ fn verify_refuses_what_it_does_not_know() {
     ] {
         let output = verify(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(text(&output.stderr).contains(expected), "{args:?}: {}", text(&output.stderr));
+        assert!(stderr(&output).contains(expected), "{args:?}: {}", stderr(&output));
         assert!(output.stdout.is_empty());
     }
-    let output = osp(&["verify", "recordings/room.ron", "--pixels", "big"]);
-    assert!(text(&output.stderr).contains("expected WIDTHxHEIGHT"), "{}", text(&output.stderr));
+    let output = OSP.run(["verify", "recordings/room.ron", "--pixels", "big"]);
+    assert!(stderr(&output).contains("expected WIDTHxHEIGHT"), "{}", stderr(&output));
 }
 
 #[test]
 fn verify_help_has_examples_and_every_method() {
-    let help = text(&osp(&["verify", "--help"]).stdout);
+    let help = stdout(&OSP.run(["verify", "--help"]));
     for word in
         ["osp verify recordings/room.ron", "msvbsp-paper", "frusta", "svbsp", "depth", "depth-last", "scene:"]
     {
@@ -206,16 +190,16 @@ fn verify_help_has_examples_and_every_method() {
 }
 
 fn replay(args: &[&str]) -> Output {
-    osp(&[&["replay", "recordings/room.ron"], args].concat())
+    OSP.run([&["replay", "recordings/room.ron"], args].concat())
 }
 
 #[test]
 fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
     let methods = "none,frusta,svbsp,msvbsp-paper,msvbsp,depth,auto";
-    let plain = json_of(&replay(&["--index", "osp", "--json"]));
+    let plain = json(&replay(&["--index", "osp", "--json"]));
     assert!(plain["runs"][0]["occlusion"].is_null() && plain["runs"][0]["occluded_mean"].is_null());
     let args = ["--occlusion", methods, "--polygon-ns", "20000", "--verify-frames", "2", "--json"];
-    let report = json_of(&replay(&args));
+    let report = json(&replay(&args));
     assert_eq!(report["indexes_agree"], true);
     let runs = report["runs"].as_array().expect("runs");
     let names: Vec<_> = runs.iter().filter_map(|run| run["occlusion"].as_str()).collect();
@@ -243,12 +227,10 @@ fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
 #[test]
 fn what_was_visible_last_hides_paint_behind_paint() {
     let args = ["--pace", "samples:400", "--index", "osp", "--verify-frames", "3", "--json"];
-    let output = osp(&[
-        &["replay", "recordings/portrait.ron", "--occlusion", "msvbsp,depth-last"],
-        &args[..],
-    ]
-    .concat());
-    let report = json_of(&output);
+    let report = OSP.json_in(
+        ROOT,
+        [&["replay", "recordings/portrait.ron", "--occlusion", "msvbsp,depth-last"], &args[..]].concat(),
+    );
     let of = |i: usize| &report["runs"][i];
     assert_eq!(of(1)["occlusion"], "depth-last");
     assert_eq!((&of(1)["false_culls"], &of(1)["allocations_steady"]), (&0.into(), &0.into()), "{}", of(1));
@@ -264,11 +246,11 @@ fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
     let header = |more: &[&str]| {
         let args = [&["--index", "osp", "--pace", "samples:200", "--csv", path][..], more].concat();
         let output = replay(&args);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(output.status.success(), "{}", stderr(&output));
         let lines = std::fs::read_to_string(path).expect("the CSV");
         let columns = lines.lines().next().expect("names").split(',').count();
         assert!(lines.lines().all(|line| line.split(',').count() == columns));
-        (lines.lines().next().expect("names").to_owned(), text(&output.stdout))
+        (lines.lines().next().expect("names").to_owned(), stdout(&output))
     };
     let (plain, table) = header(&[]);
     assert!(plain.ends_with(",allocations,fingerprint") && !table.contains("occl"), "{plain} {table}");
@@ -288,7 +270,7 @@ fn replay_with_check_decides_by_work_and_draws_the_same_each_time() {
     let pins = ["--check", "recordings/fingerprints.pins"];
     let args = ["--occlusion", "auto", "--polygon-ns", "40", "--json"];
     let runs: Vec<Value> =
-        (0..2).map(|_| json_of(&replay(&[&args[..], &pins].concat()))["runs"][0].clone()).collect();
+        (0..2).map(|_| json(&replay(&[&args[..], &pins].concat()))["runs"][0].clone()).collect();
     let used = runs[0]["occlusion_used_percent"].as_f64().expect("a number");
     assert!(used > 0.0 && used < 100.0, "{used} % of the frames: it should have switched");
     for key in ["drawn_fingerprint", "occlusion_used_percent", "occluded_mean"] {
@@ -305,6 +287,6 @@ fn replay_refuses_what_occlusion_does_not_know() {
     ] {
         let output = replay(&args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(text(&output.stderr).contains(expected), "{args:?}: {}", text(&output.stderr));
+        assert!(stderr(&output).contains(expected), "{args:?}: {}", stderr(&output));
     }
 }

@@ -1,16 +1,14 @@
 //! `osp draw-index`: what its pictures show. SVG is text, so a test can read it.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use std::{collections::BTreeSet, fs, path::Path};
-
-use super::{osp, stderr};
 
 fn drawn(folder: &Path, options: &[&str]) -> String {
     if !folder.join("room.ron").exists() {
-        let made = osp(folder, ["synth", "room", "room.ron", "--polygons", "600"]);
-        assert!(made.status.success(), "{}", stderr(&made));
+        OSP.done_in(folder, ["synth", "room", "room.ron", "--polygons", "600"]);
     }
-    let output = osp(folder, ["draw-index", "room.ron", "out.svg", "--force"].iter().chain(options));
-    assert!(output.status.success(), "{options:?}: {}", stderr(&output));
+    OSP.done_in(folder, ["draw-index", "room.ron", "out.svg", "--force"].iter().chain(options));
     fs::read_to_string(folder.join("out.svg")).expect("a picture")
 }
 
@@ -61,7 +59,7 @@ fn planes_of_a_bsp_are_drawn_level_by_level() {
     let folder = tempfile::tempdir().expect("a folder");
     let planes = drawn(folder.path(), &["--index", "bsp", "--planes"]);
     assert!(planes.contains("level 0: 1 plane\n") && planes.contains("level 1: 2 planes\n"));
-    let refused = osp(folder.path(), ["draw-index", "room.ron", "other.svg", "--planes"]);
+    let refused = OSP.run_in(folder.path(), ["draw-index", "room.ron", "other.svg", "--planes"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(stderr(&refused).contains("--index bsp") && !folder.path().join("other.svg").exists());
 }
@@ -70,8 +68,7 @@ fn planes_of_a_bsp_are_drawn_level_by_level() {
 fn graphviz_labels_say_where_a_node_is() {
     let folder = tempfile::tempdir().expect("a folder");
     drawn(folder.path(), &[]);
-    let output = osp(folder.path(), ["draw-index", "room.ron", "tree.dot", "--as", "tree"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["draw-index", "room.ron", "tree.dot", "--as", "tree"]);
     let dot = fs::read_to_string(folder.path().join("tree.dot")).expect("a tree");
     let labels: Vec<&str> = dot.lines().filter(|line| line.contains(" polygons")).collect();
     assert!(

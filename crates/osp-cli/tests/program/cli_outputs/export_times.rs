@@ -1,10 +1,10 @@
 //! The time and the stroke at each vertex of an exported model, read as any reader of glTF reads attributes.
 
+use crate::OSP;
+use osp_testkit::temp;
 use std::{fs, path::Path};
 
 use serde_json::Value;
-
-use super::{osp, stderr, temp};
 
 struct Model {
     json: Value,
@@ -70,8 +70,7 @@ fn session() -> String {
 fn exported(pace: &str) -> Vec<(f32, f32, f32)> {
     let folder = temp();
     fs::write(folder.path().join("a.ron"), session()).expect("written");
-    let output = osp(folder.path(), ["export", "a.ron", "a.glb", "--pace", pace]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--pace", pace]);
     Model::read(&folder.path().join("a.glb")).vertices()
 }
 

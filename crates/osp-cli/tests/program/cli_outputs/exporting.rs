@@ -1,12 +1,14 @@
 //! `osp export`: what is in the file, and what is refused. (Whether it is glTF, Khronos's validator says:
 //! `tests/gltf_validator`.)
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 use std::{fs, path::Path};
 
 use osp_session::brush::{self, Brush, Draw, Lighting};
 use serde_json::{Value, json};
 
-use super::{assert_refused, names, osp, stderr, stdout, temp, write_session};
+use super::{assert_refused, names, write_session};
 
 /// The JSON of a binary glTF file.
 fn document(path: &Path) -> Value {
@@ -50,7 +52,7 @@ fn every_brush_gets_the_material_that_its_facts_say() {
     let mut names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
     names.push("");
     fs::write(folder.path().join("a.ron"), painted(&names)).expect("written");
-    let output = osp(folder.path(), ["export", "a.ron", "a.glb", "--objects", "strokes"]);
+    let output = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", "strokes"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stdout(&output).starts_with(&format!("a.glb: {} objects, ", names.len())), "{}", stdout(&output));
     assert!(stderr(&output).contains("particles face one way"), "{}", stderr(&output));
@@ -93,7 +95,7 @@ fn an_object_is_a_layer_or_a_stroke() {
     fs::write(folder.path().join("a.ron"), painted(&["Light", "Ink", "MatteHull"])).expect("written");
     let mut found = Vec::new();
     for objects in ["layers", "strokes"] {
-        assert!(osp(folder.path(), ["export", "a.ron", "a.glb", "--objects", objects]).status.success());
+        OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", objects]);
         let json = document(&folder.path().join("a.glb"));
         found.push(list(&json, "nodes").iter().map(|node| node["name"].to_string()).collect::<Vec<_>>());
         // A part of a mesh for each of its materials.
@@ -104,7 +106,7 @@ fn an_object_is_a_layer_or_a_stroke() {
     assert_eq!(found[1], ["\"stroke 0 (Light)\"", "\"stroke 1 (Ink)\"", "\"stroke 2 (MatteHull)\""]);
     // Half of a session has less in it.
     let whole = fs::metadata(folder.path().join("a.glb")).expect("a model").len();
-    assert!(osp(folder.path(), ["export", "a.ron", "a.glb", "--frame", "1"]).status.success());
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--frame", "1"]);
     assert!(fs::metadata(folder.path().join("a.glb")).expect("a model").len() < whole);
 }
 
@@ -118,7 +120,7 @@ fn an_export_replaces_models_alone_and_writes_nothing_of_what_it_cannot_read() {
     fs::copy(at("b.ron"), at("session.glb")).expect("copied");
     let refuse = |args: &[&str], words: &[&str]| {
         let args: Vec<&str> = ["export"].iter().chain(args).copied().collect();
-        assert_refused(&osp(folder.path(), &args), words);
+        assert_refused(&OSP.run_in(folder.path(), &args), words);
     };
     refuse(&["a.ron", "session.glb"], &["session.glb", "--force"]);
     refuse(&["a.ron", "b.ron"], &["b.ron", ".glb"]);
@@ -134,9 +136,9 @@ fn an_export_replaces_models_alone_and_writes_nothing_of_what_it_cannot_read() {
     assert_eq!(names(folder.path()), ["a.ron", "b.ron", "damaged.ron", "session.glb"]);
     // A model may be replaced, and anything else by whoever insists.
     for _ in 0..2 {
-        assert!(osp(folder.path(), ["export", "a.ron", "a.glb"]).status.success());
+        OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
     }
-    assert!(osp(folder.path(), ["export", "a.ron", "session.glb", "--force"]).status.success());
+    OSP.done_in(folder.path(), ["export", "a.ron", "session.glb", "--force"]);
     document(&at("session.glb"));
     // A model that another program wrote is a session to osp.
     let own = fs::read(at("a.glb")).expect("a model");

@@ -1,14 +1,15 @@
 //! Groups that are filed whole: the same polygons in view, and far fewer of them filed anew.
 
 use super::*;
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 /// The columns of a replay of the session with moving groups: polygons filed anew, and the fingerprint, of each frame.
 fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
     let session = osp_testkit::at("recordings/nested.ron");
     let session = session.to_str().expect("utf-8");
     let args = [&["replay", session, "--csv", "frames.csv", "--force", "--budget", "600"], more].concat();
-    let output = osp(folder, &args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    OSP.done_in(folder, &args);
     let text = fs::read_to_string(folder.join("frames.csv")).expect("the lines");
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
     let names = lines.next().expect("names");
@@ -41,8 +42,8 @@ fn what_occlusion_culling_leaves_out_is_hidden_where_groups_move_whole() {
     let session = session.to_str().expect("utf-8");
     let methods = "none,msvbsp,svbsp,depth-last,auto";
     let args = ["replay", session, "--groups", "whole", "--occlusion", methods, "--verify-frames", "6"];
-    let output = osp(folder.path(), args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = OSP.run_in(folder.path(), args);
+    assert!(output.status.success(), "{}", stderr(&output));
     let report = String::from_utf8(output.stdout).expect("utf-8");
     assert_eq!(report.matches(" culled 0 visible polygons.").count(), 5, "{report}");
 }

@@ -1,8 +1,10 @@
 //! Messages say each thing once, and nothing in a file or its name commands the terminal.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 use std::{error::Error, fs, io, path::PathBuf};
 
-use super::{built::has, osp, session_text, stderr, stdout, temp, write_session};
+use super::{built::has, session_text, write_session};
 use osp_lab::{
     pvs::PvsError,
     report::{PinError, Pins},
@@ -217,7 +219,7 @@ fn no_part_of_a_message_is_told_twice() {
         cases.push(vec!["join", "nats://127.0.0.1:1/x", "none/o.ron"]);
     }
     for args in cases {
-        let output = osp(folder.path(), &args);
+        let output = OSP.run_in(folder.path(), &args);
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
         let parts: Vec<_> = said.trim_start_matches("error: ").trim().split(": ").collect();
@@ -284,7 +286,7 @@ fn names_and_titles_do_not_command_the_terminal() {
         (vec!["import", &file, &svg], 2),
     ];
     for (args, code) in cases.into_iter().filter(|(args, _)| has(args)) {
-        let output = osp(folder.path(), &args);
+        let output = OSP.run_in(folder.path(), &args);
         assert_eq!(output.status.code(), Some(code), "{args:?}: {}", stderr(&output));
         assert_harmless(&stdout(&output), &format!("{args:?}"));
         assert_harmless(&stderr(&output), &format!("{args:?}"));
@@ -303,7 +305,7 @@ fn names_and_titles_do_not_command_the_terminal() {
     assert_eq!(chart.is_ok(), cfg!(feature = "bench"));
     assert!(!chart.unwrap_or_default().chars().any(|c| c.is_control() && c != '\n'), "no XML otherwise");
     // On a terminal the progress is there, too.
-    let run = format!("{} replay \"$FILE\" --pace samples:1", env!("CARGO_BIN_EXE_osp"));
+    let run = format!("{} replay \"$FILE\" --pace samples:1", OSP.0);
     let mut script = std::process::Command::new("script");
     script.args(["-qec", &run, "/dev/null"]).env("TERM", "xterm").env("FILE", folder.path().join(&file));
     match script.output() {

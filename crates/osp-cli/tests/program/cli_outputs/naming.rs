@@ -1,11 +1,13 @@
 //! Figures and messages that two commands give of one thing are the same, and name what the user knows.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 use std::fs;
 
 use osp_session::brush::{self, Brush};
 use serde_json::Value;
 
-use super::{built::has, exporting::painted, osp, stderr, stdout, temp};
+use super::{built::has, exporting::painted};
 
 #[test]
 fn info_counts_the_polygons_that_are_drawn() {
@@ -26,9 +28,9 @@ fn info_counts_the_polygons_that_are_drawn() {
     }
     text += "End(t:0,stroke:900)\n";
     fs::write(folder.path().join("a.ron"), text).expect("written");
-    let exported = osp(folder.path(), ["export", "a.ron", "a.glb"]);
+    let exported = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
     assert!(exported.status.success(), "{}", stderr(&exported));
-    let info = osp(folder.path(), ["info", "a.ron", "--json"]);
+    let info = OSP.run_in(folder.path(), ["info", "a.ron", "--json"]);
     let info: Value = serde_json::from_slice(&info.stdout).expect("JSON");
     let count = |key: &str| info[key].as_u64().expect("a count");
     let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
@@ -38,7 +40,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     assert_eq!(in_rows, drawn + hidden);
     let said = stdout(&exported).replace(',', "");
     assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
-    let text = stdout(&osp(folder.path(), ["info", "a.ron"])).replace(',', "");
+    let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");
     let without = count("polygons_without_area");
     let line =
         format!("({drawn} in the model at the end {hidden} hidden {without} without area are not drawn)");
@@ -62,7 +64,7 @@ fn an_output_that_cannot_be_made_is_named_as_the_user_did() {
     .into_iter()
     .filter(|args| has(args))
     {
-        let output = osp(folder.path(), args);
+        let output = OSP.run_in(folder.path(), args);
         super::assert_refused(&output, &["error: /proc/out."]);
         assert!(!stderr(&output).contains("unfinished"), "{args:?}: {}", stderr(&output));
     }
@@ -73,7 +75,7 @@ fn an_output_that_cannot_be_made_is_named_as_the_user_did() {
 fn a_window_makes_no_folder_for_a_session() {
     let folder = temp();
     for path in ["missing/a.ron", "missing/more/a.ron"] {
-        let output = osp(folder.path(), ["sketch", path, "--autosave", "autosaves"]);
+        let output = OSP.run_in(folder.path(), ["sketch", path, "--autosave", "autosaves"]);
         let missing = path.trim_end_matches("/a.ron");
         super::assert_refused(&output, &[path, &format!("the folder {missing} does not exist")]);
         assert!(!folder.path().join("missing").exists());

@@ -1,12 +1,14 @@
 //! `--node-test` and `--score`, wherever they are taken.
 
+use crate::OSP;
+use osp_testkit::stderr;
 use serde_json::Value;
 
-use super::command::{figure, methods, osp, text};
+use super::command::{figure, methods};
 
 fn json(args: &[&str]) -> Value {
-    let output = osp(args);
-    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+    let output = OSP.run(args);
+    assert!(output.status.success(), "{args:?}: {}", stderr(&output));
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
@@ -78,16 +80,16 @@ fn replay_takes_both_options_and_nothing_visible_is_culled() {
 
 #[test]
 fn what_would_change_nothing_or_cull_wrongly_is_refused() {
-    let output = osp(&["replay", "recordings/room.ron", "--node-test", "sphere"]);
+    let output = OSP.run(["replay", "recordings/room.ron", "--node-test", "sphere"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("--node-test is about occlusion culling"), "{output:?}");
+    assert!(stderr(&output).contains("--node-test is about occlusion culling"), "{output:?}");
     let mut commands: Vec<&[&str]> = vec![&["replay", "recordings/room.ron", "--occlusion", "msvbsp"]];
     if cfg!(feature = "window") {
         commands.push(&["sketch"]);
     }
     for command in commands {
-        let output = osp(&[command, &["--node-test", "corners-apart"]].concat());
+        let output = OSP.run([command, &["--node-test", "corners-apart"]].concat());
         assert_eq!(output.status.code(), Some(2), "{command:?}");
-        assert!(text(&output.stderr).contains("corners"), "{output:?}");
+        assert!(stderr(&output).contains("corners"), "{output:?}");
     }
 }

@@ -1,10 +1,12 @@
 //! Sets of what can be seen from where: made, read, used, and refused where they do not belong.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::command::{figure, osp, text};
+use super::command::figure;
 
 /// A small furnished flat, and the sets of it.
 struct Flat {
@@ -17,12 +19,11 @@ impl Flat {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let (session, sets) = (folder.path().join("flat.ron"), folder.path().join("flat.pvs"));
-        let made = osp(&["synth", "room", "--polygons", "1500", "--seed", "3", name(&session)]);
-        assert!(made.status.success(), "{}", text(&made.stderr));
+        OSP.done(["synth", "room", "--polygons", "1500", "--seed", "3", name(&session)]);
         let args = ["--cells", "3", "--samples", "3", "--pixels", "96", "--threads", "2"];
-        let baked = osp(&[&["bake", name(&session), name(&sets)], &args[..]].concat());
-        assert!(baked.status.success(), "{}", text(&baked.stderr));
-        assert!(text(&baked.stdout).contains("3 samples each"), "{}", text(&baked.stdout));
+        let baked = OSP.run([&["bake", name(&session), name(&sets)], &args[..]].concat());
+        assert!(baked.status.success(), "{}", stderr(&baked));
+        assert!(stdout(&baked).contains("3 samples each"), "{}", stdout(&baked));
         Self { folder, session, sets }
     }
 }
@@ -36,10 +37,10 @@ fn sets_leave_out_what_is_hidden_and_verify_says_what_they_miss() {
     let flat = Flat::new();
     let (session, sets) = (name(&flat.session), name(&flat.sets));
     let common = ["--whole", "--pvs", sets, "--views", "4", "--pixels", "480x270", "--json"];
-    let output = osp(&[&["verify", session, "--occlusion", "msvbsp"], &common[..]].concat());
+    let output = OSP.run([&["verify", session, "--occlusion", "msvbsp"], &common[..]].concat());
     // Sets promise nothing: what they miss is said, and is no failure.
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     let of = |name| figure(&report, "pvs (sampled)", name);
     assert_eq!((figure(&report, "", "views"), of("misreported")), (4.0, 0.0));
     assert!(of("hidden") > 20.0, "{report}");
@@ -53,7 +54,7 @@ fn sets_are_the_same_however_many_threads_find_them() {
     let other = flat.folder.path().join("other.pvs");
     let args = ["--cells", "3", "--samples", "3", "--pixels", "96", "--threads", "1"];
     let session = name(&flat.session);
-    assert!(osp(&[&["bake", session, name(&other)], &args[..]].concat()).status.success());
+    OSP.done([&["bake", session, name(&other)], &args[..]].concat());
     assert_eq!(std::fs::read(&flat.sets).expect("sets"), std::fs::read(&other).expect("sets"));
 }
 
@@ -62,21 +63,20 @@ fn sets_replace_sets_and_nothing_else() {
     let flat = Flat::new();
     let bake =
         ["bake", name(&flat.session), name(&flat.sets), "--cells", "1", "--samples", "1", "--pixels", "16"];
-    let again = osp(&bake);
-    assert!(again.status.success(), "{}", text(&again.stderr));
+    OSP.done(bake);
     std::fs::write(&flat.sets, "Header(format: 1)\n").expect("written");
-    let refused = osp(&bake);
+    let refused = OSP.run(bake);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("holds a session"), "{}", text(&refused.stderr));
-    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
+    assert!(stderr(&refused).contains("holds a session"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
 }
 
 #[test]
 fn sets_of_another_model_and_damaged_ones_are_refused() {
     let flat = Flat::new();
     let refused = |session: &str, sets: &Path, expected: &str| {
-        let output = osp(&["verify", session, "--whole", "--pvs", name(sets)]);
-        let said = text(&output.stderr);
+        let output = OSP.run(["verify", session, "--whole", "--pvs", name(sets)]);
+        let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains(expected) && said.contains(name(sets)), "{said}");
     };
@@ -87,15 +87,15 @@ fn sets_of_another_model_and_damaged_ones_are_refused() {
     // Cut off anywhere, and with any byte of the head changed: an error, never a panic.
     for end in [0, 5, 10, 11, 30, bytes.len() / 2, bytes.len() - 1] {
         std::fs::write(&damaged, &bytes[..end]).expect("written");
-        let output = osp(&["verify", session, "--whole", "--pvs", name(&damaged), "--views", "1"]);
-        let said = text(&output.stderr);
+        let output = OSP.run(["verify", session, "--whole", "--pvs", name(&damaged), "--views", "1"]);
+        let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{end}: {said}");
         assert!(said.contains("byte") && said.contains("expected"), "{end}: {said}");
     }
     std::fs::write(&damaged, b"Header(format:1)").expect("written");
     refused(session, &damaged, "begins with `osp pvs 2`");
-    let without_whole = osp(&["verify", session, "--pvs", name(&flat.sets)]);
+    let without_whole = OSP.run(["verify", session, "--pvs", name(&flat.sets)]);
     assert_eq!(without_whole.status.code(), Some(2));
-    let wrong_name = osp(&["bake", session, "sets.txt"]);
-    assert!(text(&wrong_name.stderr).contains("expected a name that ends in .pvs"));
+    let wrong_name = OSP.run(["bake", session, "sets.txt"]);
+    assert!(stderr(&wrong_name).contains("expected a name that ends in .pvs"));
 }

@@ -1,11 +1,13 @@
 //! `osp query`: what is in a box, in a sphere, near a point, along a ray.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 use serde_json::Value;
 
-use super::{osp, stderr, stdout, temp, write_session};
+use super::write_session;
 
 fn query(folder: &std::path::Path, args: &[&str]) -> Value {
-    let output = osp(folder, ["query"].iter().chain(args).chain(&["--json"]));
+    let output = OSP.run_in(folder, ["query"].iter().chain(args).chain(&["--json"]));
     assert!(output.status.success(), "{args:?}: {}", stderr(&output));
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
@@ -78,7 +80,7 @@ fn the_first_frame_holds_less_than_the_last() {
 fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
     let folder = temp();
     write_session(folder.path(), "a.ron");
-    let said = |args: &[&str]| osp(folder.path(), ["query", "a.ron"].iter().chain(args));
+    let said = |args: &[&str]| OSP.run_in(folder.path(), ["query", "a.ron"].iter().chain(args));
     let text = stdout(&said(&["--nearest", "0,5,0", "30"]));
     for words in ["30 polygons", "strokes", "polygon", "distance, m", "osp looked at", "nodes", "and 10 more"]
     {

@@ -1,13 +1,15 @@
 //! `--rig` and `--stereo`: every screen and eye of a frame.
 
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout, temp};
 use std::{fs, path::Path};
 
 use serde_json::Value;
 
-use super::{assert_refused, built::has, command, names, osp, stderr, stdout, temp, write_session};
+use super::{assert_refused, built::has, names, write_session};
 
 fn room() -> String {
-    format!("{}/recordings/room.ron", osp_testkit::ROOT)
+    shipped_session("room")
 }
 
 /// The screens of the shipped rig `dual-wall`.
@@ -29,10 +31,8 @@ struct Lines {
 
 impl Lines {
     fn of(folder: &Path, args: &[&str]) -> Self {
-        let output =
-            osp(folder, ["replay", &room(), "--pace", "samples:400", "--csv", "-"].iter().chain(args));
-        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
-        let text = stdout(&output);
+        let text = OSP
+            .done_in(folder, ["replay", &room(), "--pace", "samples:400", "--csv", "-"].iter().chain(args));
         let mut lines = text.lines();
         let head = lines.next().expect("names").replace(", ", "; ");
         let cells = |line: &str| line.split(',').map(|cell| cell.trim_matches('"').to_owned()).collect();
@@ -103,7 +103,7 @@ fn two_screens_show_what_each_shows_alone() {
 }
 
 fn json(folder: &Path, args: &[&str]) -> Value {
-    let output = osp(folder, args.iter().chain(&["--json"]));
+    let output = OSP.run_in(folder, args.iter().chain(&["--json"]));
     assert!(output.status.success(), "{args:?}: {}", stderr(&output));
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
@@ -139,7 +139,7 @@ fn a_rig_has_two_eyes_if_its_stereo_has_and_nothing_visible_is_culled() {
             "{run}"
         );
     }
-    let table = stdout(&osp(folder.path(), &args[..args.len() - 2]));
+    let table = stdout(&OSP.run_in(folder.path(), &args[..args.len() - 2]));
     for words in ["left eye", "right eye", "all views", "views x one", "dual-wall, side-by-side"] {
         assert!(table.contains(words), "{words}: {table}");
     }
@@ -155,7 +155,7 @@ fn screens_without_a_view_are_named() {
     let room = room();
     let replay = |more: &[&str]| {
         let args = ["replay", &room, "--pace", "samples:400", "--index", "osp,brute-simd"];
-        let output = osp(folder.path(), args.iter().chain(more));
+        let output = OSP.run_in(folder.path(), args.iter().chain(more));
         assert!(output.status.success(), "{more:?}: {}", stderr(&output));
         stdout(&output)
     };
@@ -184,7 +184,7 @@ fn screens_without_a_view_are_named() {
     fs::write(folder.path().join("walk.ron"), walk).expect("written");
     let args = ["replay", "walk.ron", "--pace", "samples:1", "--rig", "dual-wall", "--room", "stands"];
     for occlusion in [&[][..], &["--occlusion", "msvbsp,depth-last,auto", "--verify-frames", "4"]] {
-        let said = stdout(&osp(folder.path(), args.iter().chain(occlusion)));
+        let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(occlusion)));
         for eye in ["left eye", "right eye"] {
             let line =
                 format!("right, {eye}: no view in 3 of 8 frames: the {eye} was not in front of the screen.");
@@ -192,7 +192,7 @@ fn screens_without_a_view_are_named() {
         }
     }
     // A room that follows shows every frame on both.
-    let said = stdout(&osp(folder.path(), &args[..6]));
+    let said = stdout(&OSP.run_in(folder.path(), &args[..6]));
     assert!(said.contains("8 frames") && !said.contains("no view"), "{said}");
 }
 
@@ -200,7 +200,8 @@ fn screens_without_a_view_are_named() {
 fn a_pin_on_a_rig_is_another_one() {
     let folder = temp();
     write_session(folder.path(), "a.ron");
-    let replay = |more: &[&str]| osp(folder.path(), ["replay", "a.ron", "--index", "osp"].iter().chain(more));
+    let replay =
+        |more: &[&str]| OSP.run_in(folder.path(), ["replay", "a.ron", "--index", "osp"].iter().chain(more));
     let rig = ["--rig", "dual-wall"];
     assert!(replay(&[&rig[..], &["--pin", "p.pins"]].concat()).status.success());
     assert!(replay(&[&rig[..], &["--check", "p.pins"]].concat()).status.success());
@@ -231,7 +232,7 @@ fn a_bench_on_a_rig_sets_all_views_beside_one() {
         let ratio = of("all_views") / of("views_times_one");
         assert!((of("all_against_views_times_one") - ratio).abs() < 1.0e-6, "{index}");
     }
-    let said = stdout(&osp(folder.path(), args.iter().chain(&["--rig", "cave4", "--all"])));
+    let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(&["--rig", "cave4", "--all"])));
     assert!(said.contains("views times one") && said.contains("auto on cave4"), "{said}");
     assert_eq!(figure(&json(folder.path(), &args), "osp", "views"), None);
 }
@@ -252,7 +253,7 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
     }
     for args in commands.into_iter().filter(|args| has(args)) {
         let said = |more: &[&str]| {
-            let mut command = command(folder.path(), args.iter().chain(more));
+            let mut command = OSP.command_in(folder.path(), args.iter().chain(more));
             command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the program starts")
         };
         assert_refused(&said(&["--rig", "dual-wal"]), &["`dual-wal`", "desktop, dual-wall, cave4", "a file"]);
@@ -265,11 +266,11 @@ fn what_is_no_rig_is_answered_with_those_there_are() {
         .into_iter()
         .filter(|args| has(&args[..]))
     {
-        let output = osp(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
+        let output = OSP.run_in(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
         assert_refused(&output, &["mine.rig", "the input"]);
     }
     if cfg!(feature = "bench") {
-        assert_refused(&osp(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
+        assert_refused(&OSP.run_in(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
     }
     assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
 }
@@ -280,22 +281,22 @@ fn a_rig_is_checked_shown_and_drawn() {
     write_rig(folder.path(), "walls", &[LEFT, RIGHT]);
     write_rig(folder.path(), "turned", &[LEFT, BEHIND]);
     fs::write(folder.path().join("broken.rig"), "(name: \"a\",\n screens: 3)").expect("written");
-    let good = osp(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
+    let good = OSP.run_in(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
     assert!(good.status.success(), "{}", stderr(&good));
     assert_eq!(stdout(&good).lines().count(), 4);
-    let turned = osp(folder.path(), ["rig", "check", "turned.rig"]);
+    let turned = OSP.run_in(folder.path(), ["rig", "check", "turned.rig"]);
     assert_eq!(turned.status.code(), Some(1));
     assert!(
         stderr(&turned).contains("`behind`") && stderr(&turned).contains("turned.rig"),
         "{}",
         stderr(&turned)
     );
-    let broken = osp(folder.path(), ["rig", "check", "broken.rig"]);
+    let broken = OSP.run_in(folder.path(), ["rig", "check", "broken.rig"]);
     assert_eq!(broken.status.code(), Some(2));
     assert!(stderr(&broken).contains("broken.rig, line 2"), "{}", stderr(&broken));
 
     let plan = cfg!(feature = "bench").then_some("plan.svg");
-    let shown = osp(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
+    let shown = OSP.run_in(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
     assert!(shown.status.success(), "{}", stderr(&shown));
     // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
     let rows: Vec<String> =
@@ -305,18 +306,18 @@ fn a_rig_is_checked_shown_and_drawn() {
         rows.iter().all(|row| row.contains("1.800") && row.contains("1.200") && row.contains("90.0")),
         "{rows:?}"
     );
-    let behind = stdout(&osp(folder.path(), ["rig", "show", "turned.rig"]));
+    let behind = stdout(&OSP.run_in(folder.path(), ["rig", "show", "turned.rig"]));
     assert!(behind.lines().any(|line| line.matches("behind").count() == 3), "{behind}");
     if plan.is_none() {
-        let refused = osp(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
+        let refused = OSP.run_in(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
         assert_refused(&refused, &["osp rig show RIG PLAN", "feature `bench`"]);
         return;
     }
     let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
     assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
     fs::write(folder.path().join("mine.svg"), "my text").expect("written");
-    let refused = osp(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
+    let refused = OSP.run_in(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
     assert_eq!(refused.status.code(), Some(2));
     assert_eq!(fs::read(folder.path().join("mine.svg")).expect("a file"), b"my text");
-    assert!(osp(folder.path(), ["rig", "show", "cave4", "plan.png"]).status.success());
+    OSP.done_in(folder.path(), ["rig", "show", "cave4", "plan.png"]);
 }

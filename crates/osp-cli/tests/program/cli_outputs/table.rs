@@ -1,5 +1,7 @@
 //! Every command and every output of it, against everything that may be in its place.
 
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 use std::{
     fs,
     os::unix::fs::{PermissionsExt, symlink},
@@ -7,7 +9,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use super::{built::has, command, names, osp, session_text, stderr, temp, write_session};
+use super::{built::has, names, session_text, write_session};
 
 /// A way to write a file.
 struct Way {
@@ -84,7 +86,7 @@ impl Way {
     fn run(&self, folder: &Path, out: &str, force: bool, case: &str) -> Option<i32> {
         let before = names(folder);
         let session = fs::read(folder.join("in.ron")).expect("the session");
-        let output = osp(folder, self.args(out, force));
+        let output = OSP.run_in(folder, self.args(out, force));
         let said = stderr(&output);
         let about = format!("{:?}, {case}: {said}", self.args(out, force));
         assert!(!said.contains("panicked"), "{about}");
@@ -168,7 +170,7 @@ fn every_output_against_everything_in_its_place() {
         of(way.run(folder, &format!("none/{out}"), true, "no folder"), 2, "no folder");
         // Names of folders, and none.
         for name in [format!("{out}/"), String::new()] {
-            let output = osp(folder, way.args(&name, true));
+            let output = OSP.run_in(folder, way.args(&name, true));
             of(output.status.code(), 2, "no name of a file");
             assert!(
                 !names(folder).iter().any(|name| name == out || name.starts_with('.')),
@@ -205,7 +207,7 @@ fn a_folder_that_cannot_be_written_to_is_told_of_before_the_work() {
         let out = format!("closed/{}", way.file);
         let code = way.run(folder.path(), &out, true, "a read-only folder");
         assert_eq!(code, Some(2), "{:?}", way.args);
-        let said = stderr(&osp(folder.path(), way.args(&out, true)));
+        let said = stderr(&OSP.run_in(folder.path(), way.args(&out, true)));
         assert!(said.contains("ermission denied") && !said.contains(".unfinished"), "{said}");
     }
 }
@@ -228,7 +230,7 @@ fn a_pipe_is_written_to_directly() {
             continue;
         }
         let reader = Command::new("cat").arg(&path).stdout(Stdio::piped()).spawn().expect("cat");
-        let output = osp(folder, way.args(way.file, false));
+        let output = OSP.run_in(folder, way.args(way.file, false));
         assert!(output.status.success(), "{:?}: {}", way.args, stderr(&output));
         let read = reader.wait_with_output().expect("cat").stdout;
         assert!(!read.is_empty(), "{:?}", way.args);
@@ -242,7 +244,8 @@ fn a_file_on_standard_output_is_not_mixed_with_results() {
     write_session(folder.path(), "in.ron");
     for out in ["-", "/dev/stdout"] {
         for way in ways().into_iter().filter(|way| way.streams && way.file != "o.ron.zst") {
-            let output = command(folder.path(), way.args(out, false)).output().expect("the program starts");
+            let output =
+                OSP.command_in(folder.path(), way.args(out, false)).output().expect("the program starts");
             assert!(output.status.success(), "{:?} {out}: {}", way.args, stderr(&output));
             let (start, is_text): (&[u8], bool) = match way.file {
                 "o.csv" if way.args[0] == "replay" => (b"recording,index,frame", true),

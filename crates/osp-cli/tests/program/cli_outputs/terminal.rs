@@ -1,11 +1,11 @@
 //! What the program does for a terminal: narrow tables, a verdict, completions, a manual.
 
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout, temp};
 use std::fs;
 
-use super::{command, osp, stderr, stdout, temp};
-
 fn grow() -> String {
-    format!("{}/recordings/grow.ron", osp_testkit::ROOT)
+    shipped_session("grow")
 }
 
 #[test]
@@ -14,7 +14,7 @@ fn a_narrow_terminal_gets_a_table_that_fits() {
     let args = ["replay", &grow(), "--pace", "samples:200", "--index", "osp,brute-force"];
     let table = |columns: &str| {
         let output =
-            command(folder.path(), args).env("COLUMNS", columns).output().expect("the program starts");
+            OSP.command_in(folder.path(), args).env("COLUMNS", columns).output().expect("the program starts");
         assert!(output.status.success(), "{}", stderr(&output));
         let said = stdout(&output);
         said.lines().filter(|line| line.starts_with(['─', '═', ' '])).map(str::to_owned).collect::<Vec<_>>()
@@ -36,7 +36,7 @@ fn a_narrow_terminal_is_asked_for_its_width() {
     let folder = temp();
     let line = format!(
         "stty rows 24 cols 80; '{}' replay '{}' --pace samples:200 --index osp,brute-force",
-        env!("CARGO_BIN_EXE_osp"),
+        OSP.0,
         grow()
     );
     let output = std::process::Command::new("script")
@@ -58,7 +58,7 @@ fn a_narrow_terminal_is_asked_for_its_width() {
 fn a_replay_ends_with_which_index_is_the_fastest() {
     let folder = temp();
     let replay = |index: &str| {
-        stdout(&osp(folder.path(), ["replay", &grow(), "--pace", "samples:200", "--index", index]))
+        stdout(&OSP.run_in(folder.path(), ["replay", &grow(), "--pace", "samples:200", "--index", index]))
     };
     let said = replay("osp,octree-rebuild");
     let verdict = said.lines().find(|line| line.contains("is the fastest")).expect("a verdict");
@@ -70,14 +70,12 @@ fn a_replay_ends_with_which_index_is_the_fastest() {
 fn shells_get_completions_and_man_gets_pages() {
     let folder = temp();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let output = osp(folder.path(), ["completions", shell]);
-        assert!(output.status.success(), "{shell}: {}", stderr(&output));
-        let script = stdout(&output);
+        let script = OSP.done_in(folder.path(), ["completions", shell]);
         assert!(script.contains("draw-index") && script.contains("occlusion"), "{shell}");
     }
-    assert_eq!(osp(folder.path(), ["completions", "csh"]).status.code(), Some(2));
+    assert_eq!(OSP.run_in(folder.path(), ["completions", "csh"]).status.code(), Some(2));
 
-    let man = |args: &[&str]| osp(folder.path(), ["man", "--to", "pages"].iter().chain(args));
+    let man = |args: &[&str]| OSP.run_in(folder.path(), ["man", "--to", "pages"].iter().chain(args));
     let output = man(&[]);
     assert!(output.status.success(), "{}", stderr(&output));
     let page = fs::read_to_string(folder.path().join("pages/osp-replay.1")).expect("a page");

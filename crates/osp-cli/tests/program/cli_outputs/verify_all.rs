@@ -1,8 +1,8 @@
 //! `osp verify --all`: every session of a folder, and a table of all.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use std::fs;
-
-use super::{osp, stderr, stdout};
 
 const QUICK: [&str; 9] =
     ["--views", "1", "--pixels", "160x90", "--repeats", "1", "--occlusion", "msvbsp", "--pace=samples:64"];
@@ -12,8 +12,7 @@ fn folder_of_sessions() -> tempfile::TempDir {
     fs::create_dir_all(folder.path().join("all/deep/deeper")).expect("folders");
     for (i, name) in ["all/a.ron", "all/deep/b.ron", "all/deep/deeper/c.ron"].into_iter().enumerate() {
         let seed = i.to_string();
-        let made = osp(folder.path(), ["synth", "room", name, "--polygons", "200", "--seed", &seed]);
-        assert!(made.status.success(), "{}", stderr(&made));
+        OSP.done_in(folder.path(), ["synth", "room", name, "--polygons", "200", "--seed", &seed]);
     }
     fs::write(folder.path().join("all/notes.txt"), "no session").expect("a file");
     folder
@@ -22,9 +21,7 @@ fn folder_of_sessions() -> tempfile::TempDir {
 #[test]
 fn every_session_below_a_folder_is_verified_and_summed_up() {
     let folder = folder_of_sessions();
-    let output = osp(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = stdout(&output);
+    let text = OSP.done_in(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
     for name in ["a.ron", "deep/b.ron", "deep/deeper/c.ron"] {
         assert_eq!(text.lines().filter(|line| line.starts_with(&format!(" {name} "))).count(), 1, "{text}");
     }
@@ -39,7 +36,7 @@ fn the_parts_are_all_sessions_once() {
     let mut lines: Vec<String> = Vec::new();
     for part in ["1/2", "2/2"] {
         let args = ["verify", "--all", "--json", "--part", part, "all"];
-        let output = osp(folder.path(), args.into_iter().chain(QUICK));
+        let output = OSP.run_in(folder.path(), args.into_iter().chain(QUICK));
         assert!(output.status.success(), "{}", stderr(&output));
         lines.extend(stdout(&output).lines().map(str::to_owned));
     }
@@ -55,7 +52,7 @@ fn the_parts_are_all_sessions_once() {
 fn a_damaged_session_is_named_and_the_others_are_verified() {
     let folder = folder_of_sessions();
     fs::write(folder.path().join("all/deep/bad.ron"), "Header(version: 2)\nnonsense\n").expect("a file");
-    let output = osp(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
+    let output = OSP.run_in(folder.path(), ["verify", "--all", "all"].into_iter().chain(QUICK));
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("bad.ron"), "{}", stderr(&output));
     assert!(
@@ -76,7 +73,7 @@ fn what_cannot_be_meant_is_refused() {
         (&["verify", "--part", "1/2", "all"], "--all"),
         (&["verify", "all"], "a folder without a sketch"),
     ] {
-        let output = osp(folder.path(), args);
+        let output = OSP.run_in(folder.path(), args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(stderr(&output).contains(says), "{args:?}: {}", stderr(&output));
     }

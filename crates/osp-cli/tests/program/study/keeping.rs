@@ -1,5 +1,7 @@
 //! The file that lines are added to: nothing of it is lost, and nobody else's file is touched.
 
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 use std::{
     fs::{self, File},
     io::Write,
@@ -9,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{command, done, facts, lines, names, osp, sessions, stderr, temp};
+use super::{facts, lines, names, sessions};
 
 const SESSIONS: usize = 10;
 /// Makes a session take some tens of milliseconds.
@@ -17,7 +19,7 @@ const SLOWLY: [&str; 6] = ["study", "in", "--out", "r.ndjson", "--pace", "sample
 const LEAST_TIME: Duration = Duration::from_secs(60);
 
 fn started(folder: &Path, args: &[&str]) -> Child {
-    let mut command = command(folder, args);
+    let mut command = OSP.command_in(folder, args);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
 }
 
@@ -46,13 +48,13 @@ fn killed_at_any_point_it_goes_on_and_measures_nothing_twice() {
         before = now;
     }
     assert!(killed >= 2, "killed {killed} times");
-    done(folder.path(), SLOWLY);
+    OSP.done_in(folder.path(), SLOWLY);
     let found = lines(&path);
     assert_eq!(found.len(), SESSIONS, "{:?}", names(&found));
     assert!(fs::read(&path).expect("there").starts_with(&before));
     // As if nothing had happened.
     let whole = SLOWLY.map(|word| if word == "r.ndjson" { "whole.ndjson" } else { word });
-    done(folder.path(), whole);
+    OSP.done_in(folder.path(), whole);
     let whole = lines(&folder.path().join("whole.ndjson"));
     for (one, other) in found.iter().zip(&whole) {
         assert_eq!((&one["file"], &one["file_hash"]), (&other["file"], &other["file_hash"]));
@@ -65,7 +67,7 @@ const ARGS: [&str; 4] = ["study", "in", "--out", "r.ndjson"];
 /// The file of a study of two sessions, and its lines.
 fn studied(folder: &Path) -> (PathBuf, Vec<u8>) {
     sessions(folder, 2);
-    done(folder, ARGS);
+    OSP.done_in(folder, ARGS);
     let path = folder.join("r.ndjson");
     let whole = fs::read(&path).expect("there");
     (path, whole)
@@ -77,7 +79,7 @@ fn a_part_of_a_line_stays_and_is_passed_over() {
     let (path, whole) = studied(folder.path());
     let cut = whole.len() - 100;
     fs::write(&path, &whole[..cut]).expect("written");
-    assert!(done(folder.path(), ARGS).starts_with("2 sessions: 1 measured now, 1 before;"));
+    assert!(OSP.done_in(folder.path(), ARGS).starts_with("2 sessions: 1 measured now, 1 before;"));
     let now = fs::read(&path).expect("there");
     assert!(now.starts_with(&[&whole[..cut], b"\n{\"osp_study\":"].concat()));
     assert_eq!(names(&lines(&path)), ["deep/s1.ron", "s0.ron"]);
@@ -105,7 +107,7 @@ fn several_processes_add_to_one_file() {
 /// It is refused, and the file stays what it was.
 fn is_refused(folder: &Path, args: &[&str], file: &str, says: &str) {
     let before = fs::read(folder.join(file)).expect("there");
-    let output = osp(folder, args);
+    let output = OSP.run_in(folder, args);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
     assert!(said.contains(file) && said.contains(says) && said.lines().count() == 1, "{args:?}: {said}");
@@ -123,11 +125,11 @@ fn the_file_of_another_program_is_replaced_only_when_asked() {
         is_refused(folder.path(), &args, "r.ndjson", "--force");
     }
     let with_force = args.into_iter().chain(["--force"]);
-    done(folder.path(), with_force.clone());
+    OSP.done_in(folder.path(), with_force.clone());
     let first = lines(&path);
     assert_eq!(names(&first), ["deep/s1.ron", "s0.ron"]);
     // Begun anew: all are measured again.
-    assert!(done(folder.path(), with_force).starts_with("2 sessions: 2 measured now, 0 before;"));
+    assert!(OSP.done_in(folder.path(), with_force).starts_with("2 sessions: 2 measured now, 0 before;"));
     assert_eq!(lines(&path).len(), 2);
     // A session that is read is replaced by nothing.
     fs::copy(folder.path().join("in/s0.ron"), folder.path().join("s.ndjson")).expect("copied");
@@ -174,7 +176,7 @@ fn a_pipe_or_a_device_is_no_file_to_add_to() {
         }
     }
     // As for every output, `-` is standard output.
-    assert!(done(folder.path(), ["study", "in", "--out", "-"]).starts_with("{\"osp_study\":"));
+    assert!(OSP.done_in(folder.path(), ["study", "in", "--out", "-"]).starts_with("{\"osp_study\":"));
 }
 
 /// A number below 2 to the power of 31.
@@ -196,7 +198,7 @@ fn damaged_lines_are_measured_again_and_lose_nothing() {
             bytes[at] = random(&mut state) as u8;
         }
         fs::write(&path, &bytes).expect("written");
-        done(folder.path(), ARGS);
+        OSP.done_in(folder.path(), ARGS);
         assert!(fs::read(&path).expect("there").starts_with(&bytes));
         let known = lines_of_any_text(&path).iter().filter(|line| is_whole(line)).count();
         assert!(known >= 2, "{}", String::from_utf8_lossy(&bytes));
@@ -224,7 +226,7 @@ fn a_line_without_end_is_not_read_into_memory() {
     // A hole of 64 GiB: no disk holds it, and no memory.
     file.set_len(64 << 30).expect("a sparse file");
     drop(file);
-    let output = osp(folder.path(), ["study", "in", "--out", "long.ndjson"]);
+    let output = OSP.run_in(folder.path(), ["study", "in", "--out", "long.ndjson"]);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("long.ndjson: byte 0: expected a line of fewer than 16777216 bytes"), "{said}");

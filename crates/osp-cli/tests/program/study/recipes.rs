@@ -1,5 +1,7 @@
 //! The recipes and questions of `examples/study`, run as `docs/study.md` has them.
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -8,7 +10,7 @@ use std::{
 
 use serde_json::Value;
 
-use super::{done, field, lines, names, osp, sessions, stderr, stdout, temp};
+use super::{field, lines, names, sessions};
 
 fn recipes() -> PathBuf {
     Path::new(osp_testkit::ROOT).join("examples/study")
@@ -50,7 +52,7 @@ fn ask(python: &str, folder: &Path, question: &str) -> Vec<Value> {
 fn a_study(folder: &Path) -> Vec<Value> {
     sessions(folder, 4);
     fs::write(folder.join("in/bad.ron"), "Header(version: 2)\n").expect("written");
-    assert_eq!(osp(folder, ["study", "in", "--out", "results.ndjson"]).status.code(), Some(2));
+    assert_eq!(OSP.run_in(folder, ["study", "in", "--out", "results.ndjson"]).status.code(), Some(2));
     lines(&folder.join("results.ndjson"))
 }
 
@@ -106,7 +108,7 @@ fn sql_finds_machines_that_disagree() {
     let folder = temp();
     let folder = folder.path();
     sessions(folder, 2);
-    done(folder, ["study", "in", "--out", "results.ndjson", "--occlusion", "none,msvbsp"]);
+    OSP.done_in(folder, ["study", "in", "--out", "results.ndjson", "--occlusion", "none,msvbsp"]);
     let path = folder.join("results.ndjson");
     let found = lines(&path);
     let with = |more: &[Value]| {
@@ -155,7 +157,7 @@ fn duckdb_makes_parquet_of_a_study() {
 
 /// The path of programs with the built `osp` first.
 fn path_with_osp() -> std::ffi::OsString {
-    let folder = Path::new(env!("CARGO_BIN_EXE_osp")).parent().expect("a folder").to_owned();
+    let folder = Path::new(OSP.0).parent().expect("a folder").to_owned();
     let others = std::env::var_os("PATH").unwrap_or_default();
     let all = std::iter::once(folder).chain(std::env::split_paths(&others));
     std::env::join_paths(all).expect("a path")
