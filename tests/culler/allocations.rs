@@ -2,6 +2,7 @@
 //! what is in view, whatever is in view.
 
 use osp_testkit::boxes::{Rng, drawn, root, shuffled};
+use osp_testkit::events::Begin;
 
 use glam::Vec3;
 use osp::{
@@ -15,7 +16,7 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Event, Paint, StrokeId},
     scene::Scene,
 };
 use osp_testkit::allocations;
@@ -35,17 +36,7 @@ fn session(samples: u32) -> Vec<Event> {
     for i in 0..samples {
         let stroke = StrokeId(i / 300);
         if i.is_multiple_of(300) {
-            events.push(Event::Begin {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke,
-                tool: Tool::Ribbon,
-                width: 0.02,
-                color: (0.5, 0.5, 0.5, 1.0),
-                normal: NormalRule::Transport,
-                thinnest: 1.0,
-                paint: None,
-            });
+            events.push(Begin { width: 0.02, color: (0.5, 0.5, 0.5, 1.0), ..Begin::of(stroke) }.event());
         }
         let (angle, turns) = (i as f32 * 0.02, (i / 300) as f32 * 0.7);
         let p = Vec3::new(angle.cos() * (1.0 + turns.sin() * 0.5), 1.5 + angle * 0.7 % 1.0, angle.sin());

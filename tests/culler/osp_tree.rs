@@ -14,7 +14,7 @@ mod whole;
 
 use glam::Vec3;
 use osp::{
-    index::{Backend, BruteForce, DrawList, IndexConfig, IndexError, Osp, SpatialIndex, Visit, Visitor},
+    index::{Backend, BruteForce, DrawList, IndexConfig, Osp, SpatialIndex, Visit, Visitor},
     math::{Aabb, Frustum},
     polygon::{PolygonId, VisibleBlocks},
 };
@@ -71,27 +71,6 @@ fn assert_same(osp: &dyn SpatialIndex, reference: &BruteForce, frusta: &[Frustum
         osp.traverse(frustum, &mut gather);
         gather.0.sort_unstable();
         assert_eq!(gather.0, expected);
-    }
-}
-
-#[test]
-fn drawn_sessions_give_the_brute_force_answer() {
-    for backend in backends() {
-        for boxes in [drawn(5000, 1), shuffled(drawn(5000, 2), 3)] {
-            let mut osp = tree(backend);
-            let mut reference = BruteForce::new();
-            for (i, bounds) in boxes.iter().enumerate() {
-                let id = PolygonId(i as u32);
-                osp.insert(id, bounds).unwrap();
-                reference.insert(id, bounds).unwrap();
-                if i % 16 == 15 {
-                    osp.commit();
-                }
-            }
-            osp.validate().unwrap();
-            assert_same(&osp, &reference, &views(&root(), 8, Place::Outside, 4));
-            assert_same(&osp, &reference, &views(&root(), 8, Place::Inside, 5));
-        }
     }
 }
 
@@ -204,38 +183,4 @@ fn every_order_of_operations_is_answered_like_brute_force() {
         osp.validate().unwrap();
         assert_eq!(osp.len(), 0);
     }
-}
-
-#[test]
-fn bad_boxes_and_wrong_ids_are_refused() {
-    let mut osp = tree(Backend::detect());
-    let id = PolygonId(3);
-    let good = Aabb::cube(Vec3::ZERO, 1.0);
-    let bad = [
-        Aabb::EMPTY,
-        Aabb::new(Vec3::NAN, Vec3::ONE),
-        Aabb::new(Vec3::ZERO, Vec3::new(1.0, f32::NAN, 1.0)),
-        Aabb::new(Vec3::ZERO, Vec3::splat(f32::INFINITY)),
-        Aabb::new(Vec3::splat(f32::NEG_INFINITY), Vec3::ZERO),
-        Aabb::new(Vec3::ONE, Vec3::ZERO),
-    ];
-    for bounds in bad {
-        assert_eq!(osp.insert(id, &bounds), Err(IndexError::InvalidBounds(id)));
-    }
-    assert_eq!(osp.len(), 0);
-    assert_eq!(osp.remove(id), Err(IndexError::Unknown(id)));
-    assert_eq!(osp.update(id, &good), Err(IndexError::Unknown(id)));
-    osp.insert(id, &good).unwrap();
-    assert_eq!(osp.insert(id, &good), Err(IndexError::Duplicate(id)));
-    for bounds in bad {
-        assert_eq!(osp.update(id, &bounds), Err(IndexError::InvalidBounds(id)));
-    }
-    assert_eq!(osp.bounds(id), Some(good));
-    let last = PolygonId(PolygonId::LIMIT - 1);
-    osp.insert(last, &good).unwrap();
-    osp.insert(PolygonId(40), &good).unwrap();
-    assert_eq!(osp.insert(id, &good), Err(IndexError::Duplicate(id)));
-    assert_eq!(osp.insert(last, &good), Err(IndexError::Duplicate(last)));
-    osp.validate().unwrap();
-    assert_eq!(osp.len(), 3);
 }

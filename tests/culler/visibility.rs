@@ -25,6 +25,7 @@ use osp_session::{
     replay::{CameraChoice, CameraPath, Moment, SessionFingerprint, fingerprint_of_frame},
     scene::Scene,
 };
+use osp_testkit::events::polygon;
 use proptest::prelude::*;
 
 fn any_view() -> impl Strategy<Value = View> {
@@ -234,13 +235,7 @@ fn what_was_beyond_all_range_is_seen_again_when_it_comes_back() {
         group: GroupId(1),
         to: Transform { p: Vec3::X * x, q: Quat::IDENTITY, s },
     };
-    let polygon = |stroke| Event::Polygon {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: Some(StrokeId(stroke)),
-        vertices: square.to_vec(),
-        color: (1.0, 1.0, 1.0, 1.0),
-    };
+    let polygon = |stroke| polygon(Some(StrokeId(stroke)), square, (1.0, 1.0, 1.0, 1.0));
     let group = |group, strokes, parent| Event::Group {
         author: Author::SOLE,
         t: 0.0,

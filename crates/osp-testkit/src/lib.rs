@@ -4,6 +4,7 @@
 pub mod boxes;
 mod counting;
 mod editor;
+pub mod events;
 mod program;
 mod repository;
 

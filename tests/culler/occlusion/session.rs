@@ -7,9 +7,10 @@ use osp::{
     view::{Projection, View},
 };
 use osp_session::{
-    recording::{Author, Event, NormalRule, StrokeId, Tool},
+    recording::{Event, StrokeId},
     scene::Scene,
 };
+use osp_testkit::events::{self, Begin};
 
 /// A scene that is told events, and the changes of the last ones.
 #[derive(Default)]
@@ -29,40 +30,18 @@ impl Told {
 }
 
 pub(crate) fn polygon(vertices: &[Vec3], opacity: f32) -> Event {
-    Event::Polygon {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: None,
-        vertices: vertices.to_vec(),
-        color: (0.5, 0.5, 0.5, opacity),
-    }
+    events::polygon(None, vertices, (0.5, 0.5, 0.5, opacity))
 }
 
 pub(crate) fn polygon_of(stroke: u32, vertices: &[Vec3]) -> Event {
     let color = (0.5, 0.5, 0.5, 1.0);
-    Event::Polygon {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: Some(StrokeId(stroke)),
-        vertices: vertices.to_vec(),
-        color,
-    }
+    events::polygon(Some(StrokeId(stroke)), vertices, color)
 }
 
 /// A wandering ribbon in the cube from -2 to 2.
 pub(crate) fn ribbon(stroke: u32, points: usize, width: f32, random: &mut Random) -> Vec<Event> {
     let stroke = StrokeId(stroke);
-    let mut events = vec![Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke,
-        tool: Tool::Ribbon,
-        width,
-        color: (0.5, 0.5, 0.5, 1.0),
-        normal: NormalRule::Transport,
-        thinnest: 1.0,
-        paint: None,
-    }];
+    let mut events = vec![Begin { width, color: (0.5, 0.5, 0.5, 1.0), ..Begin::of(stroke) }.event()];
     let mut at = random.in_cube() * 2.0;
     let mut travel = random.direction();
     for _ in 0..points {

@@ -21,6 +21,7 @@ use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
+use osp_testkit::events::polygon;
 
 /// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to
 /// the last bit wherever `f32` has all of these points.
@@ -33,16 +34,7 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
         let size = if i % 30 == 0 { 1.5 } else { 8.0 / f64::from(points_a_metre) };
         let [a, b] = [(); 2].map(|()| on_grid((random.vector() * size).as_vec3()));
         let vertices = [corner, corner + a, corner + a + b, corner + b].map(|p| p + at).to_vec();
-        scene.apply(
-            &Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke: None,
-                vertices,
-                color: (0.5, 0.5, 0.5, 1.0),
-            },
-            &mut changes,
-        );
+        scene.apply(&polygon(None, vertices, (0.5, 0.5, 0.5, 1.0)), &mut changes);
     }
     (scene, changes)
 }

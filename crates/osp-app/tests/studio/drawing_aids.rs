@@ -1,5 +1,6 @@
 //! A straight edge, a mirror, and a brush that is as wide on the screen from any distance.
 
+use crate::panel::Person;
 use egui::Key;
 use osp::{
     glam::{Vec2, Vec3},
@@ -151,13 +152,11 @@ fn keys_turn_the_aids_on_and_off() {
     };
     assert_eq!(now(&harness), (false, None, false));
     for key in [Key::U, Key::Y, Key::J] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
     }
     assert_eq!(now(&harness), (true, Some(0.0), true));
     for key in [Key::U, Key::Y, Key::J] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
     }
     assert_eq!(now(&harness), (false, None, false));
 }

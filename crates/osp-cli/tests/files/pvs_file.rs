@@ -1,5 +1,6 @@
 //! Files of sets that are damaged, forged, or of another model: each is refused, in bounded memory.
 
+use osp_testkit::events::polygon;
 use std::{fs, path::Path};
 
 use glam::{UVec3, Vec3};
@@ -21,13 +22,7 @@ fn model(polygons: u32, last_alpha: f32) -> Scene {
         let corner = Vec3::new(i as f32, 0.0, 0.0);
         let vertices = vec![corner, corner + Vec3::Y, corner + Vec3::Z];
         let alpha = if i + 1 == polygons { last_alpha } else { 1.0 };
-        let event = Event::Polygon {
-            author: Author::SOLE,
-            t: 0.0,
-            stroke: None,
-            vertices,
-            color: (0.5, 0.5, 0.5, alpha),
-        };
+        let event = polygon(None, vertices, (0.5, 0.5, 0.5, alpha));
         scene.apply(&event, &mut Vec::new());
     }
     scene

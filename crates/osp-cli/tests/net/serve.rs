@@ -170,28 +170,3 @@ fn a_folder_that_is_not_there_is_told() {
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("no-such-folder"));
 }
-
-#[test]
-fn slow_and_broken_browsers_keep_no_other_waiting() {
-    let folder = tempfile::tempdir().expect("a folder");
-    // More than the system keeps for a connection that nobody reads.
-    fs::write(folder.path().join("large.bin"), vec![7; 32 << 20]).expect("written");
-    fs::write(folder.path().join("small.txt"), "small").expect("written");
-    let server = Server::of(folder.path());
-    let ask = |text: &str| {
-        let mut stream = TcpStream::connect(&server.address).expect("it listens");
-        stream.write_all(text.replace("HOST", &server.address).as_bytes()).expect("sent");
-        stream
-    };
-    // One asks for a large file and does not read it, others break off or send nonsense.
-    let slow: Vec<_> = (0..3).map(|_| ask("GET /large.bin HTTP/1.1\r\nHost: HOST\r\n\r\n")).collect();
-    drop(ask("GET /large.bin HTTP/1.1\r\nHost: HOST\r\n\r\n"));
-    for length in ["99999999999999999999", "-1", "x", "1000000"] {
-        drop(ask(&format!("POST / HTTP/1.1\r\nHost: HOST\r\nContent-Length: {length}\r\n\r\n")));
-        drop(ask(&format!("GET /small.txt HTTP/1.1\r\nHost: HOST\r\nContent-Length: {length}\r\n\r\n")));
-    }
-    for _ in 0..3 {
-        assert!(server.get("/small.txt").ends_with("small"));
-    }
-    drop(slow);
-}

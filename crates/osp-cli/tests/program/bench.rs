@@ -185,3 +185,23 @@ fn wrong_use_is_refused_before_anything_is_measured() {
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
     }
 }
+
+#[test]
+fn rays_and_moving_things_can_be_left_out_and_are_in_the_tables_otherwise() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let session = session(folder.path());
+    let rays = [&session, "--no-growth", "--index", "bvh-sah", "--pace", "samples:32", "--all"];
+    let moving = ["--no-rays", "--sizes", "300", "--index", "lbvh"];
+    let of_rays = ["million/s", "walk best first", "sah-refitted", "hit ", "rays/nearest inside"];
+    for (args, option, heading, words) in [
+        (&rays[..], "--no-rays", "Rays, ranges and neighbours", &of_rays[..]),
+        (&moving, "--no-moving", "Moving things", &["group-index"]),
+    ] {
+        let args = [&["bench", "--quick"], args].concat();
+        let with = OSP.done(&args);
+        assert!(with.contains(heading) && !OSP.done([&args[..], &[option]].concat()).contains(heading));
+        for words in words {
+            assert!(with.contains(words), "{words}: {with}");
+        }
+    }
+}

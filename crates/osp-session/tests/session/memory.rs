@@ -5,6 +5,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::Begin;
 use osp_testkit::held_bytes;
 
 /// Draws strokes of 30 polygons each, and lets the caller do something after each one.
@@ -13,17 +14,7 @@ fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene
     let mut changes = Vec::new();
     for number in strokes {
         let stroke = StrokeId(number);
-        let mut events = vec![Event::Begin {
-            author: Author::SOLE,
-            t,
-            stroke,
-            tool,
-            width: 0.1,
-            color,
-            normal,
-            thinnest: 1.0,
-            paint: None,
-        }];
+        let mut events = vec![Begin { tool, color, normal, ..Begin::of(stroke) }.event()];
         events.extend((0..=30).map(|i| {
             let p = Vec3::new(i as f32 * 0.1, number as f32 * 1.0e-3, 0.0);
             Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }

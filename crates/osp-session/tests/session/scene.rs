@@ -6,6 +6,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
+use osp_testkit::events::Begin;
 
 mod authors;
 mod batches;
@@ -27,17 +28,7 @@ const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
 
 fn begin(stroke: u32, tool: Tool, normal: NormalRule) -> Event {
     let stroke = StrokeId(stroke);
-    Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke,
-        tool,
-        width: 0.2,
-        color: WHITE,
-        normal,
-        thinnest: 1.0,
-        paint: None,
-    }
+    Begin { tool, width: 0.2, color: WHITE, normal, ..Begin::of(stroke) }.event()
 }
 
 fn point(stroke: u32, p: Vec3, q: Quat) -> Event {
@@ -154,17 +145,8 @@ fn neighbouring_quads_share_an_edge_bit_for_bit() {
 #[test]
 fn what_is_degenerate_is_dropped_and_counted() {
     let mut scene = Scene::new();
-    let zero_width = Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: StrokeId(2),
-        tool: Tool::Ribbon,
-        width: 0.0,
-        color: WHITE,
-        normal: NormalRule::LocalX,
-        thinnest: 1.0,
-        paint: None,
-    };
+    let zero_width =
+        Begin { width: 0.0, color: WHITE, normal: NormalRule::LocalX, ..Begin::of(StrokeId(2)) }.event();
     let far = Vec3::splat(3.0e38);
     let events = [
         begin(1, Tool::Ribbon, NormalRule::LocalX),

@@ -145,18 +145,3 @@ fn a_sketch_without_metadata_has_no_camera_and_says_so() {
     assert!(read.notes.warnings[0].contains("no metadata.json"), "{:?}", read.notes);
     assert_eq!(open(&path, &OpenOptions::default()).unwrap().header.camera, None);
 }
-
-#[test]
-fn a_camera_that_cannot_be_is_left_out() {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "data.sketch", &sketch(5, &[]).0);
-    for (scale, rotation) in
-        [("0.0", "0,0,0,1"), ("-1.0", "0,0,0,1"), ("1.0", "0,0,0,0"), ("1e-38", "0,0,0,1")]
-    {
-        let metadata =
-            METADATA.replace("0.0,0.70710678,0.0,0.70710678],0.5", &format!("{rotation}],{scale}"));
-        write(folder.path(), "metadata.json", metadata.as_bytes());
-        let header = open(folder.path(), &OpenOptions::default()).unwrap().header;
-        assert_eq!(header.camera, None, "{scale} {rotation}");
-    }
-}

@@ -1,11 +1,12 @@
 //! What culling while drawing leaves to rounding: scenes in which a polygon is seen only because the rasteriser snaps and
 //! rounds, or next to the eye. Each fails without the margin or the guard that it is for.
 
+use osp_testkit::events::scene_of;
 use std::sync::Arc;
 
 use super::{
     hzb::{GpuMethod, HZB, Pair, QUERIES, chunk_len},
-    scenes::{all_ids, apply, gpu, square, view_from},
+    scenes::{all_ids, gpu, square, view_from},
 };
 use glam::{Mat3, Quat, Vec2, Vec3};
 use osp::{
@@ -23,12 +24,6 @@ const BRIGHT: (f32, f32, f32, f32) = (1.0, 0.4, 0.9, 1.0);
 
 fn polygon(vertices: Vec<Vec3>, color: (f32, f32, f32, f32)) -> Event {
     Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }
-}
-
-fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
-    scene
 }
 
 /// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.

@@ -1,23 +1,17 @@
 //! The order of opaque polygons: the same picture, another cost.
 
 use crate::OSP;
-use osp_testkit::stderr;
+use osp_testkit::events::scene_of;
 use osp_testkit::{stderr, stdout};
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
+use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
 use glam::Vec3;
 use osp_render::{Gpu, Layer, Offscreen, OpaqueOrder, Overdraw, RendererConfig};
-use osp_session::{recording::Event, scene::Scene};
+use osp_session::recording::Event;
 
 fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
     Offscreen::on(Arc::clone(gpu), 320, 240, &RendererConfig::default()).expect("a drawer")
-}
-
-fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
-    scene
 }
 
 #[test]

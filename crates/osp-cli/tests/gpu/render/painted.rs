@@ -1,10 +1,11 @@
 //! What brushes paint: light is added, shapes are cut out, squares face the eye, and culling still changes no pixel.
 
+use osp_testkit::events;
 use std::sync::Arc;
 
 use super::{
     hzb::{HZB, Pair, QUERIES, chunk_len},
-    scenes::{all_ids, apply, gpu, set, square, view_from},
+    scenes::{all_ids, gpu, set, square, view_from},
 };
 use glam::{Quat, Vec3};
 use osp::view::View;
@@ -61,14 +62,12 @@ fn line(middle: Vec3) -> impl Iterator<Item = Vec3> {
 }
 
 fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
     for event in events {
         if let Event::Begin { paint: Some(paint), .. } = event {
             assert!(brush::find(&paint.brush).is_some(), "{}", paint.brush);
         }
     }
-    scene
+    events::scene_of(events)
 }
 
 fn drawer(gpu: &Arc<Gpu>) -> Offscreen {

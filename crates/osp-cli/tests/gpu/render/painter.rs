@@ -1,10 +1,11 @@
 //! The painter's algorithm against the depth buffer.
 
 use crate::OSP;
+use osp_testkit::events::scene_of;
 use osp_testkit::{stderr, stdout};
 use std::sync::Arc;
 
-use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from};
+use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
 use glam::Vec3;
 use osp::{
     polygon::{PolygonId, VisibleBlocks},
@@ -13,27 +14,12 @@ use osp::{
 use osp_render::{
     Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError, RendererConfig,
 };
-use osp_session::{
-    recording::{Author, Event},
-    scene::Scene,
-};
+use osp_session::{recording::Event, scene::Scene};
 
 const SIZE: (u32, u32) = (321, 241);
 
-fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
-    scene
-}
-
 fn polygon(vertices: [[f32; 3]; 3], color: (f32, f32, f32, f32)) -> Event {
-    Event::Polygon {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: None,
-        vertices: vertices.map(Vec3::from).to_vec(),
-        color,
-    }
+    osp_testkit::events::polygon(None, vertices.map(Vec3::from), color)
 }
 
 /// A large square that passes through two others, and three long triangles each of which lies over the next.

@@ -1,3 +1,4 @@
+use osp_testkit::events::Begin;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -47,17 +48,7 @@ pub(crate) fn winding_stroke(
 ) -> Vec<Event> {
     let stroke = StrokeId(number);
     let (t, normal, thinnest) = (0.0, NormalRule::Transport, 0.3);
-    let mut events = vec![Event::Begin {
-        author: Author::SOLE,
-        t,
-        stroke,
-        tool,
-        width: 0.08,
-        color,
-        normal,
-        thinnest,
-        paint: None,
-    }];
+    let mut events = vec![Begin { tool, width: 0.08, color, normal, thinnest, ..Begin::of(stroke) }.event()];
     for i in 0..points {
         let angle = i as f32 * 0.21 + number as f32;
         let radius = 0.3 + 0.05 * (number % 7) as f32;

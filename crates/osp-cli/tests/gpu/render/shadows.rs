@@ -1,5 +1,6 @@
 //! Shadows of the first light: who throws them, and that they do not depend on what is culled.
 
+use osp_testkit::events::Begin;
 use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, view_from};
@@ -33,17 +34,8 @@ fn across(number: u32, brush: &str, middle: Vec3) -> Vec<Event> {
     let paint = Paint { brush: brush.to_owned(), seed: number, scale: 1.0, layer: 0, hidden: false };
     let (tool, normal, paint) = (Tool::Ribbon, NormalRule::Travel, Some(Box::new(paint)));
     let color = (0.8, 0.8, 0.8, 1.0);
-    let mut events = vec![Event::Begin {
-        author: Author::SOLE,
-        t,
-        stroke,
-        tool,
-        width: 0.5,
-        color,
-        normal,
-        thinnest: 0.0,
-        paint,
-    }];
+    let mut events =
+        vec![Begin { tool, width: 0.5, color, normal, thinnest: 0.0, paint, ..Begin::of(stroke) }.event()];
     events.extend((0..=20).map(|i| {
         let p = middle + Vec3::X * (i as f32 * 0.1 - 1.0);
         Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }

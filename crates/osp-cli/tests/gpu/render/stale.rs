@@ -1,5 +1,6 @@
 //! What was right for an earlier frame must not be taken for this one: another picture, other polygons of the same numbers.
 
+use osp_testkit::events::scene_of;
 use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, square, view_from};
@@ -51,12 +52,6 @@ fn plate(number: u32, center: Vec3, half_m: f32, color: (f32, f32, f32, f32)) ->
 
 fn moved(number: u32, by: Vec3) -> Event {
     Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(number)], by }
-}
-
-fn scene_of(events: &[Event]) -> Scene {
-    let mut scene = Scene::new();
-    apply(&mut scene, events);
-    scene
 }
 
 /// A picture that becomes smaller, or changes its depth only, needs no larger memory: what was bound for the old one must go

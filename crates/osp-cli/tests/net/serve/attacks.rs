@@ -38,7 +38,14 @@ fn is_well(server: &mut Server) {
 fn lengths_that_cannot_be_end_nothing() {
     let folder = folder();
     let mut server = Server::of(folder.path());
-    for length in ["18446744073709551615", "18446744073709551614", "9223372036854775808"] {
+    for length in [
+        "18446744073709551615",
+        "18446744073709551614",
+        "9223372036854775808",
+        "99999999999999999999",
+        "-1",
+        "x",
+    ] {
         for method in ["POST", "GET", "PUT"] {
             for _ in 0..4 {
                 let mut stream = server.connect();

@@ -2,7 +2,6 @@
 
 use super::Report;
 use crate::OSP;
-use osp_testkit::stdout;
 
 const KINDS: &str = "osp,bvh-sah,bvh-two-level,dynamic-bvh,octree-rebuild,bsp,brute-simd";
 const MEASURED: [&str; 7] = ["bench", "--quick", "--no-rays", "--sizes", "400,900", "--index", KINDS];
@@ -50,15 +49,4 @@ fn moving_things_are_in_every_form_of_the_report() {
         }
     }
     assert_eq!(motions, 12);
-}
-
-#[test]
-fn moving_things_can_be_left_out_and_are_in_the_tables_otherwise() {
-    let args = ["bench", "--quick", "--no-rays", "--sizes", "300", "--index", "lbvh"];
-    let with = OSP.run(args);
-    let without = OSP.run([&args[..], &["--no-moving"]].concat());
-    assert!(with.status.success() && without.status.success());
-    let heading = "Moving things";
-    assert!(stdout(&with).contains(heading) && !stdout(&without).contains(heading));
-    assert!(stdout(&with).contains("group-index"), "{}", stdout(&with));
 }

@@ -2,7 +2,6 @@
 
 use super::{NAME, Report, session};
 use crate::OSP;
-use osp_testkit::stdout;
 
 #[test]
 fn rays_ranges_and_neighbours_are_measured_in_sessions_and_sizes() {
@@ -47,21 +46,5 @@ fn rays_ranges_and_neighbours_are_measured_in_sessions_and_sizes() {
             |tree, moves| report.value("rays/moved", model, tree, &format!("boxes_after_{moves}_moves"));
         assert_eq!(boxes("sah-refitted", 0), boxes("sah-rebuilt", 0));
         assert!(boxes("sah-refitted", 32) > boxes("sah-rebuilt", 32), "{model}");
-    }
-}
-
-#[test]
-fn rays_can_be_left_out_and_are_in_the_tables_otherwise() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let session = session(folder.path());
-    let args =
-        ["bench", &session, "--quick", "--no-growth", "--index", "bvh-sah", "--pace", "samples:32", "--all"];
-    let with = OSP.run(args);
-    let without = OSP.run([&args[..], &["--no-rays"]].concat());
-    assert!(with.status.success() && without.status.success());
-    let heading = "Rays, ranges and neighbours";
-    assert!(stdout(&with).contains(heading) && !stdout(&without).contains(heading));
-    for words in ["million/s", "walk best first", "sah-refitted", "hit ", "rays/nearest inside"] {
-        assert!(stdout(&with).contains(words), "{words}: {}", stdout(&with));
     }
 }

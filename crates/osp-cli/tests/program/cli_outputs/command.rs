@@ -93,32 +93,6 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     assert!(hidden > 100.0 && views >= 4.0 * 3.0, "{hidden} hidden, {views} views");
 }
 
-/// Real sketches, painted and tracked, and the scenes: sampled views of each.
-#[test]
-fn no_sound_method_culls_what_is_visible_in_the_corpus() {
-    let Some(corpus) = std::env::var_os("OSP_CORPUS") else {
-        eprintln!("skipped: OSP_CORPUS is not set");
-        return;
-    };
-    let mut files = Vec::new();
-    for folder in ["tilt", "apa", "cassie/raw_data", "poses", "scenes"] {
-        let entries =
-            std::fs::read_dir(std::path::Path::new(&corpus).join(folder)).expect("a folder of the corpus");
-        for entry in entries {
-            let path = entry.expect("an entry").path().to_string_lossy().into_owned();
-            if [".tilt", ".apa", ".json", ".poses", ".obj", ".obj.gz"].iter().any(|end| path.ends_with(end)) {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    assert!(files.len() > 10, "{files:?}");
-    for file in &files {
-        // Of dense models, a large picture is the faster one: fewer polygons without a pixel have to be asked by rays.
-        OSP.done(["verify", file, "--views", "1", "--repeats", "1", "--lenient"]);
-    }
-}
-
 #[test]
 fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
     let output =

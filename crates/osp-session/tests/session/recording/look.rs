@@ -4,8 +4,9 @@ use super::events::{STRICT, read, write};
 use glam::{Quat, Vec3};
 use osp_session::recording::{
     Author, Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter,
-    StrokeId, Tool, open,
+    StrokeId, open,
 };
+use osp_testkit::events::Begin;
 
 fn environment() -> Environment {
     Environment {
@@ -33,17 +34,14 @@ pub(crate) fn header() -> Header {
 }
 
 fn begin(stroke: u32, paint: Option<Paint>) -> Event {
-    Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: StrokeId(stroke),
-        tool: Tool::Ribbon,
+    Begin {
         width: 0.01,
         color: (1.0, 0.5, 0.0, 1.0),
         normal: NormalRule::Travel,
-        thinnest: 1.0,
         paint: paint.map(Box::new),
+        ..Begin::of(StrokeId(stroke))
     }
+    .event()
 }
 
 fn message(text: &str) -> String {

@@ -2,9 +2,10 @@
 
 use glam::{Quat, Vec3};
 use osp_session::{
-    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Tool, Transform},
+    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Transform},
     scene::Scene,
 };
+use osp_testkit::events::{Begin, point};
 
 const A: Author = Author(1);
 const B: Author = Author(2);
@@ -31,24 +32,9 @@ pub(crate) fn stroke(author: Author, n: u32) -> Vec<Event> {
     let stroke = id(author, n);
     let y = (author.0 * 64 + n % 64) as f32;
     let paint = Some(Box::new(Paint::new("", 0)));
-    let mut events = vec![Event::Begin {
-        t: 0.0,
-        author,
-        stroke,
-        tool: Tool::Ribbon,
-        width: 0.25,
-        color: (1.0, 1.0, 1.0, 1.0),
-        normal: NormalRule::LocalX,
-        thinnest: 1.0,
-        paint,
-    }];
-    events.extend((0..3).map(|i| Event::Point {
-        t: 0.0,
-        stroke,
-        p: Vec3::new(i as f32, y, 0.0),
-        q: Quat::IDENTITY,
-        pressure: 1.0,
-    }));
+    let mut events =
+        vec![Begin { author, width: 0.25, normal: NormalRule::LocalX, paint, ..Begin::of(stroke) }.event()];
+    events.extend((0..3).map(|i| point(stroke, Vec3::new(i as f32, y, 0.0))));
     events.push(Event::End { t: 0.0, stroke });
     events
 }

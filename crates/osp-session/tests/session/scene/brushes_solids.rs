@@ -4,10 +4,11 @@ use glam::{Quat, Vec3};
 use osp::polygon::{ConvexPolygon, PolygonId};
 use osp_session::{
     brush,
-    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    recording::{Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
     stroke::{Drops, MAX_SCATTERED, Piece, Pieces, Sample, StrokeBuilder, StrokeSettings},
 };
+use osp_testkit::events::{Begin, point, polygon};
 use proptest::prelude::*;
 
 fn settings(name: &str, width_m: f32) -> StrokeSettings {
@@ -448,24 +449,9 @@ fn a_scene_shapes_a_tube_once_a_frame() {
     let paint =
         Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0, hidden: false }));
     let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
-    let begin = Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke,
-        tool: Tool::Ribbon,
-        width: 0.1,
-        color,
-        normal: NormalRule::Travel,
-        thinnest: 0.0,
-        paint,
-    };
-    let point = |i: u32| Event::Point {
-        t: 0.0,
-        stroke,
-        p: Vec3::X * 0.03 * i as f32,
-        q: Quat::IDENTITY,
-        pressure: 1.0,
-    };
+    let begin =
+        Begin { color, normal: NormalRule::Travel, thinnest: 0.0, paint, ..Begin::of(stroke) }.event();
+    let point = |i: u32| point(stroke, Vec3::X * 0.03 * i as f32);
     let points: Vec<Event> = (0..200).map(point).collect();
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     scene.apply_all(std::iter::once(&begin).chain(&points), &mut changes);
@@ -557,32 +543,10 @@ proptest! {
 fn a_polygon_that_joins_a_hull_while_it_is_drawn_is_kept() {
     let stroke = StrokeId(3);
     let paint = Some(Box::new(Paint::new("MatteHull", 1)));
-    let begin = Event::Begin {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke,
-        tool: Tool::Ribbon,
-        width: 0.1,
-        color: (1.0, 1.0, 1.0, 1.0),
-        normal: NormalRule::Travel,
-        thinnest: 0.0,
-        paint,
-    };
-    let point = |x: f32, y: f32| Event::Point {
-        t: 0.0,
-        stroke,
-        p: Vec3::new(x, y, 0.0),
-        q: Quat::IDENTITY,
-        pressure: 1.0,
-    };
+    let begin = Begin { normal: NormalRule::Travel, thinnest: 0.0, paint, ..Begin::of(stroke) }.event();
+    let point = |x: f32, y: f32| point(stroke, Vec3::new(x, y, 0.0));
     let far = [Vec3::new(9.0, 0.0, 0.0), Vec3::new(9.0, 1.0, 0.0), Vec3::new(8.0, 0.0, 0.0)];
-    let face = Event::Polygon {
-        author: Author::SOLE,
-        t: 0.0,
-        stroke: Some(stroke),
-        vertices: far.to_vec(),
-        color: (1.0, 1.0, 1.0, 1.0),
-    };
+    let face = polygon(Some(stroke), far, (1.0, 1.0, 1.0, 1.0));
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     let events = [begin, point(0.0, 0.0), point(0.5, 0.0), point(0.5, 0.5), face];
     events.iter().for_each(|event| scene.apply(event, &mut changes));

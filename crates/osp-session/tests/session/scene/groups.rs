@@ -8,6 +8,7 @@ use osp_session::{
     scene::Scene,
 };
 use osp_testkit::Editor;
+use osp_testkit::events::polygon;
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
 const QUARTER_TURN_ABOUT_Z: Quat =
@@ -326,13 +327,7 @@ fn the_box_of_a_group_that_moves_as_a_whole_holds_what_is_rounded() {
         for (at, inner, outer) in [(Vec3::ZERO, far, turn * -far), (far, Vec3::ZERO, Vec3::ZERO)] {
             let mut scene = Scene::keeping_groups_whole();
             let vertices = vec![at, at + Vec3::X * 0.3, at + Vec3::Y * 0.2];
-            let polygon = Event::Polygon {
-                author: Author::SOLE,
-                t: 0.0,
-                stroke: Some(StrokeId(1)),
-                vertices,
-                color: (1.0, 1.0, 1.0, 1.0),
-            };
+            let polygon = polygon(Some(StrokeId(1)), vertices, (1.0, 1.0, 1.0, 1.0));
             play(&mut scene, &[polygon, group(2, &[], None), group(1, &[1], Some(2))]);
             let placed = || [place(1, inner, turn, 1.0), place(2, outer, turn, 1.0)];
             (0..2).for_each(|_| drop(play(&mut scene, &placed())));

@@ -7,6 +7,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::polygon;
 
 fn undo() -> Event {
     Event::Undo { author: Author::SOLE, t: 0.0 }
@@ -85,13 +86,7 @@ fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
         erase(1),
         moved(&[1, 3]),
         begin(1, Tool::Ribbon, NormalRule::LocalX),
-        Event::Polygon {
-            author: Author::SOLE,
-            t: 0.0,
-            stroke: Some(StrokeId(1)),
-            vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            color: (1.0, 1.0, 1.0, 1.0),
-        },
+        polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0)),
     ];
     for let_go in [false, true] {
         assert!(play(&mut scene, &of_gone).is_empty());
