@@ -72,6 +72,27 @@ impl Program {
         self.done_in(ROOT, args)
     }
 
+    /// What it complains of where it has to refuse, with the exit code 2.
+    ///
+    /// # Panics
+    ///
+    /// Panics if it ends otherwise.
+    pub fn refused_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> String {
+        let mut command = self.command_in(folder, args);
+        let output = command.output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {}", stderr(&output));
+        stderr(&output)
+    }
+
+    /// See [`Self::refused_in`].
+    pub fn refused<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.refused_in(ROOT, args)
+    }
+
     /// The JSON that it prints where it has to succeed.
     ///
     /// # Panics

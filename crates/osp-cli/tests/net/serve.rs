@@ -4,7 +4,6 @@ mod answers;
 mod attacks;
 
 use crate::OSP;
-use osp_testkit::stderr;
 use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
@@ -166,7 +165,6 @@ fn a_part_of_a_file_is_given_to_whoever_asks_for_it() {
 
 #[test]
 fn a_folder_that_is_not_there_is_told() {
-    let output = OSP.run(["serve", "no-such-folder"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("no-such-folder"));
+    let said = OSP.refused(["serve", "no-such-folder"]);
+    assert!(said.contains("no-such-folder"));
 }

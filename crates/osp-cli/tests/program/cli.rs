@@ -1,7 +1,7 @@
 //! The program as a user meets it: arguments, exit codes, tables, JSON, CSV, charts, fingerprints.
 
 use crate::OSP;
-use osp_testkit::{ROOT, stderr, stdout, temp};
+use osp_testkit::{stderr, stdout, temp};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -93,10 +93,9 @@ fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
     let folder = temp();
     let session = small_session(folder.path());
     let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
-    let output = OSP.run(args);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).contains("octree-rebuild was slow: measured on"), "{}", stdout(&output));
-    assert!(stdout(&output).contains("All indexes saw the same"), "{}", stdout(&output));
+    let said = OSP.done(args);
+    assert!(said.contains("octree-rebuild was slow: measured on"), "{said}");
+    assert!(said.contains("All indexes saw the same"), "{said}");
     let report = OSP.json([&args[..], &["--json"]].concat());
     let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
     assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");
@@ -191,10 +190,9 @@ fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
     let out = folder.path().join("no-such-folder").join("out.ron");
     let (session, out) = (session.to_str().expect("utf-8"), out.to_str().expect("utf-8"));
     for args in [&["import", session, out][..], &["synth", "portrait", "--polygons", "50", out]] {
-        let output = OSP.run(args);
-        assert_eq!(output.status.code(), Some(2));
-        assert!(stderr(&output).contains(out), "{}", stderr(&output));
-        assert!(!stderr(&output).contains("unfinished"), "{}", stderr(&output));
+        let said = OSP.refused(args);
+        assert!(said.contains(out), "{said}");
+        assert!(!said.contains("unfinished"), "{said}");
     }
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
 }
@@ -204,9 +202,8 @@ fn a_file_of_no_known_format_is_described() {
     let folder = temp();
     let path = folder.path().join("picture.bin");
     fs::write(&path, b"\x89PNG\r\n rest").expect("written");
-    let output = OSP.run(["info", path.to_str().expect("utf-8")]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{}", stderr(&output));
+    let said = OSP.refused(["info", path.to_str().expect("utf-8")]);
+    assert!(said.contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{said}");
 }
 
 #[test]
@@ -224,27 +221,20 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
         &["frobnicate"],
         &[],
     ] {
-        let output = OSP.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
-        assert!(!stderr(&output).is_empty());
+        let said = OSP.refused(args);
+        assert!(!said.is_empty());
     }
-    let missing = OSP.run(["replay", "no-such-file.ron"]);
-    assert_eq!(missing.status.code(), Some(2));
-    assert_eq!(stderr(&missing).lines().count(), 1, "{}", stderr(&missing));
-    assert!(stderr(&missing).contains("no-such-file.ron"));
+    let missing = OSP.refused(["replay", "no-such-file.ron"]);
+    assert_eq!(missing.lines().count(), 1, "{missing}");
+    assert!(missing.contains("no-such-file.ron"));
 
     let damaged = folder.path().join("damaged.ron");
     let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
     fs::write(&damaged, text).expect("written");
     let damaged = damaged.to_str().expect("utf-8");
-    let output = OSP.run(["replay", damaged]);
-    assert_eq!(output.status.code(), Some(2));
-    assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
-    assert!(
-        stderr(&output).contains("damaged.ron") && stderr(&output).contains("line 3"),
-        "{}",
-        stderr(&output)
-    );
+    let said = OSP.refused(["replay", damaged]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("damaged.ron") && said.contains("line 3"), "{}", said);
     let lenient = OSP.run(["replay", damaged, "--lenient"]);
     assert!(lenient.status.success(), "{}", stderr(&lenient));
     assert!(stderr(&lenient).contains("1 damaged"), "{}", stderr(&lenient));
@@ -261,10 +251,9 @@ fn a_file_in_the_place_of_a_command_gets_a_hint() {
         (session.to_str().expect("utf-8"), session.display().to_string()),
         (odd, format!("'{}'", odd.replace('\'', "'\\''"))),
     ] {
-        let output = OSP.run([path]);
-        assert_eq!(output.status.code(), Some(2));
+        let said = OSP.refused([path]);
         let hint = format!("to replay it: osp replay {quoted}\n");
-        assert!(stderr(&output).ends_with(&hint), "{}", stderr(&output));
+        assert!(said.ends_with(&hint), "{said}");
     }
     assert!(!stderr(&OSP.run(["no-such-file.ron"])).contains("to replay it"));
 }
@@ -274,9 +263,8 @@ fn a_session_without_polygons_cannot_be_verified() {
     let folder = temp();
     let path = folder.path().join("empty.ron");
     fs::write(&path, "Header(format: 1)\n").expect("written");
-    let output = OSP.run(["verify", path.to_str().expect("utf-8")]);
-    assert_eq!(output.status.code(), Some(2), "{}", stdout(&output));
-    assert_eq!(stderr(&output), format!("error: {} has no polygons\n", path.display()));
+    let said = OSP.refused(["verify", path.to_str().expect("utf-8")]);
+    assert_eq!(said, format!("error: {} has no polygons\n", path.display()));
 }
 
 #[test]
@@ -313,17 +301,15 @@ fn an_empty_session_is_no_error() {
     let folder = temp();
     let path = folder.path().join("empty.ron");
     fs::write(&path, "Header(format: 1)\n").expect("written");
-    let output = OSP.run(["replay", path.to_str().expect("utf-8")]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).contains("nothing to measure"), "{}", stdout(&output));
+    let said = OSP.done(["replay", path.to_str().expect("utf-8")]);
+    assert!(said.contains("nothing to measure"), "{said}");
 }
 
 #[test]
 fn every_command_has_examples_in_its_help() {
     for command in ["replay", "info", "import", "synth", "bench", "draw-index", "race", "pick", "query"] {
-        let output = OSP.run([command, "--help"]);
-        assert!(output.status.success());
-        assert!(stdout(&output).contains("Examples:\n  osp "), "{command}: {}", stdout(&output));
+        let said = OSP.done([command, "--help"]);
+        assert!(said.contains("Examples:\n  osp "), "{command}: {said}");
     }
 }
 
@@ -332,10 +318,7 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     let folder = temp();
     let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
     let synth = |name: &str, more: &[&str]| {
-        OSP.run_in(
-            ROOT,
-            [&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat(),
-        )
+        OSP.run([&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
     };
     for name in ["a.ron", "a.ron.zst"] {
         let output = synth(name, &[]);
@@ -354,9 +337,8 @@ fn synth_writes_what_replay_reads_and_guards_what_is_there() {
     assert!(synth("a.ron", &["--force"]).status.success());
     assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
     assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
-    let unknown = OSP.run(["synth", "vase", &path("b.ron")]);
-    assert_eq!(unknown.status.code(), Some(2));
-    assert!(stderr(&unknown).contains("portrait"), "{}", stderr(&unknown));
+    let unknown = OSP.refused(["synth", "vase", &path("b.ron")]);
+    assert!(unknown.contains("portrait"), "{unknown}");
     assert!(!Path::new(&path("b.ron")).exists());
 }
 
@@ -386,17 +368,15 @@ fn an_empty_session_among_others_stops_nothing() {
     let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
     let chart = path(&chart);
     let charts = if cfg!(feature = "bench") { &["--chart", &chart][..] } else { &[] };
-    let output = OSP.run([&["replay", &path(&empty), &path(&session)], charts].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).contains("240 points"));
+    let said = OSP.done([&["replay", &path(&empty), &path(&session)], charts].concat());
+    assert!(said.contains("240 points"));
     assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
 }
 
 #[test]
 fn a_pipe_as_input_is_refused_in_words() {
-    let output = OSP.run(["info", "/dev/null"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("a pipe or a device"), "{}", stderr(&output));
+    let said = OSP.refused(["info", "/dev/null"]);
+    assert!(said.contains("a pipe or a device"), "{said}");
 }
 
 #[cfg(feature = "bench")]
@@ -466,9 +446,8 @@ fn picking_finds_the_same_polygon_in_every_index() {
     assert!(hits > 0, "walls are all around");
     let words = stdout(&OSP.run(["pick", session, "--at", "0.5,0.5"]));
     assert!(words.contains("polygon") && words.contains("tested"), "{words}");
-    let outside = OSP.run(["pick", session, "--at", "1.5,0"]);
-    assert_eq!(outside.status.code(), Some(2));
-    assert!(stderr(&outside).contains("from 0 to 1"), "{}", stderr(&outside));
+    let outside = OSP.refused(["pick", session, "--at", "1.5,0"]);
+    assert!(outside.contains("from 0 to 1"), "{outside}");
 }
 
 #[test]
@@ -512,17 +491,14 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
             eprintln!("not looked at here: what a build without `{feature}` says of {what}");
             continue;
         }
-        let output = OSP.run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let said = stderr(&output);
+        let said = OSP.refused(args);
         let command = format!("cargo install --path crates/osp-cli --features {feature}");
         for expected in [what, &format!("feature `{feature}`"), &command] {
             assert!(said.contains(expected), "{args:?}: expected {expected} in {said}");
         }
     }
-    let output = OSP.run(["sketch", "a.ron", "--unheard-of"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("unexpected argument '--unheard-of'"), "{}", stderr(&output));
+    let said = OSP.refused(["sketch", "a.ron", "--unheard-of"]);
+    assert!(said.contains("unexpected argument '--unheard-of'"), "{said}");
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing was made");
 }
 

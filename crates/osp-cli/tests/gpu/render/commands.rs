@@ -1,7 +1,7 @@
 //! The commands that draw.
 
 use crate::OSP;
-use osp_testkit::{ROOT, stderr, stdout};
+use osp_testkit::stdout;
 
 use super::scenes::gpu;
 
@@ -44,9 +44,7 @@ fn a_replay_tells_what_culling_while_drawing_did() {
 
 #[test]
 fn a_replay_that_does_not_draw_cannot_cull_while_drawing() {
-    let output = OSP.run(["replay", "recordings/room.ron", "--occlusion", "hzb"]);
-    assert_eq!(output.status.code(), Some(2));
-    let said = stderr(&output);
+    let said = OSP.refused(["replay", "recordings/room.ron", "--occlusion", "hzb"]);
     assert!(said.contains("--draw") && said.lines().count() == 1, "{said}");
 }
 
@@ -56,10 +54,16 @@ fn a_picture_with_hzb_is_checked_against_one_without() {
     let folder = tempfile::tempdir().expect("a folder");
     let picture = folder.path().join("portrait.png");
     let picture = picture.to_str().expect("utf-8");
-    let said = OSP.done_in(
-        ROOT,
-        ["render", "recordings/portrait.ron", picture, "--size", "640x361", "--occlusion", "hzb", "--check"],
-    );
+    let said = OSP.done([
+        "render",
+        "recordings/portrait.ron",
+        picture,
+        "--size",
+        "640x361",
+        "--occlusion",
+        "hzb",
+        "--check",
+    ]);
     assert!(said.contains("groups tested") && said.contains("hidden"), "{said}");
     assert!(!said.contains(" 0 hidden"), "{said}");
 }

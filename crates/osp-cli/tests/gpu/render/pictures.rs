@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, sketch, square, view_from, winding_stroke};
 use glam::Vec3;
-use osp::{index::SpatialIndex, polygon::PolygonId, view::View};
+use osp::{polygon::PolygonId, view::View};
 use osp_render::{Gpu, Image, Layer, Offscreen, RenderError, RendererConfig, Style};
 use osp_session::{
     recording::{Author, Event, StrokeId},

@@ -1,7 +1,7 @@
 //! `osp verify` as a user meets it.
 
 use crate::OSP;
-use osp_testkit::{ROOT, json, stderr, stdout};
+use osp_testkit::{json, stderr, stdout};
 use std::process::Output;
 
 use serde_json::Value;
@@ -79,10 +79,9 @@ fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
     files.sort();
     assert!(files.len() >= 4, "{files:?}");
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    let output = OSP.run([&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
+    let said = OSP.done([&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
     let (mut hidden, mut views) = (0.0, 0.0);
-    for line in stdout(&output).lines() {
+    for line in said.lines() {
         let report: Value = serde_json::from_str(line).expect("JSON");
         hidden += figure(&report, "", "hidden");
         views += figure(&report, "", "views");
@@ -201,8 +200,7 @@ fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
 #[test]
 fn what_was_visible_last_hides_paint_behind_paint() {
     let args = ["--pace", "samples:400", "--index", "osp", "--verify-frames", "3", "--json"];
-    let report = OSP.json_in(
-        ROOT,
+    let report = OSP.json(
         [&["replay", "recordings/portrait.ron", "--occlusion", "msvbsp,depth-last"], &args[..]].concat(),
     );
     let of = |i: usize| &report["runs"][i];

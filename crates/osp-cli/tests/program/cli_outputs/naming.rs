@@ -28,8 +28,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     }
     text += "End(t:0,stroke:900)\n";
     fs::write(folder.path().join("a.ron"), text).expect("written");
-    let exported = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb"]);
-    assert!(exported.status.success(), "{}", stderr(&exported));
+    let exported = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
     let info = OSP.run_in(folder.path(), ["info", "a.ron", "--json"]);
     let info: Value = serde_json::from_slice(&info.stdout).expect("JSON");
     let count = |key: &str| info[key].as_u64().expect("a count");
@@ -38,7 +37,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     let in_rows: u64 = rows.map(|row| row["polygons"].as_u64().expect("a count")).sum();
     assert!(hidden > 0 && count("polygons_without_area") > 0, "{info}");
     assert_eq!(in_rows, drawn + hidden);
-    let said = stdout(&exported).replace(',', "");
+    let said = exported.replace(',', "");
     assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
     let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");
     let without = count("polygons_without_area");

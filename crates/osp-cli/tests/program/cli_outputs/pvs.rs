@@ -21,9 +21,8 @@ impl Flat {
         let (session, sets) = (folder.path().join("flat.ron"), folder.path().join("flat.pvs"));
         OSP.done(["synth", "room", "--polygons", "1500", "--seed", "3", name(&session)]);
         let args = ["--cells", "3", "--samples", "3", "--pixels", "96", "--threads", "2"];
-        let baked = OSP.run([&["bake", name(&session), name(&sets)], &args[..]].concat());
-        assert!(baked.status.success(), "{}", stderr(&baked));
-        assert!(stdout(&baked).contains("3 samples each"), "{}", stdout(&baked));
+        let baked = OSP.done([&["bake", name(&session), name(&sets)], &args[..]].concat());
+        assert!(baked.contains("3 samples each"), "{baked}");
         Self { folder, session, sets }
     }
 }
@@ -65,10 +64,9 @@ fn sets_replace_sets_and_nothing_else() {
         ["bake", name(&flat.session), name(&flat.sets), "--cells", "1", "--samples", "1", "--pixels", "16"];
     OSP.done(bake);
     std::fs::write(&flat.sets, "Header(format: 1)\n").expect("written");
-    let refused = OSP.run(bake);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(stderr(&refused).contains("holds a session"), "{}", stderr(&refused));
-    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
+    let refused = OSP.refused(bake);
+    assert!(refused.contains("holds a session"), "{refused}");
+    assert!(refused.contains("--force"), "{refused}");
 }
 
 #[test]
@@ -94,8 +92,7 @@ fn sets_of_another_model_and_damaged_ones_are_refused() {
     }
     std::fs::write(&damaged, b"Header(format:1)").expect("written");
     refused(session, &damaged, "begins with `osp pvs 2`");
-    let without_whole = OSP.run(["verify", session, "--pvs", name(&flat.sets)]);
-    assert_eq!(without_whole.status.code(), Some(2));
+    OSP.refused(["verify", session, "--pvs", name(&flat.sets)]);
     let wrong_name = OSP.run(["bake", session, "sets.txt"]);
     assert!(stderr(&wrong_name).contains("expected a name that ends in .pvs"));
 }

@@ -155,9 +155,7 @@ fn screens_without_a_view_are_named() {
     let room = room();
     let replay = |more: &[&str]| {
         let args = ["replay", &room, "--pace", "samples:400", "--index", "osp,brute-simd"];
-        let output = OSP.run_in(folder.path(), args.iter().chain(more));
-        assert!(output.status.success(), "{more:?}: {}", stderr(&output));
-        stdout(&output)
+        OSP.done_in(folder.path(), args.iter().chain(more))
     };
     let said = replay(&["--rig", "two.rig"]);
     assert!(
@@ -281,9 +279,8 @@ fn a_rig_is_checked_shown_and_drawn() {
     write_rig(folder.path(), "walls", &[LEFT, RIGHT]);
     write_rig(folder.path(), "turned", &[LEFT, BEHIND]);
     fs::write(folder.path().join("broken.rig"), "(name: \"a\",\n screens: 3)").expect("written");
-    let good = OSP.run_in(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
-    assert!(good.status.success(), "{}", stderr(&good));
-    assert_eq!(stdout(&good).lines().count(), 4);
+    let good = OSP.done_in(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
+    assert_eq!(good.lines().count(), 4);
     let turned = OSP.run_in(folder.path(), ["rig", "check", "turned.rig"]);
     assert_eq!(turned.status.code(), Some(1));
     assert!(
@@ -296,12 +293,10 @@ fn a_rig_is_checked_shown_and_drawn() {
     assert!(stderr(&broken).contains("broken.rig, line 2"), "{}", stderr(&broken));
 
     let plan = cfg!(feature = "bench").then_some("plan.svg");
-    let shown = OSP.run_in(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
-    assert!(shown.status.success(), "{}", stderr(&shown));
+    let shown = OSP.done_in(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
     // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
-    let rows: Vec<String> =
-        stdout(&shown).lines().filter(|line| line.contains("2.400")).map(str::to_owned).collect();
-    assert_eq!(rows.len(), 2, "{}", stdout(&shown));
+    let rows: Vec<String> = shown.lines().filter(|line| line.contains("2.400")).map(str::to_owned).collect();
+    assert_eq!(rows.len(), 2, "{shown}");
     assert!(
         rows.iter().all(|row| row.contains("1.800") && row.contains("1.200") && row.contains("90.0")),
         "{rows:?}"
@@ -316,8 +311,7 @@ fn a_rig_is_checked_shown_and_drawn() {
     let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
     assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
     fs::write(folder.path().join("mine.svg"), "my text").expect("written");
-    let refused = OSP.run_in(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
-    assert_eq!(refused.status.code(), Some(2));
+    OSP.refused_in(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
     assert_eq!(fs::read(folder.path().join("mine.svg")).expect("a file"), b"my text");
     OSP.done_in(folder.path(), ["rig", "show", "cave4", "plan.png"]);
 }

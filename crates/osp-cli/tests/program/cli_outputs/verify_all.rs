@@ -36,9 +36,8 @@ fn the_parts_are_all_sessions_once() {
     let mut lines: Vec<String> = Vec::new();
     for part in ["1/2", "2/2"] {
         let args = ["verify", "--all", "--json", "--part", part, "all"];
-        let output = OSP.run_in(folder.path(), args.into_iter().chain(QUICK));
-        assert!(output.status.success(), "{}", stderr(&output));
-        lines.extend(stdout(&output).lines().map(str::to_owned));
+        let said = OSP.done_in(folder.path(), args.into_iter().chain(QUICK));
+        lines.extend(said.lines().map(str::to_owned));
     }
     assert_eq!(lines.len(), 3);
     for name in ["a.ron", "b.ron", "c.ron"] {
@@ -73,8 +72,7 @@ fn what_cannot_be_meant_is_refused() {
         (&["verify", "--part", "1/2", "all"], "--all"),
         (&["verify", "all"], "a folder without a sketch"),
     ] {
-        let output = OSP.run_in(folder.path(), args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(stderr(&output).contains(says), "{args:?}: {}", stderr(&output));
+        let said = OSP.refused_in(folder.path(), args);
+        assert!(said.contains(says), "{args:?}: {said}");
     }
 }

@@ -18,8 +18,7 @@ fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {
         if let Some(text) = existing {
             fs::write(folder.path().join("t.csv"), text).expect("written");
         }
-        let output = OSP.run_in(folder.path(), args);
-        assert_eq!(output.status.code(), Some(2));
+        OSP.refused_in(folder.path(), args);
         assert_eq!(fs::read_to_string(folder.path().join("t.csv")).ok().as_deref(), existing);
     }
     assert_eq!(names(folder.path()), ["a.ron", "b.ron", "t.csv"]);

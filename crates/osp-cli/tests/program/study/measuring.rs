@@ -99,8 +99,7 @@ fn what_the_system_refuses_today_it_may_give_tomorrow() {
     let made = std::process::Command::new("mkfifo").arg(&session).status().expect("mkfifo starts");
     assert!(made.success());
     let args = ["study", "in/s0.ron", "in/deep/s1.ron", "--out", "r.ndjson"];
-    let output = OSP.run_in(folder.path(), args);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    OSP.refused_in(folder.path(), args);
     let found = lines(&folder.path().join("r.ndjson"));
     assert!(field(&found[0], "error").contains("a pipe or a device") && found[0]["file_hash"].is_null());
     fs::remove_file(&session).expect("removed");
