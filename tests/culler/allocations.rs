@@ -1,8 +1,11 @@
 //! Frames allocate nothing as long as the capacity given at creation suffices: no index that grows in place, and no list of
 //! what is in view, whatever is in view.
 
-use osp_testkit::boxes::{Rng, drawn, root, shuffled};
-use osp_testkit::events::Begin;
+use osp_testkit::{
+    allocations,
+    boxes::{Rng, drawn, root, shuffled},
+    events::Begin,
+};
 
 use glam::Vec3;
 use osp::{
@@ -19,7 +22,6 @@ use osp_session::{
     recording::{Event, Paint, StrokeId},
     scene::Scene,
 };
-use osp_testkit::allocations;
 
 const IN_PLACE: [IndexKind; 6] = [
     IndexKind::BruteForce,

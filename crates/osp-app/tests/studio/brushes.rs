@@ -1,6 +1,6 @@
 //! Painting with brushes.
 
-use crate::panel::Person;
+use crate::{drawing::Table, panel, panel::Person};
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam::{Quat, Vec3};
@@ -11,8 +11,6 @@ use osp_session::{
     recording::{Event, NormalRule, OpenOptions, StrokeId, Tool},
     scene::Scene,
 };
-
-use crate::{drawing::Table, panel};
 
 fn wave(y: f32) -> Vec<(f32, f32)> {
     (0..30).map(|i| (150.0 + i as f32 * 15.0, y + (i as f32 * 0.3).sin() * 60.0)).collect()

@@ -1,6 +1,10 @@
 //! A straight edge, a mirror, and a brush that is as wide on the screen from any distance.
 
-use crate::panel::Person;
+use crate::{
+    drawing::{Table, across},
+    panel::Person,
+    panel::sketch,
+};
 use egui::Key;
 use osp::{
     glam::{Vec2, Vec3},
@@ -8,11 +12,6 @@ use osp::{
 };
 use osp_app::{Aids, Button, Command, Held, Input, ToolChoice};
 use osp_session::recording::{StrokeId, Tool};
-
-use crate::{
-    drawing::{Table, across},
-    panel::sketch,
-};
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
 

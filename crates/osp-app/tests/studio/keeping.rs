@@ -1,12 +1,14 @@
 //! What the window asks before something is replaced, lost or thrown away.
 
-use crate::panel::{Person, Window, panels};
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use crate::drawing::{Table, across};
+use crate::{
+    drawing::{Table, across},
+    panel::{Person, Window, panels},
+};
 use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;

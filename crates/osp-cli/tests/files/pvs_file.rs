@@ -1,6 +1,5 @@
 //! Files of sets that are damaged, forged, or of another model: each is refused, in bounded memory.
 
-use osp_testkit::events::polygon;
 use std::{fs, path::Path};
 
 use glam::{UVec3, Vec3};
@@ -10,6 +9,7 @@ use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
+use osp_testkit::events::polygon;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Where the sets begin in a file.

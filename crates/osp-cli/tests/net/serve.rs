@@ -3,7 +3,6 @@
 mod answers;
 mod attacks;
 
-use crate::OSP;
 use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
@@ -11,6 +10,8 @@ use std::{
     process::{Child, Command, Stdio},
     time::Duration,
 };
+
+use crate::OSP;
 
 /// How long an answer may take before a test fails; no more than a few seconds are needed.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -6,10 +6,10 @@ mod paper;
 mod race;
 mod rays;
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::{fs, path::Path, process::Output};
 
+use crate::OSP;
+use osp_testkit::{json, stderr, stdout};
 use serde_json::Value;
 
 /// A session with walls that hide, named with characters that HTML and CSV must not take for their own.
@@ -24,8 +24,7 @@ struct Report(Value);
 
 impl Report {
     fn of(output: &Output) -> Self {
-        assert!(output.status.success(), "{}", stderr(output));
-        Self(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+        Self(json(output))
     }
 
     fn rows(&self) -> &[Value] {

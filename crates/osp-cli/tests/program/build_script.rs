@@ -1,11 +1,12 @@
 //! What `build.rs` says to Cargo: the package's own commit, and nothing of a repository around a copy of the package.
 
-use osp_testkit::stderr;
 use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
 };
+
+use osp_testkit::stderr;
 
 /// Git, whatever its user has set.
 fn git(folder: &Path, args: &[&str]) -> String {

@@ -1,12 +1,13 @@
 //! The program as a user meets it: arguments, exit codes, tables, JSON, CSV, charts, fingerprints.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
 };
+
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 
 /// A small session with a bit of everything.
 fn small_session(folder: &Path) -> PathBuf {
@@ -348,8 +349,8 @@ fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
     let session = small_session(folder.path());
     let pins = folder.path().join("pins.ron");
     fs::write(&pins, "(pins: [])").expect("written");
-    let mut child = Command::new(OSP.0)
-        .args(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
+    let mut child = OSP
+        .command(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::null())
         .spawn()

@@ -23,12 +23,13 @@ mod terminal;
 mod verify_all;
 mod whole;
 
-use osp_testkit::{stderr, stdout};
 use std::{
     fs,
     path::{Path, PathBuf},
     process::Output,
 };
+
+use osp_testkit::{stderr, stdout};
 
 /// A session of a few strokes; `y` makes several differ.
 fn session_text(y: f32) -> String {

@@ -1,12 +1,12 @@
 //! Real sessions through every default index, from the file to equal fingerprints in every frame.
 
-use crate::OSP;
-use osp_testkit::stderr;
 use std::{
     path::{Path, PathBuf},
     process::Command,
 };
 
+use crate::OSP;
+use osp_testkit::{json, stderr};
 use serde_json::Value;
 
 /// Frames that each session is cut into, if it has as many samples: each is checked, and all sessions together still
@@ -32,9 +32,8 @@ fn osp(args: &[&str], session: &Path) -> Value {
     // Another build of the program may be faster.
     let program = std::env::var_os("OSP_PROGRAM").unwrap_or_else(|| OSP.0.into());
     let output = Command::new(program).args(args).arg(session).output().expect("the program starts");
-    let complaint = stderr(&output);
-    assert!(output.status.success(), "{}: {complaint}", session.display());
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
+    assert!(output.status.success(), "{}: {}", session.display(), stderr(&output));
+    json(&output)
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The culler depends on three crates. The program, as built by default, does without the large ones.
 
-use osp_testkit::{stderr, stdout};
 use std::process::Command;
+
+use osp_testkit::{stderr, stdout};
 
 /// The crates that `cargo tree` lists for these arguments, and its output.
 fn crates(arguments: &[&str]) -> (Vec<String>, String) {

@@ -1,8 +1,9 @@
 //! What a person reads who has a damaged session, and what they can do then.
 
+use std::{fs, path::Path};
+
 use crate::OSP;
 use osp_testkit::stderr;
-use std::{fs, path::Path};
 
 fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let output = OSP.run_in(folder, arguments);

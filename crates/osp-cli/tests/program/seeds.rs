@@ -1,10 +1,9 @@
 //! docs/seeds.md: every row of its tables has a command, and every command runs.
 
-use crate::OSP;
-use osp_testkit::stderr;
 use std::{collections::BTreeSet, fs};
 
-use osp_testkit::{at, packages};
+use crate::OSP;
+use osp_testkit::{at, packages, stderr};
 
 /// What stands between backticks.
 fn code(cell: &str) -> impl Iterator<Item = &str> {

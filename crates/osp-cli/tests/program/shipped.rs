@@ -1,9 +1,8 @@
 //! The shipped recordings and the README: fingerprints stay pinned, commands work.
 
-use crate::OSP;
-use osp_testkit::{ROOT, stderr};
-use std::{fs, path::Path, process::Command};
+use std::{ffi::OsStr, fs, path::Path};
 
+use crate::OSP;
 use osp_testkit::at;
 
 fn shipped() -> Vec<String> {
@@ -16,12 +15,6 @@ fn shipped() -> Vec<String> {
     names
 }
 
-fn osp() -> Command {
-    let mut command = Command::new(OSP.0);
-    command.current_dir(ROOT);
-    command
-}
-
 #[test]
 fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() {
     let names = shipped();
@@ -29,11 +22,7 @@ fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() 
     for name in names {
         let path = format!("recordings/{name}");
         assert!(fs::metadata(at(&path)).expect("there").len() < 3 << 20, "{name} is over 3 MB");
-        let output = osp()
-            .args(["replay", &path, "--check", "recordings/fingerprints.pins", "--budget", "600"])
-            .output()
-            .expect("the program starts");
-        assert!(output.status.success(), "{name}: {}", stderr(&output));
+        OSP.done(["replay", &path, "--check", "recordings/fingerprints.pins", "--budget", "600"]);
     }
 }
 
@@ -42,11 +31,9 @@ fn indexes_that_grow_in_place_allocate_nothing_once_a_session_runs() {
     let in_place = "brute-force,brute-simd,time-order,osp,dynamic-bvh,loose-octree";
     for name in shipped() {
         let path = format!("recordings/{name}");
-        let args = ["replay", &path, "--json", "--budget", "600", "--index"];
         // A rebuilt index shows that somebody counts.
-        let output =
-            osp().args(args).arg(format!("{in_place},octree-rebuild")).output().expect("the program starts");
-        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        let kinds = format!("{in_place},octree-rebuild");
+        let report = OSP.json(["replay", &path, "--json", "--budget", "600", "--index", &kinds]);
         for run in report["runs"].as_array().expect("runs") {
             let allocations = run["allocations_steady"].as_u64().expect("a number");
             let rebuilds = run["index"] == "octree-rebuild";
@@ -66,7 +53,7 @@ fn recordings_are_what_their_commands_make() {
         let (name, words) = words.split_last().expect("a file name");
         let name = Path::new(name).file_name().expect("a file name");
         let out = folder.path().join(name);
-        assert!(osp().args(words).arg(&out).status().expect("the program starts").success(), "{command}");
+        OSP.done(words.iter().map(OsStr::new).chain([out.as_os_str()]));
         let (made_bytes, shipped_bytes) =
             (fs::read(&out).expect("made"), fs::read(at("recordings").join(name)));
         assert!(made_bytes == shipped_bytes.expect("shipped"), "{command} makes other bytes");
@@ -99,8 +86,7 @@ fn the_commands_of_the_readme_work() {
         }
         // Its growing model alone takes minutes in a test's build.
         args.extend((args[0] == "bench").then(|| "--no-growth".to_owned()));
-        let output = osp().args(&args).output().expect("the program starts");
-        assert!(output.status.success(), "{command}: {}", stderr(&output));
+        OSP.done(&args);
     }
 }
 
@@ -126,8 +112,7 @@ fn the_readme_of_the_recordings_counts_as_info_does() {
         let cells: Vec<String> =
             row.expect("a row").split('|').map(|cell| cell.trim().replace([',', '`'], "")).collect();
         let path = format!("recordings/{name}");
-        let output = osp().args(["info", "--json", &path]).output().expect("the program starts");
-        let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        let info = OSP.json(["info", "--json", &path]);
         let count = |keys: &[&str]| keys.iter().filter_map(|key| info[key].as_u64()).sum::<u64>().to_string();
         let counted = [
             count(&["strokes"]),

@@ -5,9 +5,9 @@ mod keeping;
 mod measuring;
 mod recipes;
 
-use crate::OSP;
 use std::{fs, path::Path};
 
+use crate::OSP;
 use serde_json::Value;
 
 /// Small sessions that differ, in the folder `in`.

@@ -5,8 +5,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
-use osp_testkit::events::Begin;
-use osp_testkit::held_bytes;
+use osp_testkit::{events::Begin, held_bytes};
 
 /// Draws strokes of 30 polygons each, and lets the caller do something after each one.
 fn draw(strokes: std::ops::Range<u32>, mut then: impl FnMut(StrokeId, &mut Scene), scene: &mut Scene) {

@@ -1,7 +1,5 @@
 //! Numbers on the command line: done, refused, or a failed check; never a panic, an abort or memory without bound.
 
-use crate::OSP;
-use osp_testkit::stderr;
 use std::{
     path::Path,
     process::{Command, Stdio},
@@ -10,6 +8,8 @@ use std::{
 use osp_session::recording::{Flush, RonWriter, SynthKind, synthesize};
 
 use super::generator::Generator;
+use crate::OSP;
+use osp_testkit::stderr;
 
 const NUMBERS: &[&str] = &[
     "NaN",

@@ -2,13 +2,13 @@
 //! which option raises it, and takes little memory. That is forced by a cap on the program's address space.
 #![cfg(target_os = "linux")]
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use super::files::{sketch, sketch_stroke, tilt, write};
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 
 /// Address space of the program, KiB. It needs some for itself, four indexes, and a thread. An index reserves room for scattered
 /// polygons, about 160 bytes each for up to a million, and does not write to it before they come.

@@ -1,8 +1,5 @@
 //! `osp import` as a user meets it.
 
-use crate::OSP;
-use osp_testkit::stderr;
-use osp_testkit::stdout;
 use std::path::Path;
 use std::process::Output;
 
@@ -13,6 +10,8 @@ use super::files::{
     METADATA, layer_stroke, raw_points, read, read_sound, sketch, small_apa, small_sketch, small_tilt, write,
     write_cassie,
 };
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 
 fn import(folder: &Path, args: &[&str]) -> Output {
     OSP.run_in(folder, [&["import"], args].concat())

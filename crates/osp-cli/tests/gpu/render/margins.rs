@@ -1,7 +1,6 @@
 //! What culling while drawing leaves to rounding: scenes in which a polygon is seen only because the rasteriser snaps and
 //! rounds, or next to the eye. Each fails without the margin or the guard that it is for.
 
-use osp_testkit::events::scene_of;
 use std::sync::Arc;
 
 use super::{
@@ -18,6 +17,7 @@ use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
+use osp_testkit::events::scene_of;
 
 const WALL: (f32, f32, f32, f32) = (0.3, 0.5, 0.2, 1.0);
 const BRIGHT: (f32, f32, f32, f32) = (1.0, 0.4, 0.9, 1.0);

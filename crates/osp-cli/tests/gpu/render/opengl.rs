@@ -1,10 +1,10 @@
 //! A machine without Vulkan has OpenGL, perhaps: the pictures are the same, or it is said what cannot be had.
 
-use crate::OSP;
-use osp_testkit::stderr;
-use std::{path::Path, process::Command};
+use std::path::Path;
 
 use super::scenes::gpu;
+use crate::OSP;
+use osp_testkit::stderr;
 
 fn render(backend: &str, session: &str, out: &Path, more: &[&str]) -> (Option<i32>, String) {
     let output = OSP
@@ -45,12 +45,13 @@ fn opengl_draws_the_same_pictures_as_vulkan() {
         return;
     }
     let brushes = folder.path().join("brushes.ron");
-    let made = Command::new(OSP.0)
-        .args(["synth", "brushes", "--polygons", "2400"])
-        .arg(&brushes)
-        .status()
-        .expect("osp");
-    assert!(made.success());
+    OSP.done([
+        "synth".as_ref(),
+        "brushes".as_ref(),
+        "--polygons".as_ref(),
+        "2400".as_ref(),
+        brushes.as_os_str(),
+    ]);
     for session in ["recordings/portrait.ron", &brushes.to_string_lossy()] {
         let [ours, theirs] = ["gl", "vulkan"].map(|backend| {
             let out = folder.path().join(format!("{backend}.png"));

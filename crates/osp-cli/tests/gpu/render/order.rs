@@ -1,14 +1,13 @@
 //! The order of opaque polygons: the same picture, another cost.
 
-use crate::OSP;
-use osp_testkit::events::scene_of;
-use osp_testkit::{stderr, stdout};
 use std::sync::Arc;
 
 use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
+use crate::OSP;
 use glam::Vec3;
 use osp_render::{Gpu, Layer, Offscreen, OpaqueOrder, Overdraw, RendererConfig};
 use osp_session::recording::Event;
+use osp_testkit::events::scene_of;
 
 fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
     Offscreen::on(Arc::clone(gpu), 320, 240, &RendererConfig::default()).expect("a drawer")
@@ -96,10 +95,7 @@ fn the_command_measures_all_orders_in_turns() {
     let picture = folder.path().join("room.png");
     let picture = picture.to_str().expect("utf-8");
     let args = ["render", "recordings/room.ron", picture, "--size", "321x241", "--repeats", "1", "--order"];
-    let output = OSP.run([&args[..], &["all", "--json"]].concat());
-    let said = stderr(&output);
-    assert!(output.status.success(), "{said}");
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let report = OSP.json([&args[..], &["all", "--json"]].concat());
     let orders = report["orders"].as_array().expect("orders");
     let of = |name: &str| orders.iter().find(|row| row["order"] == name).expect("an order");
     let overdraw = |name: &str| of(name)["overdraw"].as_f64().expect("a number");
@@ -113,17 +109,12 @@ fn the_command_measures_all_orders_in_turns() {
         assert_eq!(row["samples_covered"], of("none")["samples_covered"], "{row}");
     }
     assert_eq!(of("z-prepass")["differing_pixels"], 0);
-    let output = OSP.run([&args[..], &["material,none"]].concat());
-    let said = stderr(&output);
-    assert!(output.status.success(), "{said}");
-    let table = stdout(&output);
+    let table = OSP.done([&args[..], &["material,none"]].concat());
     assert!(
         table.contains("overdraw") && table.contains("material") && !table.contains("z-prepass"),
         "{table}"
     );
     for wrong in [&["none,none"][..], &["sideways"], &["none", "--occlusion", "hzb"], &["none", "--check"]] {
-        let output = OSP.run([&args[..], wrong].concat());
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {said}");
+        OSP.refused([&args[..], wrong].concat());
     }
 }

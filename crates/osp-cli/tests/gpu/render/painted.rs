@@ -1,6 +1,5 @@
 //! What brushes paint: light is added, shapes are cut out, squares face the eye, and culling still changes no pixel.
 
-use osp_testkit::events;
 use std::sync::Arc;
 
 use super::{
@@ -15,6 +14,7 @@ use osp_session::{
     recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events;
 
 const SIZE: (u32, u32) = (320, 240);
 type Color = (f32, f32, f32, f32);

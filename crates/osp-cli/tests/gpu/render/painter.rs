@@ -1,11 +1,9 @@
 //! The painter's algorithm against the depth buffer.
 
-use crate::OSP;
-use osp_testkit::events::scene_of;
-use osp_testkit::{stderr, stdout};
 use std::sync::Arc;
 
 use super::scenes::{all_ids, gpu, set, sketch, square, view_from};
+use crate::OSP;
 use glam::Vec3;
 use osp::{
     polygon::{PolygonId, VisibleBlocks},
@@ -15,6 +13,7 @@ use osp_render::{
     Gpu, Image, Layer, MOST_POLYGONS, Offscreen, PaintList, Painter, PainterError, RendererConfig,
 };
 use osp_session::{recording::Event, scene::Scene};
+use osp_testkit::{events::scene_of, stderr, stdout};
 
 const SIZE: (u32, u32) = (321, 241);
 

@@ -1,10 +1,10 @@
 //! `osp render --rig`: a picture for each screen and eye.
 
-use crate::OSP;
-use osp_testkit::{shipped_session, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path, process::Output};
 
 use super::scenes::gpu;
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout};
 
 fn osp(args: &[&str], folder: &Path) -> Output {
     let room = shipped_session("room");

@@ -1,4 +1,3 @@
-use osp_testkit::events::Begin;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -11,6 +10,7 @@ use osp_session::{
     recording::{Author, Event, NormalRule, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::Begin;
 
 /// An adapter, or a line that says why there is none.
 pub(crate) fn gpu() -> Option<Arc<Gpu>> {

@@ -1,6 +1,5 @@
 //! Shadows of the first light: who throws them, and that they do not depend on what is culled.
 
-use osp_testkit::events::Begin;
 use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, view_from};
@@ -11,6 +10,7 @@ use osp_session::{
     recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
     scene::Scene,
 };
+use osp_testkit::events::Begin;
 
 const SIZE: (u32, u32) = (160, 120);
 

@@ -1,6 +1,5 @@
 //! What was right for an earlier frame must not be taken for this one: another picture, other polygons of the same numbers.
 
-use osp_testkit::events::scene_of;
 use std::sync::Arc;
 
 use super::scenes::{all_ids, apply, gpu, set, square, view_from};
@@ -11,6 +10,7 @@ use osp_session::{
     recording::{Author, Event, StrokeId},
     scene::Scene,
 };
+use osp_testkit::events::scene_of;
 
 const GREEN: (f32, f32, f32, f32) = (0.2, 0.8, 0.3, 1.0);
 const RED: (f32, f32, f32, f32) = (0.9, 0.2, 0.2, 1.0);

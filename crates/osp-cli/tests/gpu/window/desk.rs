@@ -1,7 +1,5 @@
 //! A display server of our own with a window manager, and a hand for its pointer.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::{
     ffi::OsStr,
     fs::{self, File},
@@ -16,6 +14,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 use serde_json::Value;
 
 /// How long anything may take: the machine may be busy, and pictures are drawn by its processor.

@@ -1,6 +1,5 @@
 //! What becomes of sessions when files are lost, disks are full, and windows come in pairs.
 
-use osp_testkit::shipped_session;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -12,6 +11,7 @@ use std::{
 use osp_session::recording::{self, OpenOptions};
 
 use super::desk::{Desk, OspWindow};
+use osp_testkit::shipped_session;
 
 /// Through the middle of the model's part of a window of 1280 by 800.
 fn line(height: i32) -> Vec<(i32, i32)> {

@@ -1,12 +1,12 @@
-use crate::OSP;
-use osp_testkit::stderr;
 use std::fs;
 
 use super::desk::Desk;
+use crate::OSP;
 use osp_session::{
     recording::{self, Event, OpenOptions},
     scene::Scene,
 };
+use osp_testkit::stderr;
 
 /// The model's part of a window of 1280 by 800 lies between the panels.
 const MIDDLE: (i32, i32) = (590, 380);

@@ -3,7 +3,6 @@
 //!
 //! `OSP_SCREENSHOTS=DIR cargo test --features window --test gpu window::task` keeps a picture of the end of each.
 
-use osp_testkit::stdout;
 use std::path::Path;
 
 use osp::glam::Vec3;
@@ -13,6 +12,7 @@ use osp_session::{
 };
 
 use super::desk::{Desk, OspWindow};
+use osp_testkit::stdout;
 
 const SIZE: &str = "1280x800";
 /// The middle of the model's part of the window.

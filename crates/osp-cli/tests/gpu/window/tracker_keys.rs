@@ -1,10 +1,10 @@
 //! The word that a tracker has to know: on the command line, in a file, in a variable.
 
-use crate::OSP;
-use osp_testkit::{shipped_session, stderr};
 use std::time::{Duration, Instant};
 
+use crate::OSP;
 use osp_app::tracker::{Listening, Tracker, TrackerAddress, TrackerKey, TrackerOptions};
+use osp_testkit::{shipped_session, stderr};
 
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();

@@ -1,7 +1,7 @@
-use osp_testkit::{shipped_session, stderr};
 use std::{fs::OpenOptions, io::Write, net::UdpSocket};
 
 use super::desk::Desk;
+use osp_testkit::{shipped_session, stderr};
 
 /// An address that nobody listens to.
 pub(crate) fn free_address() -> String {

@@ -1,7 +1,5 @@
 //! A node of a wall in a window: what the hub says is what its screen shows.
 
-use crate::OSP;
-use osp_testkit::{shipped_session, stdout};
 use std::{
     process::{Child, Command, Stdio},
     thread,
@@ -9,6 +7,8 @@ use std::{
 };
 
 use super::{desk::Desk, server::Server};
+use crate::OSP;
+use osp_testkit::{shipped_session, stdout};
 
 struct Running(Child);
 

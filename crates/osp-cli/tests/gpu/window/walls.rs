@@ -1,9 +1,9 @@
 //! A rig's screens on monitors: a window without panels on each, and one to control them.
 
-use osp_testkit::{shipped_session, stderr, stdout};
 use std::net::UdpSocket;
 
 use super::{desk::Desk, tracking::free_address};
+use osp_testkit::{shipped_session, stderr, stdout};
 
 const LEFT: &str =
     "lower_left: (-1.69706, 0.3, 0.0), lower_right: (0.0, 0.3, -1.69706), upper_left: (-1.69706, 2.1, 0.0)";

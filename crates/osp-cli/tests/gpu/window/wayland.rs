@@ -1,6 +1,5 @@
 //! The window on Wayland: a compositor that is itself a window of the X server, so that the same hand drives it.
 
-use osp_testkit::stdout;
 use std::{
     fs,
     path::PathBuf,
@@ -10,6 +9,7 @@ use std::{
 };
 
 use super::desk::{Desk, Ours, all_there};
+use osp_testkit::stdout;
 
 /// No borders, a fixed size.
 const SWAY: &str = "output X11-1 resolution 1200x800\ndefault_border none\n";

@@ -1,14 +1,14 @@
 //! A cable that is pulled out and put in again, between two network namespaces of Linux. Needs the rights of root and `ip`
 //! (iproute2); left out where they are missing.
 
-use crate::OSP;
-use osp_testkit::stdout;
 use std::{path::Path, process::Command, thread, time::Duration};
 
 use super::{
     members::{Member, drawn, places, recording},
     server::Server,
 };
+use crate::OSP;
+use osp_testkit::stdout;
 
 /// A namespace with a cable to it: addresses of this side and of the other.
 pub(crate) struct Cable {

@@ -1,7 +1,5 @@
 //! Members as processes, and what they leave behind.
 
-use crate::OSP;
-use osp_testkit::stderr;
 use std::{
     collections::BTreeMap,
     fs,
@@ -11,7 +9,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::OSP;
 use osp_session::recording::{Author, Event, OpenOptions};
+use osp_testkit::stderr;
 use serde_json::Value;
 
 /// No member takes longer, however busy the machine is.

@@ -1,7 +1,5 @@
 //! Who may write, who may not, and what is not understood.
 
-use crate::OSP;
-use osp_testkit::stderr;
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -11,6 +9,8 @@ use super::{
     members::{LONGEST, Member, assert_same, drawn, places, recording},
     server::Server,
 };
+use crate::OSP;
+use osp_testkit::stderr;
 
 #[test]
 fn garbage_strangers_and_duplicates_are_counted_and_change_nothing() {

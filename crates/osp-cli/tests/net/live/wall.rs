@@ -1,7 +1,5 @@
 //! A wall of several machines, as processes on this one.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::{
     fs,
     path::Path,
@@ -16,6 +14,8 @@ use super::{
     members::{LONGEST, Member, recording},
     server::Server,
 };
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 
 const SCREENS: [&str; 4] = ["left", "front", "right", "floor"];
 

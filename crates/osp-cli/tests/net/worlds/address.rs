@@ -1,7 +1,5 @@
 //! Worlds behind an address: `osp serve` is the server.
 
-use crate::OSP;
-use osp_testkit::temp;
 use std::{
     io::{BufRead, BufReader},
     path::Path,
@@ -14,6 +12,8 @@ use osp_net::world::{Flight, Missing, PackOrder, Place, World, WorldError};
 use osp_session::recording::SynthKind;
 
 use super::{Together, pack, session, walk};
+use crate::OSP;
+use osp_testkit::temp;
 
 struct Server(Child, String);
 

@@ -1,7 +1,5 @@
 //! A world is there whole or not at all, and none is replaced unasked.
 
-use crate::OSP;
-use osp_testkit::temp;
 use std::{
     collections::BTreeMap,
     fs,
@@ -15,6 +13,8 @@ use osp_net::world::{PackOrder, Replacing, World, WorldError, WorldWriter};
 use osp_session::{recording::SynthKind, scene::Scene};
 
 use super::{open, pack, place_to_read, place_to_write, session};
+use crate::OSP;
+use osp_testkit::temp;
 
 const HERE: &[Vec3] = &[Vec3::ZERO];
 

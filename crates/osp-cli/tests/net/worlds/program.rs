@@ -1,7 +1,5 @@
 //! `osp pack` and `osp replay --world`.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::path::Path;
 
 use glam::Vec3;
@@ -14,6 +12,8 @@ use osp_session::{
 use serde_json::Value;
 
 use super::{Together, open};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 pub(crate) fn recording(name: &str) -> String {
     format!("{}/recordings/{name}.ron", osp_testkit::ROOT)

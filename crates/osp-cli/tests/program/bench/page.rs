@@ -1,11 +1,11 @@
 //! The page of `osp bench`: what it says is what was measured.
 
-use crate::OSP;
 use std::{fs, sync::OnceLock};
 
 use serde_json::Value;
 
 use super::{Report, session};
+use crate::OSP;
 
 struct Made {
     page: String,

@@ -1,10 +1,10 @@
 //! `osp race`: structures on one session, frame by frame.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::fs;
 
 use super::{NAME, Report, cells, session};
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 
 const PART: &str = "race";
 
@@ -36,8 +36,7 @@ fn csv_and_json_have_the_figures_of_the_table() {
     let report = Report::of(&OSP.run(["race", &file, "--json", "--csv", &csv]));
     assert_eq!(report.names(PART, "index"), ["osp", "octree-rebuild"]);
     let of = |index: &str, figure: &str| report.value(PART, NAME, index, figure);
-    let replayed = OSP.run(["replay", &file, "--index", "osp", "--json"]);
-    let replayed: serde_json::Value = serde_json::from_slice(&replayed.stdout).expect("JSON");
+    let replayed = OSP.json(["replay", &file, "--index", "osp", "--json"]);
     for figure in ["frames", "polygons"] {
         assert_eq!(Some(of("", figure)), replayed[figure].as_f64(), "{figure}");
     }

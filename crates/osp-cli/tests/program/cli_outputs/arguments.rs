@@ -1,7 +1,5 @@
 //! Numbers without sense, files without end, names that are no text.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::{
     fs,
     process::{Command, Stdio},
@@ -10,6 +8,8 @@ use std::{
 };
 
 use super::{assert_refused, built::has, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 #[test]
 fn numbers_out_of_range_are_refused_by_every_command() {

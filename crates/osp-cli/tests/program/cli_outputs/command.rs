@@ -1,9 +1,9 @@
 //! `osp verify` as a user meets it.
 
-use crate::OSP;
-use osp_testkit::{json, stderr, stdout};
 use std::process::Output;
 
+use crate::OSP;
+use osp_testkit::{json, stderr, stdout};
 use serde_json::Value;
 
 /// The methods that `osp verify --json` has rows of.

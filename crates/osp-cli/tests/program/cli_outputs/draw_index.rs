@@ -1,7 +1,8 @@
 //! `osp draw-index`: what its pictures show. SVG is text, so a test can read it.
 
-use crate::OSP;
 use std::{collections::BTreeSet, fs, path::Path};
+
+use crate::OSP;
 
 fn drawn(folder: &Path, options: &[&str]) -> String {
     if !folder.join("room.ron").exists() {

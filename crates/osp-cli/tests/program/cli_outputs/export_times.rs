@@ -1,9 +1,9 @@
 //! The time and the stroke at each vertex of an exported model, read as any reader of glTF reads attributes.
 
-use crate::OSP;
-use osp_testkit::temp;
 use std::{fs, path::Path};
 
+use crate::OSP;
+use osp_testkit::temp;
 use serde_json::Value;
 
 struct Model {

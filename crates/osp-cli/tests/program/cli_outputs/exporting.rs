@@ -1,14 +1,14 @@
 //! `osp export`: what is in the file, and what is refused. (Whether it is glTF, Khronos's validator says:
 //! `tests/gltf_validator`.)
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::{fs, path::Path};
 
 use osp_session::brush::{self, Brush, Draw, Lighting};
 use serde_json::{Value, json};
 
 use super::{assert_refused, names, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 
 /// The JSON of a binary glTF file.
 fn document(path: &Path) -> Value {

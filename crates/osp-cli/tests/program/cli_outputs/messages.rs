@@ -1,10 +1,9 @@
 //! Messages say each thing once, and nothing in a file or its name commands the terminal.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::{error::Error, fs, io, path::PathBuf};
 
 use super::{built::has, session_text, write_session};
+use crate::OSP;
 use osp_lab::{
     pvs::PvsError,
     report::{PinError, Pins},
@@ -13,6 +12,7 @@ use osp_session::{
     recording::RecordingError,
     rig::{Rig, RigError},
 };
+use osp_testkit::{stderr, stdout, temp};
 
 /// Texts of an error and of its causes.
 fn chain(error: &(dyn Error + 'static)) -> Vec<String> {

@@ -1,13 +1,12 @@
 //! Figures and messages that two commands give of one thing are the same, and name what the user knows.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::fs;
 
 use osp_session::brush::{self, Brush};
-use serde_json::Value;
 
 use super::{built::has, exporting::painted};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 
 #[test]
 fn info_counts_the_polygons_that_are_drawn() {
@@ -29,8 +28,7 @@ fn info_counts_the_polygons_that_are_drawn() {
     text += "End(t:0,stroke:900)\n";
     fs::write(folder.path().join("a.ron"), text).expect("written");
     let exported = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
-    let info = OSP.run_in(folder.path(), ["info", "a.ron", "--json"]);
-    let info: Value = serde_json::from_slice(&info.stdout).expect("JSON");
+    let info = OSP.json_in(folder.path(), ["info", "a.ron", "--json"]);
     let count = |key: &str| info[key].as_u64().expect("a count");
     let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
     let rows = info["brushes"].as_array().expect("brushes").iter();

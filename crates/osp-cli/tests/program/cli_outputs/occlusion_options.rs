@@ -6,16 +6,10 @@ use serde_json::Value;
 
 use super::command::{figure, methods};
 
-fn json(args: &[&str]) -> Value {
-    let output = OSP.run(args);
-    assert!(output.status.success(), "{args:?}: {}", stderr(&output));
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
-}
-
 /// The report on the rooms with one method, and the method's name.
 fn verified(args: &[&str]) -> (Value, String) {
     let small = ["scene:rooms", "--views", "3", "--pixels", "320x180", "--repeats", "1", "--json"];
-    let report = json(&[&["verify"], &small[..], args].concat());
+    let report = OSP.json([&["verify"], &small[..], args].concat());
     let method = methods(&report)[0].to_owned();
     (report, method)
 }
@@ -62,8 +56,8 @@ fn replay_takes_both_options_and_nothing_visible_is_culled() {
     let replayed = |args: &[&str]| {
         let how = ["--occlusion", "msvbsp", "--polygon-ns", "100", "--occluders", "3", "--camera", "inside"];
         let more = ["--verify-frames", "3", "--json"];
-        let report = json(
-            &[&["replay", "recordings/room.ron", "--pace", "samples:64"], &how[..], &more, args].concat(),
+        let report = OSP.json(
+            [&["replay", "recordings/room.ron", "--pace", "samples:64"], &how[..], &more, args].concat(),
         );
         report["runs"][0].clone()
     };

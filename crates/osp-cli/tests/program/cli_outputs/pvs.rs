@@ -1,12 +1,12 @@
 //! Sets of what can be seen from where: made, read, used, and refused where they do not belong.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout};
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use super::command::figure;
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
 
 /// A small furnished flat, and the sets of it.
 struct Flat {

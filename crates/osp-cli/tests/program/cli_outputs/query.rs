@@ -7,9 +7,7 @@ use serde_json::Value;
 use super::write_session;
 
 fn query(folder: &std::path::Path, args: &[&str]) -> Value {
-    let output = OSP.run_in(folder, ["query"].iter().chain(args).chain(&["--json"]));
-    assert!(output.status.success(), "{args:?}: {}", stderr(&output));
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
+    OSP.json_in(folder, ["query"].iter().chain(args).chain(&["--json"]))
 }
 
 fn strokes(report: &Value) -> Vec<u64> {

@@ -1,10 +1,10 @@
 //! The reproductions: each of these destroyed something.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::fs;
 
 use super::{assert_refused, built::has, names, session_text, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 #[test]
 fn a_shell_pattern_behind_csv_destroys_no_session() {

@@ -1,12 +1,12 @@
 //! `--rig` and `--stereo`: every screen and eye of a frame.
 
-use crate::OSP;
-use osp_testkit::{shipped_session, stderr, stdout, temp};
 use std::{fs, path::Path};
 
 use serde_json::Value;
 
 use super::{assert_refused, built::has, names, write_session};
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout, temp};
 
 fn room() -> String {
     shipped_session("room")
@@ -103,9 +103,7 @@ fn two_screens_show_what_each_shows_alone() {
 }
 
 fn json(folder: &Path, args: &[&str]) -> Value {
-    let output = OSP.run_in(folder, args.iter().chain(&["--json"]));
-    assert!(output.status.success(), "{args:?}: {}", stderr(&output));
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
+    OSP.json_in(folder, args.iter().chain(&["--json"]))
 }
 
 #[test]

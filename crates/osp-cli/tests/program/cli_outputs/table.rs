@@ -1,7 +1,5 @@
 //! Every command and every output of it, against everything that may be in its place.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::{
     fs,
     os::unix::fs::{PermissionsExt, symlink},
@@ -10,6 +8,8 @@ use std::{
 };
 
 use super::{built::has, names, session_text, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 /// A way to write a file.
 struct Way {

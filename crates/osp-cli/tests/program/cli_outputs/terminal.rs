@@ -1,8 +1,9 @@
 //! What the program does for a terminal: narrow tables, a verdict, completions, a manual.
 
+use std::fs;
+
 use crate::OSP;
 use osp_testkit::{shipped_session, stderr, stdout, temp};
-use std::fs;
 
 fn grow() -> String {
     shipped_session("grow")

@@ -1,8 +1,9 @@
 //! `osp verify --all`: every session of a folder, and a table of all.
 
+use std::fs;
+
 use crate::OSP;
 use osp_testkit::{stderr, stdout};
-use std::fs;
 
 const QUICK: [&str; 9] =
     ["--views", "1", "--pixels", "160x90", "--repeats", "1", "--occlusion", "msvbsp", "--pace=samples:64"];

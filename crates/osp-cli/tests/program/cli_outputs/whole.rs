@@ -1,10 +1,10 @@
 //! Files are whole or not there, whatever ends the program.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::fs;
 
 use super::{names, session_text, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 #[test]
 fn a_table_appears_when_all_sessions_are_played_or_not_at_all() {

@@ -1,7 +1,5 @@
 //! The file that lines are added to: nothing of it is lost, and nobody else's file is touched.
 
-use crate::OSP;
-use osp_testkit::{stderr, temp};
 use std::{
     fs::{self, File},
     io::Write,
@@ -12,6 +10,8 @@ use std::{
 };
 
 use super::{facts, lines, names, sessions};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
 
 const SESSIONS: usize = 10;
 /// Makes a session take some tens of milliseconds.

@@ -1,12 +1,12 @@
 //! What is measured, and that it is what `osp replay --json` says.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::{fs, path::Path};
 
 use serde_json::Value;
 
 use super::{facts, field, lines, names, sessions};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 
 /// The line of a session holds what `osp replay --json` says with the same options.
 fn is_as_replayed(folder: &Path, session: &Path, options: &[&str], line: &Value) {

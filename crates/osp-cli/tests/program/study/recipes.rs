@@ -1,7 +1,5 @@
 //! The recipes and questions of `examples/study`, run as `docs/study.md` has them.
 
-use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -11,6 +9,8 @@ use std::{
 use serde_json::Value;
 
 use super::{field, lines, names, sessions};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
 
 fn recipes() -> PathBuf {
     Path::new(osp_testkit::ROOT).join("examples/study")

@@ -7,8 +7,7 @@ use osp_session::{
     recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
     scene::Scene,
 };
-use osp_testkit::Editor;
-use osp_testkit::events::polygon;
+use osp_testkit::{Editor, events::polygon};
 
 const HALF_TURN_ABOUT_Y: Quat = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
 const QUARTER_TURN_ABOUT_Z: Quat =
