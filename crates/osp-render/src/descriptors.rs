@@ -1,5 +1,7 @@
 //! What wgpu makes from descriptors, without the fields that are the same in all of them.
 
+use super::formats::DEPTH_FORMAT;
+
 /// A module of a shader in WGSL.
 pub(super) fn module(device: &wgpu::Device, label: &str, wgsl: &str) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -36,6 +38,32 @@ pub(super) fn compute_pipeline(
         compilation_options: Default::default(),
         cache: None,
     })
+}
+
+/// The vertices of a shader that reads none from buffers.
+pub(super) fn vertex<'a>(module: &'a wgpu::ShaderModule, entry: &'a str) -> wgpu::VertexState<'a> {
+    let compilation_options = Default::default();
+    wgpu::VertexState { module, entry_point: Some(entry), compilation_options, buffers: &[] }
+}
+
+/// The fragments of a shader.
+pub(super) fn fragment<'a>(
+    module: &'a wgpu::ShaderModule,
+    entry: &'a str,
+    targets: &'a [Option<wgpu::ColorTargetState>],
+) -> wgpu::FragmentState<'a> {
+    wgpu::FragmentState { module, entry_point: Some(entry), compilation_options: Default::default(), targets }
+}
+
+/// How depth is tested against what was drawn before, and whether it is written.
+pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(writes),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    }
 }
 
 /// A buffer of so many bytes, without content.

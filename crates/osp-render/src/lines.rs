@@ -3,7 +3,7 @@ use glam::Vec3;
 
 use super::{
     Gpu, descriptors,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    formats::{COLOR_FORMAT, SAMPLES},
     shaders,
 };
 use osp::{math::Aabb, view::View};
@@ -210,16 +210,13 @@ fn create_pipeline(
             buffers: &[Some(vertex_layout)],
         },
         primitive: wgpu::PrimitiveState { topology, ..Default::default() },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(match depth {
+        depth_stencil: Some(descriptors::depth(
+            match depth {
                 Depth::Hidden => wgpu::CompareFunction::GreaterEqual,
                 Depth::Through => wgpu::CompareFunction::Always,
-            }),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+            },
+            false,
+        )),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module,

@@ -1,9 +1,5 @@
 use super::bindings::{Bound, compute, layout};
-use crate::{
-    Gpu, descriptors,
-    formats::{DEPTH_FORMAT, SAMPLES},
-    shaders,
-};
+use crate::{Gpu, descriptors, formats::SAMPLES, shaders};
 
 /// What queries need once, for all views.
 #[derive(Debug)]
@@ -25,20 +21,9 @@ impl QueryPipelines {
         let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("boxes"),
             layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
+            vertex: descriptors::vertex(&module, "vertex"),
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
             fragment: None,
             multiview_mask: None,

@@ -8,8 +8,8 @@ use super::{
     buffers::create,
 };
 use crate::{
-    Gpu, RenderError, descriptors,
-    descriptors::bind_group,
+    Gpu, RenderError,
+    descriptors::{self, bind_group},
     formats::{DEPTH_FORMAT, SAMPLES},
     read_back::{read_buffer, read_buffer_later},
     shaders,
@@ -111,20 +111,9 @@ fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
     gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("places of samples"),
         layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("grow"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
+        vertex: descriptors::vertex(&module, "grow"),
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, true)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: None,
         multiview_mask: None,

@@ -11,7 +11,7 @@ use wgpu::util::DeviceExt as _;
 
 use super::{
     Gpu,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    formats::{COLOR_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     pipelines::{Pipelines, Shader, Sky},
     shaders,
@@ -162,28 +162,12 @@ fn create_sky(
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("sky"),
         layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex_sky"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
+        vertex: descriptors::vertex(module, "vertex_sky"),
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            // It is as far away as can be: where a pass without colours has left depth, it is not seen.
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        // It is as far away as can be: where a pass without colours has left depth, it is not seen.
+        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment_sky"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR_FORMAT.into())],
-        }),
+        fragment: Some(descriptors::fragment(module, "fragment_sky", &[Some(COLOR_FORMAT.into())])),
         multiview_mask: None,
         cache: None,
     })

@@ -306,12 +306,7 @@ fn create_pipeline(
             bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         }),
         multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment_shadow"),
-            compilation_options: Default::default(),
-            targets: &[],
-        }),
+        fragment: Some(descriptors::fragment(module, "fragment_shadow", &[])),
         multiview_mask: None,
         cache: None,
     })

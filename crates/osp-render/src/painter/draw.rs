@@ -5,7 +5,7 @@ use wgpu::util::DeviceExt as _;
 use super::{PaintList, list::PartCorner};
 use crate::{
     Gpu, descriptors,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    formats::{COLOR_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     shaders,
 };
@@ -41,20 +41,9 @@ impl PartPass {
             },
             primitive: wgpu::PrimitiveState::default(),
             // The pass has a depth; it is neither asked nor changed.
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fragment"),
-                compilation_options: Default::default(),
-                targets: &[Some(COLOR_FORMAT.into())],
-            }),
+            fragment: Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
             multiview_mask: None,
             cache: None,
         });
