@@ -8,7 +8,7 @@ pub mod events;
 mod program;
 mod repository;
 
-pub use counting::{Counting, allocations, held_bytes};
+pub use counting::{Counting, allocations, held_bytes, peak_of};
 pub use editor::{Editor, STROKES};
 pub use program::{Program, json, shipped_session, stderr, stdout, temp};
 pub use repository::{ROOT, at, packages};

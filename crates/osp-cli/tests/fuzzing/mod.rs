@@ -5,7 +5,6 @@ pub mod arguments;
 pub mod frame_occlusion;
 pub mod input;
 pub mod journal;
-pub mod memory;
 pub mod pvs;
 pub mod rays;
 pub mod read_bytes;

@@ -31,10 +31,10 @@ fn apply(scene: &mut Scene, event: Event) {
 }
 
 /// What a polygon takes that is in the model: its corners, its box, its stroke's place, and a share of the stroke.
-const BYTES_A_POLYGON: isize = 100;
+const BYTES_A_POLYGON: i64 = 100;
 
 /// What any scene may hold: pages that are not full, a thousand edits, tables.
-const ROOM: isize = 2 << 20;
+const ROOM: i64 = 2 << 20;
 
 #[test]
 fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
@@ -51,7 +51,7 @@ fn what_is_erased_and_what_is_taken_back_does_not_pile_up() {
         );
         assert_eq!((scene.polygon_count(), scene.counts().visible), (1_020_000, 0));
         // What undo still reaches: half of the edits are erasures of 30 polygons each.
-        let reached = Scene::UNDO_DEPTH as isize * 30 * BYTES_A_POLYGON;
+        let reached = Scene::UNDO_DEPTH as i64 * 30 * BYTES_A_POLYGON;
         let held = held_bytes() - before;
         assert!(held < reached + ROOM, "{held} bytes for a model in which there is nothing");
     }
@@ -72,7 +72,7 @@ fn what_is_left_here_and_there_does_not_hold_the_rest() {
     }
     assert_eq!(scene.counts().visible, 900_000 / 20);
     let held = held_bytes() - before;
-    let left = (900_000 / 20 + Scene::UNDO_DEPTH as isize * 30) * BYTES_A_POLYGON;
+    let left = (900_000 / 20 + Scene::UNDO_DEPTH as i64 * 30) * BYTES_A_POLYGON;
     // A page keeps its holes until three quarters of what it holds are holes.
     assert!(held < 4 * left + ROOM, "{held} bytes of {whole} for 45,000 polygons");
     assert!(scene.visible_ids().all(|id| scene.polygon(id).area_m2() > 0.0));

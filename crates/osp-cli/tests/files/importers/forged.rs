@@ -7,28 +7,15 @@ use zip::CompressionMethod;
 use super::files::{
     Bytes, METADATA, apa, gzip, raw_points, read, sketch, sketch_stroke, small_sketch, tilt, write,
 };
+use osp_testkit::peak_of;
 
-/// Most that the address space may grow while forged files are read. Test threads reserve up to 128 MiB each; what the
-/// counts below claim is 70 GiB and more.
-const MOST_GROWTH_KIB: u64 = 1 << 20;
-
-/// Peak of this process' address space, where the system tells it.
-fn peak_kib() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmPeak:"))?;
-    line.split_whitespace().nth(1)?.parse().ok()
-}
+/// Most that may be held while a forged file is read; what the counts below claim is 70 GiB and more.
+const MOST_BYTES: i64 = 128 << 20;
 
 /// Reads a file in both modes; the strict one must fail. Gives its error.
 fn refused(path: &Path) -> String {
-    let before = peak_kib();
-    read(path, true);
-    let strict = read(path, false);
-    if let (Some(before), Some(after)) = (before, peak_kib()) {
-        assert!(after - before < MOST_GROWTH_KIB, "{}: {} KiB more", path.display(), after - before);
-    } else {
-        eprintln!("skipped: the system does not tell the size of the process");
-    }
+    let ([_, strict], peak) = peak_of(|| [true, false].map(|lenient| read(path, lenient)));
+    assert!(peak < MOST_BYTES, "{}: {peak} bytes held", path.display());
     strict.error.map(|error| error.to_string()).unwrap_or_else(|| panic!("{} was read", path.display()))
 }
 
@@ -92,11 +79,8 @@ fn forged_sizes_of_a_zip() {
             let mut bytes = whole.clone();
             bytes[offset..offset + width].copy_from_slice(&forged.to_le_bytes()[..width]);
             let path = write(folder.path(), "a.tilt", &bytes);
-            let before = peak_kib().unwrap_or(0);
-            read(&path, true);
-            read(&path, false);
-            let growth = peak_kib().unwrap_or(0) - before;
-            assert!(growth < MOST_GROWTH_KIB, "{forged:#x} at {offset}: {growth} KiB more");
+            let (_, peak) = peak_of(|| [true, false].map(|lenient| read(&path, lenient)));
+            assert!(peak < MOST_BYTES, "{forged:#x} at {offset}: {peak} bytes held");
         }
     }
     // A directory that says the sketch is longer than the file.
