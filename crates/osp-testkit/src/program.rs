@@ -24,7 +24,7 @@ impl Program {
     ) -> Command {
         let mut command = Command::new(self.0);
         // Some graphics drivers complain if there is none.
-        command.args(args).current_dir(&folder).env("XDG_RUNTIME_DIR", folder.as_ref());
+        command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", std::env::temp_dir());
         command
     }
 
