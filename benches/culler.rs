@@ -7,9 +7,6 @@
 //! another one each time. The table has medians, microseconds a frame, and the median of the ratio to the layer below, frame by frame;
 //! rows whose names do not hold all words are left out.
 
-#[path = "../tests/support/boxes.rs"]
-mod boxes;
-
 use std::time::Instant;
 
 use osp::{
@@ -58,7 +55,7 @@ impl Geometry for World {
 
 fn world(objects: usize, is_ordered: bool) -> World {
     let side = objects.isqrt().max(1);
-    let mut rng = boxes::Rng(1);
+    let mut rng = osp_testkit::boxes::Rng(1);
     let mut places: Vec<usize> = (0..objects).collect();
     if !is_ordered {
         (1..objects).rev().for_each(|i| places.swap(i, rng.below(i + 1)));

@@ -138,7 +138,8 @@ impl Oracle {
         let (near, far) = camera.depths();
         let (low, high) = (near.min(far), near.max(far));
         let is_on_screen = clip.w > 0.0 && x.abs() < 1.0 - EDGE && y.abs() < 1.0 - EDGE;
-        if !is_on_screen || !(depth > low + EDGE * EDGE && depth < high - EDGE * EDGE) {
+        let is_between = depth > low + EDGE * EDGE && depth < high - EDGE * EDGE;
+        if !(is_on_screen && is_between) {
             return false;
         }
         let start = *camera.world_from_clip() * DVec4::new(x, y, near, 1.0);

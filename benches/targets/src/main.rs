@@ -4,15 +4,13 @@
 //! `cargo run --release --manifest-path benches/targets/Cargo.toml [-- SIZE...]`; sizes in polygons, 10000 100000
 //! 1000000 unless told otherwise. With `OSP_CORPUS` set to a folder, its recorded sessions and models (`.obj`) too.
 
-#[path = "../../../tests/support/boxes.rs"]
-mod boxes;
 mod floor;
 mod peers;
 mod sessions;
 
 use std::time::Instant;
 
-use boxes::{Place, root, views};
+use osp_testkit::boxes::{Place, root, views};
 use floor::{Floor, Least};
 use osp::{
     index::{DrawList, IndexConfig},

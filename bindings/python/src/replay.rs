@@ -203,9 +203,10 @@ fn play(settings: &Settings, mut runs: Vec<Run>) -> PyResult<Played> {
         let pipeline = Pipeline::new(run.index.create(&config), capacity, StageClock::default());
         let pipeline = match run.occlusion {
             // What is drawn must not depend on the clock.
-            Some(method) => {
-                method.add_to(pipeline, PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) })
-            }
+            Some(method) => method.add_to(
+                pipeline,
+                PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) },
+            ),
             None => pipeline,
         };
         Lane::new(pipeline, budget)

@@ -1,10 +1,8 @@
 //! How occlusion culling tests nodes and scores occluders: options of several commands.
 
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
+use clap::{Args, builder::TypedValueParser};
 
+use super::parsers::named;
 use osp::occlusion::{NodeTest, Score};
 
 /// Options of the commands that cull by occlusion.
@@ -12,7 +10,7 @@ use osp::occlusion::{NodeTest, Score};
 pub(super) struct TestArgs {
     /// How occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper), the `outline`
     /// of the box, or whether all eight `corners` lie in one shadow [default: box].
-    #[arg(long, value_name = "VOLUME", value_parser = node_test_parser())]
+    #[arg(long, value_name = "VOLUME", value_parser = named(&NodeTest::ALL, NodeTest::name))]
     node_test: Option<NodeTest>,
     /// Score of an occluder: the `solid-angle` of its part in view, or equation (1) of the `paper` [default: solid-angle].
     #[arg(long, value_name = "SCORE", value_parser = score_parser())]
@@ -35,16 +33,6 @@ impl TestArgs {
     }
 }
 
-fn node_test_parser() -> impl TypedValueParser<Value = NodeTest> {
-    PossibleValuesParser::new(NodeTest::ALL.map(NodeTest::name)).try_map(|name| {
-        let found = NodeTest::ALL.into_iter().find(|test| test.name() == name);
-        found.ok_or_else(|| format!("no test is called {name}"))
-    })
-}
-
 pub(super) fn score_parser() -> impl TypedValueParser<Value = Score> {
-    PossibleValuesParser::new(Score::ALL.map(Score::name)).try_map(|name| {
-        let found = Score::ALL.into_iter().find(|score| score.name() == name);
-        found.ok_or_else(|| format!("no score is called {name}"))
-    })
+    named(&Score::ALL, Score::name)
 }

@@ -12,18 +12,23 @@ pub(super) fn occlusion_parser() -> impl TypedValueParser<Value = Method> {
         .try_map(|name| Method::from_name(&name).ok_or_else(|| format!("no method is called {name}")))
 }
 
+/// One of these values, by its name.
+pub(super) fn named<T: Copy + Send + Sync>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.iter().map(|value| name(*value))).try_map(move |text| {
+        let found = all.iter().find(|value| name(**value) == text);
+        found.copied().ok_or_else(|| format!("nothing is called {text}"))
+    })
+}
+
 pub(super) fn index_parser() -> impl TypedValueParser<Value = IndexKind> {
-    let names = IndexKind::ALL.iter().map(|kind| kind.name());
-    PossibleValuesParser::new(names)
-        .try_map(|name| IndexKind::from_name(&name).ok_or_else(|| format!("no index is called {name}")))
+    named(IndexKind::ALL, IndexKind::name)
 }
 
 pub(super) fn camera_parser() -> impl TypedValueParser<Value = CameraChoice> {
-    let names = CameraChoice::ALL.iter().map(|choice| choice.name());
-    PossibleValuesParser::new(names).try_map(|name| {
-        let found = CameraChoice::ALL.iter().find(|choice| choice.name() == name);
-        found.copied().ok_or_else(|| format!("no camera is called {name}"))
-    })
+    named(CameraChoice::ALL, CameraChoice::name)
 }
 
 /// The size of a picture, `WxH` pixels.

@@ -238,8 +238,14 @@ fn lanes(
             Some(method) => {
                 let (occluders, polygon_ns) = (play.occluders, play.polygon_ns);
                 let (node_test, score) = (play.tests.node_test(), play.tests.score());
-                let pass =
-                    PassConfig { occluders, polygon_ns, basis, node_test, score, ..PassConfig::for_strokes(Occlusion::Auto) };
+                let pass = PassConfig {
+                    occluders,
+                    polygon_ns,
+                    basis,
+                    node_test,
+                    score,
+                    ..PassConfig::for_strokes(Occlusion::Auto)
+                };
                 method.add_to(pipeline, pass)
             }
             None => pipeline,

@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
+use clap::{Args, builder::TypedValueParser};
 
+use super::parsers::named;
 use osp_session::{
     replay::{RigPath, RoomMotion},
     rig::{Rig, Stereo},
@@ -21,7 +19,7 @@ pub(super) struct RigArgs {
     pub(super) rig: Option<String>,
     /// How the pictures for the two eyes are shown: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
     /// and eye) [default: the rig's own].
-    #[arg(long, value_name = "HOW", value_parser = stereo_parser())]
+    #[arg(long, value_name = "HOW", value_parser = named(Stereo::ALL, Stereo::name))]
     pub(super) stereo: Option<Stereo>,
 }
 
@@ -36,18 +34,8 @@ pub(super) struct RigPathArgs {
     pub(super) room: RoomMotion,
 }
 
-fn stereo_parser() -> impl TypedValueParser<Value = Stereo> {
-    PossibleValuesParser::new(Stereo::ALL.iter().map(|how| how.name())).try_map(|name| {
-        let found = Stereo::ALL.iter().find(|how| how.name() == name);
-        found.copied().ok_or_else(|| format!("no way is called {name}"))
-    })
-}
-
 pub(super) fn room_parser() -> impl TypedValueParser<Value = RoomMotion> {
-    PossibleValuesParser::new(RoomMotion::ALL.iter().map(|motion| motion.name())).try_map(|name| {
-        let found = RoomMotion::ALL.iter().find(|motion| motion.name() == name);
-        found.copied().ok_or_else(|| format!("no room is called {name}"))
-    })
+    named(RoomMotion::ALL, RoomMotion::name)
 }
 
 /// The file of a rig, if its name is not that of a shipped one.

@@ -1,5 +1,5 @@
 use super::{
-    Gpu, Target,
+    Gpu, Target, descriptors,
     formats::{COLOR_FORMAT, PICTURE_FORMAT},
     octaves::{HEIGHTS, Octave, Octaves},
     pipelines::of_whole_picture,
@@ -23,39 +23,16 @@ pub(super) struct Finish {
 impl Finish {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let device = gpu.device();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("finish"),
-            source: wgpu::ShaderSource::Wgsl(shaders::FINISH.into()),
-        });
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let texture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: true },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let sampler_type = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-        let bind_layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
-        };
-        let source_layout = bind_layout("source", &[entry(0, texture), entry(1, sampler_type)]);
-        let octaves_layout = bind_layout("octaves", &[0, 1, 2, 3].map(|binding| entry(binding, texture)));
-        let multisampled = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: true,
-        };
-        let samples_layout = bind_layout("samples", &[entry(0, multisampled)]);
+        let module = descriptors::module(device, "finish", shaders::FINISH);
+        let stage = wgpu::ShaderStages::FRAGMENT;
+        let texture = (stage, descriptors::texture(wgpu::TextureSampleType::Float { filterable: true }));
+        let sampler = (stage, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
+        let samples = (stage, descriptors::samples(wgpu::TextureSampleType::Float { filterable: false }));
+        let source_layout = descriptors::bind_layout(device, "source", &[texture, sampler]);
+        let octaves_layout = descriptors::bind_layout(device, "octaves", &[texture; 4]);
+        let samples_layout = descriptors::bind_layout(device, "samples", &[samples]);
         let layout = |label, layouts: &[Option<&wgpu::BindGroupLayout>]| {
-            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: layouts,
-                immediate_size: 0,
-            })
+            descriptors::pipeline_layout(device, label, layouts)
         };
         let of_source = layout("one picture", &[Some(&source_layout)]);
         let (spread, of_samples) =
@@ -119,17 +96,12 @@ impl Finish {
 
     fn bind(&self, gpu: &Gpu, target: &Target) -> Octaves {
         let source = |view: &wgpu::TextureView| {
-            gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("source"),
-                layout: &self.source_layout,
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) },
-                    wgpu::BindGroupEntry {
-                        binding: 1,
-                        resource: wgpu::BindingResource::Sampler(&self.sampler),
-                    },
-                ],
-            })
+            descriptors::bind_group(
+                gpu.device(),
+                "source",
+                &self.source_layout,
+                &[wgpu::BindingResource::TextureView(view), wgpu::BindingResource::Sampler(&self.sampler)],
+            )
         };
         let octaves = HEIGHTS.map(|height| {
             let width = (height as f32 * target.aspect()).round() as u32;
@@ -138,28 +110,16 @@ impl Finish {
             let sources = [source(&views[0]), source(&views[1])];
             Octave { size, views, sources }
         });
-        let entries: Vec<_> = octaves
-            .iter()
-            .enumerate()
-            .map(|(binding, octave)| wgpu::BindGroupEntry {
-                binding: binding as u32,
-                resource: wgpu::BindingResource::TextureView(&octave.views[0]),
-            })
-            .collect();
-        let all = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("octaves"),
-            layout: &self.octaves_layout,
-            entries: &entries,
-        });
+        let resources: Vec<_> =
+            octaves.iter().map(|octave| wgpu::BindingResource::TextureView(&octave.views[0])).collect();
+        let all = descriptors::bind_group(gpu.device(), "octaves", &self.octaves_layout, &resources);
         let samples = || {
-            gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("samples"),
-                layout: &self.samples_layout,
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: wgpu::BindingResource::TextureView(target.samples()),
-                }],
-            })
+            descriptors::bind_group(
+                gpu.device(),
+                "samples",
+                &self.samples_layout,
+                &[wgpu::BindingResource::TextureView(target.samples())],
+            )
         };
         let samples = gpu.reads_samples().then(samples);
         Octaves { resolved: source(target.resolved()), octaves, all, samples }

@@ -1,5 +1,5 @@
 use super::{
-    Classes, Gpu,
+    Classes, Gpu, descriptors,
     gpu::CHUNKS_A_PAGE,
     record::{Colors, DrawClass, PolygonRecord},
 };
@@ -51,20 +51,8 @@ pub(super) struct GpuScene {
 
 impl GpuScene {
     pub(super) fn new(gpu: &Gpu, chunk_len: usize) -> Self {
-        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupLayoutEntry {
-            binding: i as u32,
-            visibility: wgpu::ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: wgpu::BufferSize::new(PolygonRecord::SIZE),
-            },
-            count: None,
-        });
-        let layout = gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("polygon chunks"),
-            entries: &entries,
-        });
+        let chunk = (wgpu::ShaderStages::VERTEX, descriptors::read(PolygonRecord::SIZE));
+        let layout = descriptors::bind_layout(gpu.device(), "polygon chunks", &[chunk; CHUNKS_A_PAGE]);
         Self {
             // No block of the order of drawing lies in two chunks.
             chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(BLOCK),
@@ -295,27 +283,19 @@ impl GpuScene {
     }
 
     fn bind_page(&self, gpu: &Gpu, page: usize) -> wgpu::BindGroup {
-        let entries: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| wgpu::BindGroupEntry {
-            binding: i as u32,
-            resource: self
-                .chunks
-                .get(page * CHUNKS_A_PAGE + i)
-                .unwrap_or(&self.placeholder)
-                .as_entire_binding(),
+        let chunks: [_; CHUNKS_A_PAGE] = std::array::from_fn(|i| {
+            let chunk = self.chunks.get(page * CHUNKS_A_PAGE + i);
+            chunk.unwrap_or(&self.placeholder).as_entire_binding()
         });
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("polygon page"),
-            layout: &self.layout,
-            entries: &entries,
-        })
+        descriptors::bind_group(gpu.device(), "polygon page", &self.layout, &chunks)
     }
 }
 
 fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("polygon chunk"),
-        size: polygons as u64 * PolygonRecord::SIZE,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    })
+    descriptors::buffer(
+        gpu.device(),
+        "polygon chunk",
+        polygons as u64 * PolygonRecord::SIZE,
+        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+    )
 }

@@ -19,6 +19,7 @@
 //! [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
 
 mod backdrop;
+mod descriptors;
 mod draw_switch;
 mod error;
 mod finish;

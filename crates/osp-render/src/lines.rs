@@ -2,8 +2,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    Gpu,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    Gpu, descriptors,
+    formats::{COLOR_FORMAT, SAMPLES},
     shaders,
 };
 use osp::{math::Aabb, view::View};
@@ -118,39 +118,18 @@ impl LinePass {
     /// A pass with nothing to draw.
     pub fn new(gpu: &Gpu) -> Self {
         let device = gpu.device();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("line"),
-            source: wgpu::ShaderSource::Wgsl(shaders::LINE.into()),
-        });
-        let bind_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("lines"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: wgpu::BufferSize::new(size_of::<Uniforms>() as u64),
-                },
-                count: None,
-            }],
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("lines"),
-            bind_group_layouts: &[Some(&bind_layout)],
-            immediate_size: 0,
-        });
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("lines' view"),
-            size: size_of::<Uniforms>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("lines"),
-            layout: &bind_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
-        });
+        let module = descriptors::module(device, "line", shaders::LINE);
+        let uniform = descriptors::uniform(size_of::<Uniforms>() as u64);
+        let bind_layout = descriptors::bind_layout(device, "lines", &[(wgpu::ShaderStages::VERTEX, uniform)]);
+        let layout = descriptors::pipeline_layout(device, "lines", &[Some(&bind_layout)]);
+        let uniforms = descriptors::buffer(
+            device,
+            "lines' view",
+            size_of::<Uniforms>() as u64,
+            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        );
+        let bind_group =
+            descriptors::bind_group(device, "lines", &bind_layout, &[uniforms.as_entire_binding()]);
         let pipeline = |topology, depth| create_pipeline(device, &module, &layout, topology, depth);
         Self {
             hidden: pipeline(wgpu::PrimitiveTopology::LineList, Depth::Hidden),
@@ -201,12 +180,12 @@ impl LinePass {
 }
 
 fn create_vertices(gpu: &Gpu, count: usize) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("lines"),
-        size: (count * size_of::<Vertex>()) as u64,
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
+    descriptors::buffer(
+        gpu.device(),
+        "lines",
+        (count * size_of::<Vertex>()) as u64,
+        wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+    )
 }
 
 fn create_pipeline(
@@ -231,16 +210,13 @@ fn create_pipeline(
             buffers: &[Some(vertex_layout)],
         },
         primitive: wgpu::PrimitiveState { topology, ..Default::default() },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(match depth {
+        depth_stencil: Some(descriptors::depth(
+            match depth {
                 Depth::Hidden => wgpu::CompareFunction::GreaterEqual,
                 Depth::Through => wgpu::CompareFunction::Always,
-            }),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+            },
+            false,
+        )),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module,

@@ -1,4 +1,4 @@
-use super::{Gpu, RenderError, Target, read_back::read_buffer, shaders};
+use super::{Gpu, RenderError, Target, descriptors, read_back::read_buffer, shaders};
 
 /// Pixels of a workgroup each way.
 const SIDE: u32 = 8;
@@ -26,70 +26,28 @@ pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError
         return Err(RenderError::Lacks { adapter: gpu.name(), lacks });
     }
     let device = gpu.device();
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("overdraw"),
-        source: wgpu::ShaderSource::Wgsl(shaders::OVERDRAW.into()),
-    });
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty,
-        count: None,
-    };
-    let bind_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("overdraw"),
-        entries: &[
-            entry(
-                0,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: true,
-                },
-            ),
-            entry(
-                1,
-                wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage { read_only: false },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-            ),
-        ],
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("overdraw"),
-        bind_group_layouts: &[Some(&bind_layout)],
-        immediate_size: 0,
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("overdraw"),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some("add_up"),
-        compilation_options: Default::default(),
-        cache: None,
-    });
+    let module = descriptors::module(device, "overdraw", shaders::OVERDRAW);
+    let stage = wgpu::ShaderStages::COMPUTE;
+    let samples = descriptors::samples(wgpu::TextureSampleType::Float { filterable: false });
+    let bindings = [(stage, samples), (stage, descriptors::written())];
+    let bind_layout = descriptors::bind_layout(device, "overdraw", &bindings);
+    let layout = descriptors::pipeline_layout(device, "overdraw", &[Some(&bind_layout)]);
+    let pipeline = descriptors::compute_pipeline(device, &module, &layout, "add_up");
     let (width, height) = target.size();
     let groups = [width.div_ceil(SIDE), height.div_ceil(SIDE)];
     let bytes = u64::from(groups[0] * groups[1]) * 8;
-    let sums = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("overdraw"),
-        size: bytes,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("overdraw"),
-        layout: &bind_layout,
-        entries: &[
-            wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(target.samples()),
-            },
-            wgpu::BindGroupEntry { binding: 1, resource: sums.as_entire_binding() },
-        ],
-    });
+    let sums = descriptors::buffer(
+        device,
+        "overdraw",
+        bytes,
+        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+    );
+    let group = descriptors::bind_group(
+        device,
+        "overdraw",
+        &bind_layout,
+        &[wgpu::BindingResource::TextureView(target.samples()), sums.as_entire_binding()],
+    );
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);

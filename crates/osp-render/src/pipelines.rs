@@ -1,8 +1,8 @@
 use std::sync::OnceLock;
 
 use super::{
-    Blend, Gpu, Run,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    Blend, Gpu, Run, descriptors,
+    formats::{COLOR_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
 };
 
@@ -238,20 +238,11 @@ fn create(
         },
         // Both sides of a polygon are seen: nothing is culled by its winding.
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(hides),
-            // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
+        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: fragment.map(|entry_point| wgpu::FragmentState {
-            module: shader.module,
-            entry_point: Some(entry_point),
-            compilation_options: Default::default(),
-            targets: if state.is_some() { &targets } else { &[] },
+        fragment: fragment.map(|entry_point| {
+            descriptors::fragment(shader.module, entry_point, if state.is_some() { &targets } else { &[] })
         }),
         multiview_mask: None,
         cache: None,
@@ -269,21 +260,11 @@ pub(super) fn of_whole_picture(
     gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
+        vertex: descriptors::vertex(module, "vertex"),
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: None,
         multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets: &[Some(target)],
-        }),
+        fragment: Some(descriptors::fragment(module, fragment, &[Some(target)])),
         multiview_mask: None,
         cache: None,
     })

@@ -7,7 +7,7 @@ use std::{
     task::{Poll, Waker},
 };
 
-use super::{Gpu, Image, RenderError};
+use super::{Gpu, Image, RenderError, descriptors};
 
 /// Copies a texture of four bytes a pixel to memory.
 pub(super) fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, RenderError> {
@@ -61,12 +61,12 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     let (width, height) = (texture.width(), texture.height());
     let row_bytes = width * 4;
     let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(padded_row_bytes) * u64::from(height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let buffer = descriptors::buffer(
+        gpu.device(),
+        "read back",
+        u64::from(padded_row_bytes) * u64::from(height),
+        wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+    );
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     encoder.copy_texture_to_buffer(
         texture.as_image_copy(),
@@ -133,12 +133,12 @@ fn mapped(buffer: &wgpu::Buffer) -> Result<Vec<u8>, RenderError> {
 }
 
 fn copy_to_read(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> wgpu::Buffer {
-    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: bytes,
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let buffer = descriptors::buffer(
+        gpu.device(),
+        "read back",
+        bytes,
+        wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+    );
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(from, 0, &buffer, 0, bytes);
     gpu.queue().submit([encoder.finish()]);

@@ -3,7 +3,7 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-use super::Gpu;
+use super::{Gpu, descriptors};
 
 /// Frames whose results may be on their way at once.
 pub(super) const SLOTS: usize = 4;
@@ -29,12 +29,12 @@ impl ReadRing {
     /// A ring for results of so many bytes.
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
-            buffer: gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("results"),
-                size: bytes,
-                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            }),
+            buffer: descriptors::buffer(
+                gpu.device(),
+                "results",
+                bytes,
+                wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            ),
             bytes,
             is_busy: false,
             is_mapped: Arc::new(AtomicBool::new(false)),

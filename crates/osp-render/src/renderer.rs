@@ -4,6 +4,7 @@ use super::{
     Blend, Classes, Colors, Gpu, GpuOcclusion, GpuTimer, OpaqueOrder, OrderCounts, Overdraw, PaintList,
     PyramidLevel, RenderError, Style, Target, ViewSlot,
     backdrop::srgb_from_linear,
+    descriptors,
     draw_switch::DrawSwitch,
     finish::Finish,
     gpu_scene::GpuScene,
@@ -466,15 +467,9 @@ impl Renderer {
 
 /// The pipelines of what no brush has painted.
 fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
-    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("polygon"),
-        source: wgpu::ShaderSource::Wgsl(shaders::POLYGON.into()),
-    });
-    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("polygon"),
-        bind_group_layouts: &[Some(view_layout), Some(scene.layout())],
-        immediate_size: 0,
-    });
+    let module = descriptors::module(gpu.device(), "polygon", shaders::POLYGON);
+    let layout =
+        descriptors::pipeline_layout(gpu.device(), "polygon", &[Some(view_layout), Some(scene.layout())]);
     let shader = Shader {
         module: &module,
         layout: &layout,

@@ -1,4 +1,4 @@
-use super::{Gpu, Target, pipelines::of_whole_picture, shaders};
+use super::{Gpu, Target, descriptors, pipelines::of_whole_picture, shaders};
 
 /// Which channels of a window a picture goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,28 +41,11 @@ impl ShowPass {
     /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let device = gpu.device();
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("picture"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            }],
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("show"),
-            source: wgpu::ShaderSource::Wgsl(shaders::SHOW.into()),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("show"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let picture = descriptors::texture(wgpu::TextureSampleType::Float { filterable: false });
+        let bindings = [(wgpu::ShaderStages::FRAGMENT, picture)];
+        let layout = descriptors::bind_layout(device, "picture", &bindings);
+        let module = descriptors::module(device, "show", shaders::SHOW);
+        let pipeline_layout = descriptors::pipeline_layout(device, "show", &[Some(&layout)]);
         let pipeline = |channels| {
             let entry = match (format.is_srgb(), channels) {
                 (false, Channels::All) => "pass_on",
@@ -86,14 +69,12 @@ impl ShowPass {
 
     /// Makes a target's picture showable; to be made anew with the target.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
-        Shown(gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("picture"),
-            layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(target.picture_view()),
-            }],
-        }))
+        Shown(descriptors::bind_group(
+            gpu.device(),
+            "picture",
+            &self.layout,
+            &[wgpu::BindingResource::TextureView(target.picture_view())],
+        ))
     }
 
     /// Shows a picture in an area of the pass's target, which must lie within it.

@@ -1,7 +1,7 @@
 use std::ops::Add;
 
 use super::{
-    Gpu,
+    Gpu, descriptors,
     read_ring::{ReadRing, SLOTS},
 };
 
@@ -101,12 +101,12 @@ impl GpuTimer {
                 ty: wgpu::QueryType::Timestamp,
                 count: STAMPS * SLOTS as u32,
             }),
-            resolved: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("pass times"),
-                size: SLOTS as u64 * ALIGNMENT,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
+            resolved: descriptors::buffer(
+                device,
+                "pass times",
+                SLOTS as u64 * ALIGNMENT,
+                wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            ),
             ring: ReadRing::new(gpu, u64::from(STAMPS) * 8),
             current: None,
         });

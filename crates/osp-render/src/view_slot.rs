@@ -2,8 +2,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, draw_switch::DrawSwitch, hzb::HzbView, order::Listing,
-    style::MAX_STYLES,
+    DrawOrder, DrawnCounts, Gpu, GpuOcclusion, Style, descriptors, draw_switch::DrawSwitch, hzb::HzbView,
+    order::Listing, style::MAX_STYLES,
 };
 use osp::{math::rotate, view::View};
 
@@ -45,12 +45,12 @@ impl Uniforms {
 
 impl ViewSlot {
     pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Self {
-        let uniforms = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: Some("view"),
-            size: size_of::<Uniforms>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let uniforms = descriptors::buffer(
+            gpu.device(),
+            "view",
+            size_of::<Uniforms>() as u64,
+            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        );
         let all_from = 1 << 14;
         let ids = create_ids(gpu, u64::from(all_from));
         let bind_group = bind(gpu, layout, &uniforms, &ids);
@@ -59,28 +59,12 @@ impl ViewSlot {
     }
 
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-        let entry = |binding, visibility, ty, size: u64| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: wgpu::BufferSize::new(size),
-            },
-            count: None,
-        };
-        gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("view"),
-            entries: &[
-                entry(
-                    0,
-                    wgpu::ShaderStages::VERTEX_FRAGMENT,
-                    wgpu::BufferBindingType::Uniform,
-                    size_of::<Uniforms>() as u64,
-                ),
-                entry(1, wgpu::ShaderStages::VERTEX, wgpu::BufferBindingType::Storage { read_only: true }, 4),
-            ],
-        })
+        let uniform = descriptors::uniform(size_of::<Uniforms>() as u64);
+        let bindings = [
+            (wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
+            (wgpu::ShaderStages::VERTEX, descriptors::read(4)),
+        ];
+        descriptors::bind_layout(gpu.device(), "view", &bindings)
     }
 
     pub(super) fn bind_group(&self) -> &wgpu::BindGroup {
@@ -195,12 +179,12 @@ impl ViewSlot {
 }
 
 fn create_ids(gpu: &Gpu, count: u64) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some("draw list"),
-        size: count * 4,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
+    descriptors::buffer(
+        gpu.device(),
+        "draw list",
+        count * 4,
+        wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+    )
 }
 
 fn bind(
@@ -209,12 +193,10 @@ fn bind(
     uniforms: &wgpu::Buffer,
     ids: &wgpu::Buffer,
 ) -> wgpu::BindGroup {
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("view"),
+    descriptors::bind_group(
+        gpu.device(),
+        "view",
         layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: ids.as_entire_binding() },
-        ],
-    })
+        &[uniforms.as_entire_binding(), ids.as_entire_binding()],
+    )
 }

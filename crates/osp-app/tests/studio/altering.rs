@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use egui::{Event as UiEvent, Key, Modifiers};
-use egui_kittest::kittest::Queryable;
 use osp::{glam::Vec3, math::Aabb, polygon::Change, view::View};
 use osp_app::{Altering, Button, Command, Held, Placing, ToolChoice};
 use osp_session::{
@@ -13,7 +12,7 @@ use osp_session::{
 
 use crate::{
     drawing::{Table, across, ribbons},
-    panel::{drag, sketch},
+    panel::{Person, drag, sketch},
 };
 
 const RED: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
@@ -313,12 +312,10 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
     let mut harness = sketch();
     drag(&mut harness, &[(0.3, 0.4), (0.5, 0.45), (0.7, 0.4)]);
     let press = |harness: &mut egui_kittest::Harness<'_, crate::panel::Window>, key| {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
     };
     let command = |harness: &mut egui_kittest::Harness<'_, crate::panel::Window>, key| {
-        harness.key_press_modifiers(Modifiers::COMMAND, key);
-        harness.run_steps(3);
+        harness.press_with(Modifiers::COMMAND, key);
     };
     let drawn =
         |harness: &egui_kittest::Harness<'_, crate::panel::Window>| looks(harness.state().studio.scene());
@@ -354,15 +351,13 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
     let sky = |harness: &egui_kittest::Harness<'_, crate::panel::Window>| {
         drawn(harness).iter().filter(|look| (look.0.2 * 255.0).round() == 214.0).count()
     };
-    harness.get_by_label("colour 64 168 214").click();
-    harness.run_steps(4);
+    harness.click_on("colour 64 168 214");
     assert_eq!(sky(&harness), 0);
     press(&mut harness, Key::K);
     assert_eq!(sky(&harness), 2, "asked for");
     command(&mut harness, Key::Z);
     press(&mut harness, Key::V);
-    harness.get_by_label("colour 72 104 214").click();
-    harness.run_steps(4);
+    harness.click_on("colour 72 104 214");
     assert_eq!(sky(&harness), 2);
     command(&mut harness, Key::Z);
     assert_eq!(sky(&harness), 0, "one step");
@@ -373,7 +368,7 @@ fn keys_and_the_clipboard_of_the_desktop_reach_all_of_it() {
 #[test]
 fn what_others_have_drawn_is_altered_and_can_be_read_again() {
     let mut table = Table::new();
-    let class = Path::new(crate::repository::ROOT).join("recordings/class.ron");
+    let class = Path::new(osp_testkit::ROOT).join("recordings/class.ron");
     table.studio.command(Command::Open(class));
     table.frame();
     assert_eq!(table.studio.scene().authors().count(), 3);

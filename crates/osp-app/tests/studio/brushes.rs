@@ -1,5 +1,6 @@
 //! Painting with brushes.
 
+use crate::{drawing::Table, panel, panel::Person};
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam::{Quat, Vec3};
@@ -10,8 +11,6 @@ use osp_session::{
     recording::{Event, NormalRule, OpenOptions, StrokeId, Tool},
     scene::Scene,
 };
-
-use crate::{drawing::Table, panel};
 
 fn wave(y: f32) -> Vec<(f32, f32)> {
     (0..30).map(|i| (150.0 + i as f32 * 15.0, y + (i as f32 * 0.3).sin() * 60.0)).collect()
@@ -116,8 +115,7 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
     let mut harness = panel::sketch();
     assert!(!harness.state().interface.wants_previews(), "nothing is drawn before somebody looks");
     assert!(harness.query_by_label("MatteHull").is_none());
-    harness.key_press(Key::B);
-    harness.run_steps(3);
+    harness.press(Key::B);
     assert!(harness.state().interface.wants_previews());
     // No pictures here: names alone.
     harness.state_mut().interface.set_previews(None);
@@ -131,24 +129,20 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
             brush.name
         );
     }
-    harness.get_by_label("CelVinyl").click();
-    harness.run_steps(3);
+    harness.click_on("CelVinyl");
     assert_eq!(harness.state().studio.brush().paint(), brush::find("CelVinyl"));
     assert!(harness.query_by_label("MatteHull").is_none(), "a choice closes the list");
     harness.get_by_role_and_label(Role::ComboBox, "brush (B)").click();
     harness.run_steps(3);
-    harness.get_by_label("plain").click();
-    harness.run_steps(3);
+    harness.click_on("plain");
     assert_eq!(harness.state().studio.brush().paint(), None);
     for (key, is_open) in [(Key::B, true), (Key::Escape, false)] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
         assert_eq!(harness.query_by_label("MatteHull").is_some(), is_open, "{key:?}");
     }
     // And the help.
     for (key, is_open) in [(Key::F1, true), (Key::Escape, false)] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
         assert_eq!(harness.query_by_label("choose a brush").is_some(), is_open, "{key:?}");
     }
 }
@@ -156,12 +150,10 @@ fn the_list_of_brushes_opens_by_key_and_click_and_chooses() {
 #[test]
 fn brushes_are_found_by_typing_and_chosen_by_keys() {
     let mut harness = panel::sketch();
-    harness.key_press(Key::B);
-    harness.run_steps(4);
+    harness.press(Key::B);
     let press = |harness: &mut Harness<'_, panel::Window>, keys: &[Key]| {
         for key in keys {
-            harness.key_press(*key);
-            harness.run_steps(2);
+            harness.press(*key);
         }
     };
     // The row of the brush in the hand, "plain", is the first.
@@ -170,8 +162,7 @@ fn brushes_are_found_by_typing_and_chosen_by_keys() {
     let first = harness.state().studio.brush().paint().expect("a brush");
     assert!(offered(&first) && harness.query_by_label("MatteHull").is_none(), "{}", first.name);
 
-    harness.key_press(Key::B);
-    harness.run_steps(4);
+    harness.press(Key::B);
     harness.event(egui::Event::Text("hull".to_owned()));
     harness.run_steps(3);
     let hulls: Vec<_> = brush::all().iter().filter(offered).filter(|b| b.name.contains("Hull")).collect();
@@ -184,8 +175,7 @@ fn brushes_are_found_by_typing_and_chosen_by_keys() {
     let chosen = harness.state().studio.brush().paint().expect("a brush");
     assert!(hulls.iter().any(|hull| std::ptr::eq(*hull, chosen)), "{}", chosen.name);
 
-    harness.key_press(Key::B);
-    harness.run_steps(4);
+    harness.press(Key::B);
     harness.event(egui::Event::Text("no such".to_owned()));
     harness.run_steps(3);
     assert!(harness.query_by_label("no brush of this name").is_some());

@@ -381,7 +381,7 @@ fn a_frozen_camera_goes_on_culling_from_where_it_stood() {
 
 /// A replay of the rooms at its beginning; the folder is for what it saves.
 fn rooms() -> (tempfile::TempDir, Studio) {
-    let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
+    let path = Path::new(osp_testkit::ROOT).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
     let player = Session::to_play(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));

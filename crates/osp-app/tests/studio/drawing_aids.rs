@@ -1,5 +1,10 @@
 //! A straight edge, a mirror, and a brush that is as wide on the screen from any distance.
 
+use crate::{
+    drawing::{Table, across},
+    panel::Person,
+    panel::sketch,
+};
 use egui::Key;
 use osp::{
     glam::{Vec2, Vec3},
@@ -7,11 +12,6 @@ use osp::{
 };
 use osp_app::{Aids, Button, Command, Held, Input, ToolChoice};
 use osp_session::recording::{StrokeId, Tool};
-
-use crate::{
-    drawing::{Table, across},
-    panel::sketch,
-};
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
 
@@ -151,13 +151,11 @@ fn keys_turn_the_aids_on_and_off() {
     };
     assert_eq!(now(&harness), (false, None, false));
     for key in [Key::U, Key::Y, Key::J] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
     }
     assert_eq!(now(&harness), (true, Some(0.0), true));
     for key in [Key::U, Key::Y, Key::J] {
-        harness.key_press(key);
-        harness.run_steps(3);
+        harness.press(key);
     }
     assert_eq!(now(&harness), (false, None, false));
 }

@@ -14,7 +14,7 @@ use osp_session::recording::{self, OpenOptions};
 
 use crate::{
     drawing::across,
-    panel::{sketch, window},
+    panel::{Person, sketch, window},
 };
 
 const OFFER: &str = "Go on with the edits?";
@@ -195,16 +195,14 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
         write("empty-20261124-172500.ron.open", "", "", 0);
         Session::new(autosaves)
     });
-    harness.get_by_role_and_label(Role::Button, "File").click();
-    harness.run_steps(3);
+    harness.click_button("File");
     harness.get_by_label_contains("Open recent").click();
     harness.run_steps(3);
     let names = ["F.tilt, 2026-01-01 00:00:00 UTC", "sketch, 2025-12-31 23:59:59 UTC"];
     let tops = names.map(|name| harness.get_by_role_and_label(Role::Button, name).rect().top());
     assert!(tops[0] < tops[1], "{tops:?}");
     assert!(harness.query_by_label_contains("mine").is_none(), "that has a name of its own");
-    harness.get_by_role_and_label(Role::Button, names[0]).click();
-    harness.run_steps(3);
+    harness.click_button(names[0]);
     let folder = harness.state().folder.path().to_owned();
     assert_eq!(path_of(&harness.state().studio), folder.join("F-20261124-172500-2.ron"));
     // It is among the autosaves already, and not a second time among those with a name.
@@ -212,8 +210,7 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
     let events = recording::open(&folder.join("F-20261124-172500-2.ron"), &OpenOptions::default());
     assert_eq!(events.expect("a session").count(), 4, "nothing was written");
     // The one that is open is not offered.
-    harness.get_by_role_and_label(Role::Button, "File").click();
-    harness.run_steps(3);
+    harness.click_button("File");
     harness.get_by_label_contains("Open recent").click();
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Button, names[0]).is_none());
@@ -223,7 +220,6 @@ fn recent_sessions_include_autosaves_the_last_one_first() {
 #[test]
 fn a_window_without_any_session_before_has_no_recent_ones() {
     let mut harness = sketch();
-    harness.get_by_role_and_label(Role::Button, "File").click();
-    harness.run_steps(3);
+    harness.click_button("File");
     assert!(harness.get_by_label_contains("Open recent").accesskit_node().is_disabled());
 }

@@ -11,7 +11,7 @@ use osp_session::recording::{GroupId, StrokeId};
 
 use crate::{
     drawing::{Table, ribbons},
-    panel::{drag, sketch},
+    panel::{Person, drag, sketch},
 };
 
 fn bounds(table: &Table, stroke: StrokeId) -> Aabb {
@@ -111,16 +111,12 @@ fn the_list_makes_names_and_selects_groups() {
     let mut harness = sketch();
     drag(&mut harness, &[(0.3, 0.4), (0.5, 0.45), (0.7, 0.4)]);
     drag(&mut harness, &[(0.3, 0.6), (0.5, 0.65), (0.7, 0.6)]);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    harness.run_steps(2);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::G);
-    harness.run_steps(2);
+    harness.press_with(Modifiers::COMMAND, Key::A);
+    harness.press_with(Modifiers::COMMAND, Key::G);
     harness.get_by_label("group 0");
-    harness.key_press(Key::Escape);
-    harness.run_steps(2);
+    harness.press(Key::Escape);
     assert!(harness.query_by_role(Role::TextInput).is_none(), "no group is selected");
-    harness.get_by_label("group 0").click();
-    harness.run_steps(2);
+    harness.click_on("group 0");
     assert_eq!(harness.state().studio.selection().strokes().len(), 2);
     let name = harness.get_by_role_and_label(Role::TextInput, "name of the group");
     name.focus();
@@ -128,12 +124,10 @@ fn the_list_makes_names_and_selects_groups() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
     harness.get_by_role_and_label(Role::TextInput, "name of the group").type_text("bird");
     harness.run_steps(2);
-    harness.key_press(Key::Enter);
-    harness.run_steps(3);
+    harness.press(Key::Enter);
     let names: Vec<_> = harness.state_mut().studio.group_tree().into_iter().map(|node| node.name).collect();
     assert_eq!(names, [Some("bird".to_owned())]);
     harness.get_by_label("bird");
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::Z);
     harness.get_by_label("group 0");
 }

@@ -11,7 +11,7 @@ use osp_session::{
 };
 
 fn shipped(name: &str) -> Vec<Event> {
-    let path = std::path::Path::new(crate::repository::ROOT).join("recordings").join(name);
+    let path = std::path::Path::new(osp_testkit::ROOT).join("recordings").join(name);
     recording::open(&path, &OpenOptions::default())
         .expect("a recording")
         .map(|e| e.expect("an event"))

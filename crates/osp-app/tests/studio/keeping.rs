@@ -5,13 +5,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::drawing::{Table, across};
+use crate::{
+    drawing::{Table, across},
+    panel::{Person, Window, panels},
+};
 use egui::{Key, Modifiers, Rect, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use osp::glam;
 use osp_app::{
     Access, Answer, Autosaves, Button, Command, Input, OpenError, Opening, Question, Session, Studio, Then,
-    ToolChoice, ui::Interface,
+    ToolChoice,
 };
 use osp_rivals::IndexKind;
 use osp_session::recording::{self, Author, Event, OpenOptions, StrokeId, Tool};
@@ -137,7 +140,7 @@ fn what_is_looked_at_can_be_saved_elsewhere_and_goes_on_there() {
 fn what_was_not_drawn_here_is_copied() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = |name: &str| folder.path().join(name);
-    let shipped = Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
+    let shipped = Path::new(osp_testkit::ROOT).join("recordings/scribble.ron");
     fs::copy(&shipped, place("imported.ron")).expect("a copy");
     let protected = drawn(folder.path(), "protected.ron");
     let mut permissions = fs::metadata(&protected).expect("a file").permissions();
@@ -365,28 +368,7 @@ fn of_a_damaged_session_the_rest_is_offered() {
     assert_eq!(fs::read_to_string(&path).expect("text"), text);
 }
 
-/// The window's panels, without a window.
-struct Panels {
-    studio: Studio,
-    interface: Interface,
-    model: Rect,
-}
-
-fn panels(studio: Studio, size: Vec2) -> Harness<'static, Panels> {
-    let interface = Interface::new("a test".to_owned());
-    let state = Panels { studio, interface, model: Rect::NOTHING };
-    let mut harness = Harness::builder().with_size(size).build_ui_state(
-        |ui, panels: &mut Panels| {
-            panels.model = panels.interface.show(ui, &mut panels.studio);
-            panels.studio.frame(glam::Vec2::new(panels.model.width(), panels.model.height()), 0.016);
-        },
-        state,
-    );
-    harness.run_steps(3);
-    harness
-}
-
-fn draw_with_pointer(harness: &mut Harness<'_, Panels>, from: egui::Pos2) {
+fn draw_with_pointer(harness: &mut Harness<'_, Window>, from: egui::Pos2) {
     for (pressed, pos) in [(true, from), (false, from - Vec2::new(90.0, 0.0))] {
         harness.event(egui::Event::PointerMoved(pos));
         harness.run_steps(1);
@@ -438,7 +420,7 @@ fn every_question_is_asked_with_its_answers_in_reach() {
     for size in SIZES {
         for question in every_question(folder.path()) {
             let studio = opened(&folder.path().join("new.ron"), folder.path(), Opening::default());
-            let mut harness = panels(studio, size);
+            let mut harness = panels(studio, osp_testkit::temp(), size);
             harness.state_mut().studio.ask(question.clone());
             harness.run_steps(3);
             let screen = Rect::from_min_size(egui::Pos2::ZERO, size);
@@ -456,8 +438,7 @@ fn every_question_is_asked_with_its_answers_in_reach() {
             assert_eq!(harness.state().studio.scene().strokes().len(), 0, "{question:?}");
             assert_eq!(harness.state().studio.question(), Some(&question), "it waits");
             // The way out changes nothing.
-            harness.key_press(Key::Escape);
-            harness.run_steps(2);
+            harness.press(Key::Escape);
             assert!(harness.state().studio.question().is_none() && !harness.state().studio.is_closing());
             assert!(harness.query_by_label(question.title()).is_none());
             let new = folder.path().join("new.ron");
@@ -479,35 +460,27 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     fs::write(&taken, "somebody's work").expect("written");
     let mut studio = opened(&folder.path().join("a.ron"), folder.path(), Opening::default());
     draw(&mut studio, 0.0);
-    let mut harness = panels(studio, SIZES[0]);
-    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
-    harness.run_steps(3);
+    let mut harness = panels(studio, osp_testkit::temp(), SIZES[0]);
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     harness.get_by_role(Role::TextInput).type_text(taken.to_str().expect("a path"));
     harness.run_steps(2);
-    harness.key_press(Key::Enter);
-    harness.run_steps(3);
+    harness.press(Key::Enter);
     assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
     // The safe answer has the keyboard: who only goes on hitting Enter replaces nothing.
-    harness.key_press(Key::Enter);
-    harness.run_steps(3);
+    harness.press(Key::Enter);
     assert!(harness.state().studio.question().is_none());
     assert_eq!(fs::read(&taken).expect("a file"), b"somebody's work");
-    harness.state_mut().studio.command(Command::SaveAs(taken.clone()));
-    harness.run_steps(3);
-    harness.get_by_role_and_label(Role::Button, "Replace").click();
-    harness.run_steps(3);
+    harness.command(Command::SaveAs(taken.clone()));
+    harness.click_button("Replace");
     assert!(events_in(&taken) > 2);
 
     // Discard, by the menu.
     let events = events_in(&taken);
     draw(&mut harness.state_mut().studio, 0.3);
     harness.run_steps(2);
-    harness.get_by_role_and_label(Role::Button, "File").click();
-    harness.run_steps(3);
-    harness.get_by_role_and_label(Role::Button, "Discard…").click();
-    harness.run_steps(3);
-    harness.get_by_role_and_label(Role::Button, "Discard").click();
-    harness.run_steps(3);
+    harness.click_button("File");
+    harness.click_button("Discard…");
+    harness.click_button("Discard");
     assert_eq!(events_in(&taken), events);
 
     // What has happened to the file is said at once, with ways out.
@@ -515,20 +488,16 @@ fn answers_are_given_by_their_buttons_and_by_keys() {
     harness.run_steps(4);
     let shown = harness.get_all_by_label_contains("taken.ron is not saved: it was removed").count();
     assert_eq!(shown, 1);
-    harness.get_by_role_and_label(Role::Button, "Write it here again").click();
-    harness.run_steps(3);
+    harness.click_button("Write it here again");
     assert_eq!(events_in(&taken), events);
     assert!(harness.query_by_label_contains("is not saved").is_none());
     fs::rename(&taken, folder.path().join("away.ron")).expect("renamed");
     harness.run_steps(4);
-    harness.get_by_role_and_label(Role::Button, "Save elsewhere…").click();
-    harness.run_steps(3);
+    harness.click_button("Save elsewhere…");
     assert!(harness.query_by_role(Role::TextInput).is_some());
-    harness.get_by_role_and_label(Role::Button, "Cancel").click();
-    harness.run_steps(3);
+    harness.click_button("Cancel");
     fs::rename(folder.path().join("away.ron"), &taken).expect("renamed");
-    harness.get_by_role_and_label(Role::Button, "Try again").click();
-    harness.run_steps(3);
+    harness.click_button("Try again");
     assert!(harness.query_by_label_contains("is not saved").is_none());
     assert!(harness.state().studio.messages().join("\n").contains("everything is in it again"));
 }

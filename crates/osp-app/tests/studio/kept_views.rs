@@ -11,7 +11,7 @@ use osp_session::recording::{self, Event, OpenOptions};
 
 use crate::{
     drawing::{Table, across},
-    panel::{across as line, drag, sketch},
+    panel::{Person, across as line, drag, sketch},
 };
 
 const SIZE_PX: Vec2 = Vec2::new(800.0, 600.0);
@@ -55,17 +55,14 @@ fn keys_keep_views_and_go_to_them() {
         harness.state().studio.views()[0].view.eye_in_world
     };
     let first = eye(&harness);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::F7);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::F7);
     harness.state_mut().studio.look(Vec2::new(0.5, 0.0));
     harness.state_mut().studio.input(Input::Wheel(4.0), Held::default(), SIZE_PX);
     harness.run_steps(3);
     assert!(eye(&harness).distance(first) > 0.1);
-    harness.key_press(Key::F6);
-    harness.run_steps(3);
+    harness.press(Key::F6);
     assert!(eye(&harness).distance(first) > 0.1, "view 2 is not kept");
-    harness.key_press(Key::F7);
-    harness.run_steps(3);
+    harness.press(Key::F7);
     assert!(eye(&harness).distance(first) < 1.0e-4);
 }
 
@@ -114,11 +111,9 @@ fn a_replay_reads_a_kept_view_as_no_edit() {
 fn the_first_window_teaches_until_somebody_draws_and_the_help_always() {
     let mut harness = sketch();
     assert!(!harness.state().interface.settings().has_drawn);
-    harness.key_press(Key::F1);
-    harness.run_steps(3);
+    harness.press(Key::F1);
     assert!(harness.query_by_label_contains("Drag with the left button to draw").is_some());
-    harness.key_press(Key::F1);
-    harness.run_steps(3);
+    harness.press(Key::F1);
     drag(&mut harness, &line());
     harness.run_steps(3);
     assert!(harness.state().interface.settings().has_drawn, "it is not taught again");

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use crate::panel::{Window, across, drag, replay, sketch};
+use crate::panel::{Person, Window, across, drag, replay, sketch};
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{
     Harness,
@@ -14,8 +14,7 @@ use osp_app::{
 };
 
 fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
-    harness.get_by_role_and_label(Role::Button, name).click();
-    harness.run_steps(3);
+    harness.click_button(name);
 }
 
 /// An entry of a menu; its label ends with its key.
@@ -42,8 +41,7 @@ fn type_path(harness: &mut Harness<'_, Window>, path: &Path) {
     harness.run_steps(2);
     harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("text"));
     harness.run_steps(2);
-    harness.key_press(Key::Enter);
-    harness.run_steps(3);
+    harness.press(Key::Enter);
 }
 
 #[test]
@@ -51,19 +49,16 @@ fn the_first_save_asks_for_a_name_and_the_next_ones_do_not() {
     let mut harness = sketch();
     drag(&mut harness, &across());
     let path = harness.state().folder.path().join("mine.ron");
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    harness.run_steps(2);
+    harness.press_with(Modifiers::COMMAND, Key::S);
     type_path(&mut harness, &path);
     assert!(harness.query_by_role(Role::TextInput).is_none(), "the dialog is closed");
     assert_eq!(path_of(&harness), path);
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::S);
     assert!(harness.query_by_role(Role::TextInput).is_none());
     let said = harness.state().studio.messages().last().cloned().expect("a message");
     assert!(said.contains("all of it is in") && said.contains("mine.ron"), "{said}");
     // Under another name: the own one is suggested.
-    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
     assert_eq!(Path::new(&suggested), path);
     let other = harness.state().folder.path().join("other.ron");
@@ -89,15 +84,13 @@ fn a_dialog_that_fails_stays_open_and_says_why() {
     type_path(&mut harness, &folder.join("missing.tilt"));
     assert!(harness.query_all_by_label_contains("missing.tilt").next().is_some());
     // A question about it comes first, and then the dialog is still there.
-    harness.key_press(Key::Escape);
-    harness.run_steps(3);
+    harness.press(Key::Escape);
     assert!(harness.query_by_role(Role::TextInput).is_none());
     fs::write(folder.join("there.ron"), "somebody's work").expect("written");
     harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
     type_path(&mut harness, &folder.join("there.ron"));
     assert!(harness.state().studio.question().is_some());
-    harness.key_press(Key::Escape);
-    harness.run_steps(3);
+    harness.press(Key::Escape);
     assert!(harness.state().studio.question().is_none());
     assert!(harness.query_by_role(Role::TextInput).is_some());
     assert_eq!(fs::read(folder.join("there.ron")).expect("a file"), b"somebody's work");
@@ -107,8 +100,7 @@ fn a_dialog_that_fails_stays_open_and_says_why() {
 fn home_may_be_written_as_a_tilde() {
     let mut harness = sketch();
     drag(&mut harness, &across());
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::E);
     let home = std::env::home_dir().expect("a home");
     let suggested = harness.get_by_role(Role::TextInput).accesskit_node().value().expect("text");
     assert_eq!(Path::new(&suggested), home.join("sketch.glb"));
@@ -124,28 +116,23 @@ fn what_cannot_be_done_is_offered_neither_by_menu_nor_by_key() {
     for name in ["Undo", "Redo", "Erase selection", "Group selection", "Select all", "Select nothing"] {
         assert!(!is_offered(&harness, name), "{name}");
     }
-    harness.key_press(Key::Escape);
-    harness.run_steps(2);
+    harness.press(Key::Escape);
     open_menu(&mut harness, "File");
     assert!(!is_offered(&harness, "Save as…") && !is_offered(&harness, "Discard…"));
     assert!(is_offered(&harness, "Open…") && is_offered(&harness, "Quit"));
-    harness.key_press(Key::Escape);
-    harness.run_steps(2);
+    harness.press(Key::Escape);
     let tool = harness.state().studio.tool();
     for key in [Key::Num2, Key::X, Key::V, Key::R, Key::B, Key::Delete] {
-        harness.key_press(key);
-        harness.run_steps(2);
+        harness.press(key);
         assert_eq!(harness.state().studio.tool(), tool, "{key:?}");
     }
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    harness.run_steps(2);
+    harness.press_with(Modifiers::COMMAND, Key::S);
     assert!(harness.query_by_role(Role::TextInput).is_none(), "a replay is not saved");
     let impossible =
         SHORTCUTS.iter().filter(|shortcut| !shortcut.action.is_possible(&harness.state().studio));
     assert!(impossible.count() > 15);
     // What only looks works.
-    harness.key_press(Key::M);
-    harness.run_steps(2);
+    harness.press(Key::M);
     assert_ne!(harness.state().studio.tool(), tool);
 }
 
@@ -155,18 +142,15 @@ fn menus_do_what_their_keys_do() {
     drag(&mut harness, &across());
     pick(&mut harness, "Edit", "Select all");
     assert!(!harness.state().studio.selection().is_empty());
-    harness.key_press(Key::Escape);
-    harness.run_steps(2);
+    harness.press(Key::Escape);
     assert!(harness.state().studio.selection().is_empty());
     pick(&mut harness, "Edit", "Undo");
     assert_eq!(harness.state().studio.scene().counts().visible, 0);
     pick(&mut harness, "View", "Full screen");
     assert!(harness.state().interface.is_fullscreen());
-    harness.key_press(Key::Escape);
-    harness.run_steps(2);
+    harness.press(Key::Escape);
     assert!(!harness.state().interface.is_fullscreen());
-    harness.key_press(Key::F11);
-    harness.run_steps(2);
+    harness.press(Key::F11);
     assert!(harness.state().interface.is_fullscreen());
     pick(&mut harness, "View", "Show culling panel");
     assert!(harness.query_by_label("frame times").is_some());
@@ -186,13 +170,11 @@ fn settings_and_recent_sessions_are_there_the_next_time() {
         let ctx = harness.ctx.clone();
         harness.state_mut().interface.keep_settings(kept.clone(), &ctx);
         drag(&mut harness, &across());
-        harness.state_mut().studio.command(Command::SaveAs(folder.join("mine.ron")));
-        harness.run_steps(2);
+        harness.command(Command::SaveAs(folder.join("mine.ron")));
         open_menu(&mut harness, "View");
         harness.get_by_label_contains("Colours").click();
         harness.run_steps(3);
-        harness.get_by_label("Light").click();
-        harness.run_steps(3);
+        harness.click_on("Light");
         drop(harness);
         let settings = Settings::read(&kept);
         assert_eq!((settings.theme, &settings.recent[..]), (Theme::Light, &[folder.join("mine.ron")][..]));
@@ -214,8 +196,7 @@ fn what_cannot_be_redone_undoes_nothing() {
     let mut harness = sketch();
     drag(&mut harness, &across());
     let drawn = harness.state().studio.scene().counts().visible;
-    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
-    harness.run_steps(2);
+    harness.press_with(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     assert_eq!(harness.state().studio.scene().counts().visible, drawn);
 }
 
@@ -233,8 +214,7 @@ fn save_says_where_the_session_is_only_if_it_is_there() {
     harness.state_mut().studio.command(Command::Save);
     assert!(last(&harness).contains("all of it is in") && folder.join("empty.ron").exists());
     // A name without a file is told of, and the drawing without a name as well.
-    harness.state_mut().studio.command(Command::New);
-    harness.run_steps(2);
+    harness.command(Command::New);
     drag(&mut harness, &across());
     harness.state_mut().studio.command(Command::Open(folder.join("mistyped.ron")));
     let said = harness.state().studio.messages().join("\n");

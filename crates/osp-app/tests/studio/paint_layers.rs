@@ -10,7 +10,7 @@ use osp_session::recording::{GroupId, StrokeId, Tool};
 
 use crate::{
     drawing::{Table, across},
-    panel::{across as line, drag, sketch},
+    panel::{Person, across as line, drag, sketch},
     tracker::{listen, sender, wait_until},
 };
 
@@ -131,43 +131,33 @@ fn the_list_and_the_keys_do_it_too() {
     let mut harness = sketch();
     drag(&mut harness, &line());
     let both = Modifiers::COMMAND | Modifiers::SHIFT;
-    harness.key_press_modifiers(both, Key::N);
-    harness.run_steps(4);
+    harness.press_with(both, Key::N);
     let rows =
         |harness: &egui_kittest::Harness<'_, crate::panel::Window>| harness.state().studio.session_layers();
     assert_eq!(rows(&harness).len(), 2);
     assert_eq!(harness.state().studio.chosen_layer(), 1);
     harness.get_by_label("Layers (2)").click();
     harness.run_steps(10);
-    harness.get_by_role_and_label(Role::Button, "hide layer 1").click();
-    harness.run_steps(4);
+    harness.click_button("hide layer 1");
     assert!(rows(&harness)[0].is_hidden && !rows(&harness)[1].is_hidden);
-    harness.get_by_role_and_label(Role::Button, "show layer 1").click();
-    harness.run_steps(4);
-    harness.get_by_role_and_label(Role::Button, "lock layer 2").click();
-    harness.run_steps(4);
+    harness.click_button("show layer 1");
+    harness.click_button("lock layer 2");
     assert!(rows(&harness)[1].is_locked && !rows(&harness)[0].is_hidden);
-    harness.key_press_modifiers(both, Key::L);
-    harness.run_steps(4);
-    harness.key_press_modifiers(both, Key::H);
-    harness.run_steps(4);
+    harness.press_with(both, Key::L);
+    harness.press_with(both, Key::H);
     assert!(!rows(&harness)[1].is_locked && rows(&harness)[1].is_hidden);
-    harness.get_by_label("layer 1").click();
-    harness.run_steps(4);
+    harness.click_on("layer 1");
     assert_eq!(harness.state().studio.chosen_layer(), 0);
     harness.get_by_role_and_label(Role::TextInput, "name of the layer").focus();
     harness.run_steps(2);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
     harness.get_by_role_and_label(Role::TextInput, "name of the layer").type_text("ground");
     harness.run_steps(2);
-    harness.key_press(Key::Enter);
-    harness.run_steps(4);
+    harness.press(Key::Enter);
     assert_eq!(rows(&harness)[0].name, "ground");
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    harness.run_steps(4);
+    harness.press_with(Modifiers::COMMAND, Key::A);
     harness.state_mut().studio.command(Command::Layer(LayerEdit::Choose(1)));
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::L);
-    harness.run_steps(4);
+    harness.press_with(Modifiers::COMMAND, Key::L);
     assert_eq!(harness.state().studio.scene().counts().visible, 0, "on the hidden layer");
 }
 

@@ -20,7 +20,7 @@ use osp_session::{
 pub(crate) struct Window {
     pub(crate) studio: Studio,
     pub(crate) interface: Interface,
-    model: Rect,
+    pub(crate) model: Rect,
     report: FrameReport,
     pub(crate) folder: tempfile::TempDir,
 }
@@ -29,9 +29,14 @@ pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Session) -> Harness<'st
     let folder = tempfile::tempdir().expect("a folder");
     let autosaves = Autosaves::new(Some(folder.path().to_owned()));
     let studio = Studio::new(subject(&autosaves), autosaves, IndexKind::Osp);
+    panels(studio, folder, Vec2::new(1280.0, 800.0))
+}
+
+/// The panels of a studio that lives in a folder.
+pub(crate) fn panels(studio: Studio, folder: tempfile::TempDir, size: Vec2) -> Harness<'static, Window> {
     let interface = Interface::new("a test".to_owned());
     let state = Window { studio, interface, model: Rect::NOTHING, report: FrameReport::default(), folder };
-    let mut harness = Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(
+    let mut harness = Harness::builder().with_size(size).build_ui_state(
         |ui, window: &mut Window| {
             window.model = window.interface.show(ui, &mut window.studio);
             let size_px = glam::Vec2::new(window.model.width(), window.model.height());
@@ -43,19 +48,57 @@ pub(crate) fn window(subject: impl FnOnce(&Autosaves) -> Session) -> Harness<'st
     harness
 }
 
+/// What a person does, and the frames until the window shows it.
+pub(crate) trait Person {
+    fn press(&mut self, key: Key);
+    fn press_with(&mut self, modifiers: Modifiers, key: Key);
+    fn click_on(&mut self, label: &str);
+    fn click_button(&mut self, label: &str);
+    fn command(&mut self, command: Command);
+}
+
+impl Person for Harness<'_, Window> {
+    fn press(&mut self, key: Key) {
+        self.key_press(key);
+        self.run_steps(FRAMES);
+    }
+
+    fn press_with(&mut self, modifiers: Modifiers, key: Key) {
+        self.key_press_modifiers(modifiers, key);
+        self.run_steps(FRAMES);
+    }
+
+    fn click_on(&mut self, label: &str) {
+        self.get_by_label(label).click();
+        self.run_steps(FRAMES);
+    }
+
+    fn click_button(&mut self, label: &str) {
+        self.get_by_role_and_label(Role::Button, label).click();
+        self.run_steps(FRAMES);
+    }
+
+    fn command(&mut self, command: Command) {
+        self.state_mut().studio.command(command);
+        self.run_steps(FRAMES);
+    }
+}
+
+/// As many frames as a window needs to show what was done, with its menus and dialogs.
+const FRAMES: usize = 4;
+
 pub(crate) fn sketch() -> Harness<'static, Window> {
     window(Session::new)
 }
 
 /// The same with the culling panel.
 fn with_panel(mut harness: Harness<'static, Window>) -> Harness<'static, Window> {
-    harness.key_press(Key::F2);
-    harness.run_steps(3);
+    harness.press(Key::F2);
     harness
 }
 
 pub(crate) fn replay() -> Harness<'static, Window> {
-    let path = std::path::Path::new(crate::repository::ROOT).join("recordings/scribble.ron");
+    let path = std::path::Path::new(osp_testkit::ROOT).join("recordings/scribble.ron");
     let player = Session::to_play(&path, Pace::Recorded, CameraChoice::Auto).expect("a session");
     window(|_| player)
 }
@@ -112,16 +155,13 @@ fn every_tool_has_a_button_and_a_key() {
     ] {
         let before = harness.state().studio.tool();
         assert_ne!(before, tool);
-        harness.get_by_label(name).click();
-        harness.run_steps(2);
+        harness.click_on(name);
         assert_eq!(harness.state().studio.tool(), tool, "the button {name}");
         harness.state_mut().studio.command(Command::Tool(before));
-        harness.key_press(key);
-        harness.run_steps(2);
+        harness.press(key);
         assert_eq!(harness.state().studio.tool(), tool, "the key {key:?}");
     }
-    harness.get_by_label("colour 64 168 214").click();
-    harness.run_steps(2);
+    harness.click_on("colour 64 168 214");
     let [r, g, b, a] = harness.state().studio.brush().color.map(|c| (c * 255.0).round() as u8);
     assert_eq!([r, g, b, a], [64, 168, 214, 255]);
 }
@@ -137,12 +177,10 @@ fn undo_and_redo_are_offered_when_there_is_something() {
     let drawn = harness.state().report.record.polygons;
     harness.run_steps(2);
     assert!(is_enabled(&harness, "Undo") && !is_enabled(&harness, "Redo"));
-    harness.get_by_label("Undo").click();
-    harness.run_steps(2);
+    harness.click_on("Undo");
     assert_eq!(harness.state().report.record.polygons, 0);
     assert!(is_enabled(&harness, "Redo"));
-    harness.get_by_label("Redo").click();
-    harness.run_steps(2);
+    harness.click_on("Redo");
     assert_eq!(harness.state().report.record.polygons, drawn);
 }
 
@@ -154,8 +192,7 @@ fn the_index_is_changed_while_something_is_drawn() {
     for kind in [IndexKind::BruteForce, IndexKind::OctreeRebuild, IndexKind::Osp] {
         harness.get_by_role_and_label(Role::ComboBox, "index (I)").click();
         harness.run_steps(3);
-        harness.get_by_role_and_label(Role::Button, kind.name()).click();
-        harness.run_steps(3);
+        harness.click_button(kind.name());
         assert_eq!(harness.state().studio.culling().kind(), kind);
         assert_eq!(harness.state().report.drawn, drawn, "{}", kind.name());
     }
@@ -170,6 +207,7 @@ fn only_sound_ways_to_find_what_is_hidden_are_offered() {
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Button, "msvbsp-paper").is_none());
     harness.get_by_role_and_label(Role::Button, "msvbsp").click();
+    // Where nothing hides anything, later frames do not look for occluders.
     harness.run_steps(3);
     assert_eq!(harness.state().studio.culling().occlusion().name(), "msvbsp");
     assert_eq!(harness.state().report.drawn, drawn, "nothing hides anything here");
@@ -201,12 +239,10 @@ fn the_panel_says_what_each_stage_took() {
     harness.get_by_label_contains("times: means of 2 frames; the clock's steps: ");
     assert!(harness.state().interface.clock_step_ns() > 0);
     // Away with it, and back.
-    harness.key_press(Key::F2);
-    harness.run_steps(2);
+    harness.press(Key::F2);
     assert!(harness.query_by_label("frame times").is_none());
     let wide = harness.state().model.width();
-    harness.key_press(Key::F2);
-    harness.run_steps(2);
+    harness.press(Key::F2);
     assert!(harness.state().model.width() < wide - 200.0);
 }
 
@@ -214,14 +250,11 @@ fn the_panel_says_what_each_stage_took() {
 fn the_culling_camera_is_frozen_by_its_box() {
     let mut harness = with_panel(sketch());
     drag(&mut harness, &across());
-    harness.get_by_label("freeze the culling camera (C)").click();
-    harness.run_steps(2);
+    harness.click_on("freeze the culling camera (C)");
     assert!(harness.state().studio.is_frozen());
-    harness.key_press(Key::C);
-    harness.run_steps(2);
+    harness.press(Key::C);
     assert!(!harness.state().studio.is_frozen());
-    harness.get_by_label("frustum culling").click();
-    harness.run_steps(2);
+    harness.click_on("frustum culling");
     assert!(!harness.state().studio.culling().stages().frustum);
 }
 
@@ -230,28 +263,23 @@ fn a_session_is_saved_by_the_dialog() {
     let mut harness = sketch();
     drag(&mut harness, &across());
     let path = harness.state().folder.path().join("mine.ron");
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::S);
     // What is typed is text: no tool changes, nothing flies.
     harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("a path"));
     harness.run_steps(2);
-    harness.key_press(Key::Enter);
-    harness.run_steps(2);
+    harness.press(Key::Enter);
     assert!(path.exists(), "{:?}", harness.state().studio.messages());
     assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
     // And one that is called off.
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::E);
-    harness.run_steps(3);
-    harness.get_by_label("Cancel").click();
-    harness.run_steps(3);
+    harness.press_with(Modifiers::COMMAND, Key::E);
+    harness.click_on("Cancel");
     assert!(harness.query_by_role(Role::TextInput).is_none());
 }
 
 #[test]
 fn the_list_of_keys_is_the_keys() {
     let mut harness = sketch();
-    harness.key_press(Key::F1);
-    harness.run_steps(4);
+    harness.press(Key::F1);
     for shortcut in SHORTCUTS {
         assert!(harness.query_all_by_label(shortcut.what).next().is_some(), "{}", shortcut.what);
     }
@@ -271,17 +299,14 @@ fn a_replay_is_played_and_stepped_by_its_bar() {
     };
     harness.get_by_label("Play").click();
     harness.run_steps(30);
-    harness.get_by_label("Pause").click();
-    harness.run_steps(2);
+    harness.click_on("Pause");
     let stood = position(&harness);
     assert!(stood > 20, "{stood}");
     harness.run_steps(5);
     assert_eq!(position(&harness), stood);
-    harness.get_by_label("<").click();
-    harness.run_steps(2);
+    harness.click_on("<");
     assert_eq!(position(&harness), stood - 1);
-    harness.get_by_label(">").click();
-    harness.run_steps(2);
+    harness.click_on(">");
     assert_eq!(position(&harness), stood);
     // Nothing is drawn into it.
     let strokes = harness.state().studio.scene().strokes().len();
@@ -307,8 +332,7 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     assert_eq!(each.iter().sum::<usize>() as u64, in_view);
     assert!(each.iter().all(|&count| count > 100), "{each:?}");
     let msvbsp = Method::from_name("msvbsp").expect("a method");
-    harness.state_mut().studio.command(Command::Occlusion(msvbsp));
-    harness.run_steps(2);
+    harness.command(Command::Occlusion(msvbsp));
     for (i, all) in each.iter().enumerate() {
         assert!(drawn(&harness, i) < all - 50, "screen {i}: {} of {all}", drawn(&harness, i));
     }
@@ -324,12 +348,10 @@ fn occluders_are_shown_limited_and_looked_for_on_every_screen() {
     assert!(harness.state().studio.lines().triangle_count() >= faces + 8);
 
     // With the least budget there is one occluder in each view.
-    harness.state_mut().studio.command(Command::Occluders(Some(1)));
-    harness.run_steps(2);
+    harness.command(Command::Occluders(Some(1)));
     assert_eq!(harness.state().report.record.occlusion.occluders, 4);
     assert!(harness.query_all_by_label("max. occluders").next().is_some());
-    harness.state_mut().studio.command(Command::Index(IndexKind::OctreeRebuild));
-    harness.run_steps(2);
+    harness.command(Command::Index(IndexKind::OctreeRebuild));
     assert_eq!(harness.state().report.record.occlusion.occluders, 4, "another index keeps the limit");
 }
 
@@ -362,8 +384,7 @@ fn walls_and_squares() -> String {
 #[test]
 fn what_the_sides_of_the_view_cut_is_counted() {
     let mut harness = with_panel(replay());
-    harness.state_mut().studio.command(Command::Seek(301));
-    harness.run_steps(2);
+    harness.command(Command::Seek(301));
     assert_eq!(harness.state().studio.inside_and_cut(), None);
     harness.get_by_label("polygons that the view's sides cut").click_accesskit();
     harness.run_steps(3);
@@ -378,16 +399,13 @@ fn what_the_sides_of_the_view_cut_is_counted() {
 fn a_key_shows_the_depth_pyramid_and_the_panel_says_what_it_needs() {
     let mut harness = with_panel(replay());
     assert!(!harness.state().studio.layers().pyramid);
-    harness.key_press(Key::F3);
-    harness.run_steps(3);
+    harness.press(Key::F3);
     assert!(harness.state().studio.layers().pyramid);
     let needs = "there is one with hzb alone: choose it under occlusion";
     assert!(harness.query_by_label(needs).is_some());
     let hzb = Method::Hzb;
-    harness.state_mut().studio.command(Command::Occlusion(hzb));
-    harness.run_steps(3);
+    harness.command(Command::Occlusion(hzb));
     assert!(harness.query_by_label(needs).is_none());
-    harness.key_press(Key::F3);
-    harness.run_steps(3);
+    harness.press(Key::F3);
     assert!(!harness.state().studio.layers().pyramid);
 }

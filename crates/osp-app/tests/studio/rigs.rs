@@ -14,7 +14,7 @@ use osp_session::{
 };
 
 fn player() -> Session {
-    let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
+    let path = Path::new(osp_testkit::ROOT).join("recordings/room.ron");
     Session::to_play(&path, Pace::Samples(64), CameraChoice::Auto).expect("a session")
 }
 

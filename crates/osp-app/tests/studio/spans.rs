@@ -7,7 +7,7 @@ use osp_rivals::IndexKind;
 
 use crate::{
     drawing::{Table, across},
-    panel::{drag, sketch},
+    panel::{Person, drag, sketch},
 };
 
 /// A table with ribbons above, in and below the middle; their numbers from the highest.
@@ -85,8 +85,7 @@ fn the_panel_tells_the_distance() {
     let line: Vec<(f32, f32)> = (0..16).map(|i| (0.2 + i as f32 * 0.04, 0.5)).collect();
     drag(&mut harness, &line);
     assert!(harness.query_by_label_contains("distance").is_none());
-    harness.key_press(Key::M);
-    harness.run_steps(2);
+    harness.press(Key::M);
     drag(&mut harness, &[(0.3, 0.5), (0.5, 0.5), (0.7, 0.5)]);
     harness.run_steps(2);
     let (from, to) = harness.state().studio.measured().expect("two points");

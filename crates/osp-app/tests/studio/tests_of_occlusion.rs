@@ -10,7 +10,7 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 
 #[test]
 fn nodes_are_tested_and_occluders_scored_as_asked() {
-    let path = Path::new(crate::repository::ROOT).join("recordings/room.ron");
+    let path = Path::new(osp_testkit::ROOT).join("recordings/room.ron");
     let folder = tempfile::tempdir().expect("a folder");
     let counts = |node_test: NodeTest, score: Score| {
         let player = Session::to_play(&path, Pace::Samples(16), CameraChoice::Auto).expect("a session");

@@ -295,7 +295,7 @@ fn a_session_that_uses_the_last_number_goes_on() {
 /// What was written here once: a replay hears nothing.
 #[test]
 fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
-    let recording = format!("{}/recordings/scribble.ron", crate::repository::ROOT);
+    let recording = format!("{}/recordings/scribble.ron", osp_testkit::ROOT);
     let folder = tempfile::tempdir().expect("a folder");
     let player = Session::to_play(
         Path::new(&recording),

@@ -18,7 +18,7 @@ use osp_app::{
 use osp_session::rig::{Eye, Rig, Stereo};
 
 use crate::{
-    panel::{Window, sketch},
+    panel::{Person, Window, sketch},
     tracker::{listen, sender, wait_until},
 };
 
@@ -181,8 +181,7 @@ fn three_touched_corners_put_the_tracker_into_the_room() {
     harness.get_by_label("Begin again").click_accesskit();
     harness.run_steps(2);
     assert!(!has(&harness, "expected three points"));
-    harness.key_press(egui::Key::Escape);
-    harness.run_steps(2);
+    harness.press(egui::Key::Escape);
     assert!(!has(&harness, "Take this point (Enter)"));
 }
 
@@ -197,12 +196,10 @@ fn the_strip_sets_how_the_screens_show_the_model() {
     harness.get_by_label("swap the eyes").click_accesskit();
     harness.run_steps(2);
     assert_eq!(eyes(&harness)[..2], [(Eye::Left, 0.0, 0.25), (Eye::Right, 0.0, 0.0)]);
-    harness.state_mut().studio.command(Command::Stereo(Stereo::TopBottom));
-    harness.run_steps(2);
+    harness.command(Command::Stereo(Stereo::TopBottom));
     // The left eye's picture is the upper one, but they are swapped.
     assert_eq!(eyes(&harness)[..2], [(Eye::Left, 0.0, 0.0), (Eye::Right, 0.5, 0.0)]);
-    harness.state_mut().studio.command(Command::EyeSeparation(0.1));
-    harness.run_steps(2);
+    harness.command(Command::EyeSeparation(0.1));
     let views = harness.state().studio.views();
     let apart_m = views[0].view.eye_in_world.distance(views[1].view.eye_in_world);
     assert!((apart_m - 0.1).abs() < 1.0e-4, "{apart_m}");

@@ -4,6 +4,9 @@
 #[path = "../fuzzing/mod.rs"]
 pub mod fuzzing;
 
+#[global_allocator]
+static COUNTING: osp_testkit::Counting = osp_testkit::Counting;
+
 /// A binary of libFuzzer around a target.
 #[macro_export]
 macro_rules! fuzz {

@@ -1,11 +1,10 @@
 //! The fuzz targets: each takes any bytes, makes of them what one part of osp takes, and panics where that part breaks
-//! a promise. `crates/osp-cli/tests/fuzz.rs` drives them with bytes from a seeded generator, `crates/osp-cli/tests/fuzz/` with libFuzzer.
+//! a promise. `crates/osp-cli/tests/files/fuzz.rs` drives them with bytes from a seeded generator, `crates/osp-cli/tests/fuzz/` with libFuzzer.
 
 pub mod arguments;
 pub mod frame_occlusion;
 pub mod input;
 pub mod journal;
-pub mod memory;
 pub mod pvs;
 pub mod rays;
 pub mod read_bytes;

@@ -4,7 +4,6 @@ use std::{fs, sync::LazyLock};
 
 use super::{
     input::{Input, below},
-    memory::peak_of,
     scratch,
 };
 use osp::{glam::Vec3, index::DrawList, polygon::PolygonId};
@@ -13,6 +12,7 @@ use osp_session::{
     recording::{SynthKind, synthesize},
     scene::Scene,
 };
+use osp_testkit::peak_of;
 
 /// The sets themselves grow with the file; beyond that, buffers.
 const MOST_BYTES: i64 = 64 << 20;

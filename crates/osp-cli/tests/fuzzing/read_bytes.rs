@@ -7,10 +7,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{memory::peak_of, scratch};
+use super::scratch;
 use osp_session::recording::{
     Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter, open,
 };
+use osp_testkit::peak_of;
 use zip::{CompressionMethod, write::SimpleFileOptions};
 
 /// What a file is called, and how the bytes of a target get into it. The first byte of the input is a place in this list.

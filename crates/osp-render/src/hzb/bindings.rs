@@ -1,7 +1,7 @@
 //! Compute pipelines and what they bind.
 
 use super::span::SPAN_BYTES;
-use crate::Gpu;
+use crate::{Gpu, descriptors};
 
 /// What a binding of a compute shader is.
 #[derive(Clone, Copy)]
@@ -16,32 +16,19 @@ pub(super) enum Bound {
 }
 
 pub(super) fn layout(gpu: &Gpu, label: &'static str, bounds: &[Bound]) -> wgpu::BindGroupLayout {
-    let entry = |(binding, bound): (usize, &Bound)| {
-        let buffer = |ty, has_dynamic_offset, bytes| wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset,
-            // Of storage buffers it is what the shader says.
-            min_binding_size: wgpu::BufferSize::new(bytes),
-        };
-        let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-        let ty = match *bound {
-            Bound::Uniform(bytes) => buffer(wgpu::BufferBindingType::Uniform, false, bytes),
-            Bound::Span => buffer(wgpu::BufferBindingType::Uniform, true, SPAN_BYTES),
-            Bound::Read => buffer(storage(true), false, 0),
-            Bound::Write => buffer(storage(false), false, 0),
-            Bound::Depth => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Depth,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: true,
-            },
-        };
-        let visibility = wgpu::ShaderStages::COMPUTE;
-        wgpu::BindGroupLayoutEntry { binding: binding as u32, visibility, ty, count: None }
-    };
-    gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(label),
-        entries: &bounds.iter().enumerate().map(entry).collect::<Vec<_>>(),
-    })
+    let types = bounds.iter().map(|bound| match *bound {
+        Bound::Uniform(bytes) => descriptors::uniform(bytes),
+        Bound::Span => wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: wgpu::BufferSize::new(SPAN_BYTES),
+        },
+        Bound::Read => descriptors::read(0),
+        Bound::Write => descriptors::written(),
+        Bound::Depth => descriptors::samples(wgpu::TextureSampleType::Depth),
+    });
+    let bindings: Vec<_> = types.map(|ty| (wgpu::ShaderStages::COMPUTE, ty)).collect();
+    descriptors::bind_layout(gpu.device(), label, &bindings)
 }
 
 pub(super) fn compute(
@@ -50,38 +37,7 @@ pub(super) fn compute(
     layouts: &[Option<&wgpu::BindGroupLayout>],
     entry: &'static str,
 ) -> wgpu::ComputePipeline {
-    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(entry),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(entry),
-        bind_group_layouts: layouts,
-        immediate_size: 0,
-    });
-    gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(entry),
-        compilation_options: Default::default(),
-        cache: None,
-    })
-}
-
-pub(super) fn bind(
-    gpu: &Gpu,
-    label: &'static str,
-    layout: &wgpu::BindGroupLayout,
-    resources: &[wgpu::BindingResource<'_>],
-) -> wgpu::BindGroup {
-    let resources = resources.iter().cloned().enumerate();
-    let entries: Vec<_> = resources
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
-        .collect();
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(label),
-        layout,
-        entries: &entries,
-    })
+    let module = descriptors::module(gpu.device(), entry, source);
+    let layout = descriptors::pipeline_layout(gpu.device(), entry, layouts);
+    descriptors::compute_pipeline(gpu.device(), &module, &layout, entry)
 }

@@ -1,15 +1,10 @@
-use crate::Gpu;
+use crate::{Gpu, descriptors};
 
 /// Lanes of the workgroups that take a handle each.
 pub(super) const LANES: u32 = 256;
 
 pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device().create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes,
-        usage,
-        mapped_at_creation: false,
-    })
+    descriptors::buffer(gpu.device(), label, bytes, usage)
 }
 
 /// Makes a buffer hold so many bytes; a larger one is empty (all zero). Says whether it is another.

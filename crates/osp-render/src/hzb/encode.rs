@@ -1,6 +1,5 @@
 use super::{
     HzbView, PyramidLevel,
-    bindings::bind,
     buffers::{LANES, grow},
     frame::Frame,
     pyramid::Levels,
@@ -10,6 +9,7 @@ use super::{
 };
 use crate::{
     Blend, Gpu, GpuTimer, RenderError,
+    descriptors::bind_group,
     read_back::read_buffer,
     target::DepthBefore,
     timer::{Ends, Stamps},
@@ -81,8 +81,8 @@ impl HzbView {
         let span = span_of(&buffers.spans);
         let depth = wgpu::BindingResource::TextureView(frame.target.depth());
         Groups {
-            recall: bind(
-                gpu,
+            recall: bind_group(
+                gpu.device(),
                 "recall",
                 &hzb.recall_layout,
                 &[
@@ -93,14 +93,14 @@ impl HzbView {
                     whole(&buffers.args),
                 ],
             ),
-            pyramid: bind(
-                gpu,
+            pyramid: bind_group(
+                gpu.device(),
                 "depth pyramid",
                 &hzb.pyramid_layout,
                 &[span.clone(), whole(&buffers.params), depth.clone(), whole(&buffers.pyramid)],
             ),
-            test: bind(
-                gpu,
+            test: bind_group(
+                gpu.device(),
                 "occlusion test",
                 &hzb.test_layout,
                 &[
@@ -116,14 +116,14 @@ impl HzbView {
                     depth,
                 ],
             ),
-            compact: bind(
-                gpu,
+            compact: bind_group(
+                gpu.device(),
                 "compaction",
                 &hzb.compact_layout,
                 &[span, whole(&buffers.kept), whole(&buffers.sums), whole(frame.list), whole(&buffers.args)],
             ),
-            draw_recalled: bind(
-                gpu,
+            draw_recalled: bind_group(
+                gpu.device(),
                 "recalled polygons",
                 frame.view_layout,
                 &[whole(frame.uniforms), whole(&buffers.recalled)],

@@ -1,10 +1,10 @@
 use super::{
-    bindings::{Bound, bind, compute, layout},
+    bindings::{Bound, compute, layout},
     query_pipelines::QueryPipelines,
     samples,
     span::PARAMS_BYTES,
 };
-use crate::{Gpu, RenderError, gpu_scene::GpuScene, shaders};
+use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
 /// Storage buffers that the largest of the compute shaders has; as many as every adapter must offer have it.
 const STORAGE_BUFFERS: u32 = 7;
@@ -103,7 +103,8 @@ impl Hzb {
             if self.chunks.get(i).is_some_and(|(bound, _)| bound == buffer) {
                 continue;
             }
-            let group = bind(gpu, "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
+            let group =
+                bind_group(gpu.device(), "polygon chunk", &self.chunk_layout, &[buffer.as_entire_binding()]);
             match self.chunks.get_mut(i) {
                 Some(chunk) => *chunk = (buffer.clone(), group),
                 None => self.chunks.push((buffer.clone(), group)),

@@ -12,13 +12,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::{
-    bindings::bind,
     buffers::{LANES, create, grow},
     frame::Frame,
     span::with_offsets,
 };
 use crate::{
     DrawOrder, Gpu,
+    descriptors::bind_group,
     read_ring::{ReadRing, SLOTS},
     run::Handle,
 };
@@ -204,8 +204,8 @@ impl Queries {
                 whole(view.kept),
             ];
             (
-                bind(frame.gpu, "boxes", &pipelines.boxes_layout, &boxes),
-                bind(frame.gpu, "queries", &pipelines.apply_layout, &apply),
+                bind_group(frame.gpu.device(), "boxes", &pipelines.boxes_layout, &boxes),
+                bind_group(frame.gpu.device(), "queries", &pipelines.apply_layout, &apply),
             )
         });
         let count = self.asked.len() as u32;

@@ -1,9 +1,5 @@
 use super::bindings::{Bound, compute, layout};
-use crate::{
-    Gpu,
-    formats::{DEPTH_FORMAT, SAMPLES},
-    shaders,
-};
+use crate::{Gpu, descriptors, formats::SAMPLES, shaders};
 
 /// What queries need once, for all views.
 #[derive(Debug)]
@@ -17,46 +13,17 @@ pub(super) struct QueryPipelines {
 impl QueryPipelines {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let device = gpu.device();
-        let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let boxes_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("boxes"),
-            entries: &[
-                buffer(0, wgpu::BufferBindingType::Uniform),
-                buffer(1, wgpu::BufferBindingType::Uniform),
-                buffer(2, wgpu::BufferBindingType::Storage { read_only: true }),
-            ],
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("boxes"),
-            source: wgpu::ShaderSource::Wgsl(shaders::QUERY_BOX.into()),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("boxes"),
-            bind_group_layouts: &[Some(&boxes_layout)],
-            immediate_size: 0,
-        });
+        let [uniform, read] = [descriptors::uniform(0), descriptors::read(0)];
+        let bindings = [uniform, uniform, read].map(|ty| (wgpu::ShaderStages::VERTEX, ty));
+        let boxes_layout = descriptors::bind_layout(device, "boxes", &bindings);
+        let module = descriptors::module(device, "boxes", shaders::QUERY_BOX);
+        let pipeline_layout = descriptors::pipeline_layout(device, "boxes", &[Some(&boxes_layout)]);
         let boxes = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("boxes"),
             layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
+            vertex: descriptors::vertex(&module, "vertex"),
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
             fragment: None,
             multiview_mask: None,

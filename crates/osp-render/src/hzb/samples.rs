@@ -4,11 +4,12 @@
 //! may have others without saying so: they are measured, once, and an adapter with others does without the test.
 
 use super::{
-    bindings::{Bound, bind, compute, layout},
+    bindings::{Bound, compute, layout},
     buffers::create,
 };
 use crate::{
     Gpu, RenderError,
+    descriptors::{self, bind_group},
     formats::{DEPTH_FORMAT, SAMPLES},
     read_back::{read_buffer, read_buffer_later},
     shaders,
@@ -78,7 +79,7 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let read_layout = layout(gpu, "places of samples", &[Bound::Depth, Bound::Write]);
     let read = compute(gpu, shaders::SAMPLE_PLACES, &[Some(&read_layout)], "read");
     let resources = [wgpu::BindingResource::TextureView(&view), depths.as_entire_binding()];
-    let group = bind(gpu, "places of samples", &read_layout, &resources);
+    let group = bind_group(gpu.device(), "places of samples", &read_layout, &resources);
 
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -106,27 +107,13 @@ fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
 }
 
 fn growing_depth(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("places of samples"),
-        source: wgpu::ShaderSource::Wgsl(shaders::SAMPLE_PLACES.into()),
-    });
+    let module = descriptors::module(gpu.device(), "places of samples", shaders::SAMPLE_PLACES);
     gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("places of samples"),
         layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("grow"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
+        vertex: descriptors::vertex(&module, "grow"),
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, true)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: None,
         multiview_mask: None,

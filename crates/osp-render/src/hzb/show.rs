@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::HzbView;
-use crate::{Area, Gpu, ViewSlot, pipelines::of_whole_picture, shaders};
+use crate::{Area, Gpu, ViewSlot, descriptors, pipelines::of_whole_picture, shaders};
 
 /// Shows levels of depth pyramids in a window.
 #[derive(Debug)]
@@ -24,28 +24,12 @@ impl PyramidPass {
     /// A pass for windows of this format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let device = gpu.device();
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("depth pyramid in a window"),
-            entries: &[
-                entry(0, wgpu::BufferBindingType::Storage { read_only: true }),
-                entry(1, wgpu::BufferBindingType::Uniform),
-            ],
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("depth pyramid in a window"),
-            source: wgpu::ShaderSource::Wgsl(shaders::PYRAMID.into()),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("depth pyramid in a window"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let bindings =
+            [descriptors::read(0), descriptors::uniform(0)].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
+        let layout = descriptors::bind_layout(device, "depth pyramid in a window", &bindings);
+        let module = descriptors::module(device, "depth pyramid in a window", shaders::PYRAMID);
+        let pipeline_layout =
+            descriptors::pipeline_layout(device, "depth pyramid in a window", &[Some(&layout)]);
         let target = wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL };
         let pipeline = of_whole_picture(gpu, &module, &pipeline_layout, "fragment", target);
         Self { layout, pipeline, encodes: format.is_srgb() }
@@ -70,21 +54,19 @@ impl PyramidPass {
         }
         let Some((first, width, height)) = view.level(level as usize) else { return false };
         let level = Level { first, width, height, encodes: u32::from(self.encodes) };
-        let uniform = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: Some("level of a depth pyramid"),
-            size: size_of::<Level>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let uniform = descriptors::buffer(
+            gpu.device(),
+            "level of a depth pyramid",
+            size_of::<Level>() as u64,
+            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        );
         gpu.queue().write_buffer(&uniform, 0, bytemuck::bytes_of(&level));
-        let group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("depth pyramid in a window"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: view.buffers.pyramid.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: uniform.as_entire_binding() },
-            ],
-        });
+        let group = descriptors::bind_group(
+            gpu.device(),
+            "depth pyramid in a window",
+            &self.layout,
+            &[view.buffers.pyramid.as_entire_binding(), uniform.as_entire_binding()],
+        );
         pass.set_viewport(area.x, area.y, area.width, area.height, 0.0, 1.0);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);

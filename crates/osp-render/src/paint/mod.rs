@@ -6,11 +6,12 @@ mod shadow;
 mod surroundings;
 mod textures;
 
+use crate::descriptors;
 use wgpu::util::DeviceExt as _;
 
 use super::{
     Gpu,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    formats::{COLOR_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     pipelines::{Pipelines, Shader, Sky},
     shaders,
@@ -71,26 +72,14 @@ impl Paint {
             wgpu::BindingResource::Sampler(&sampler("clamping", wgpu::AddressMode::ClampToEdge)),
             wgpu::BindingResource::TextureView(&textures),
         ];
-        let entries: Vec<_> = resources
-            .into_iter()
-            .enumerate()
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("paint"),
-            layout: &bind_layout,
-            entries: &entries,
-        });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("painted"),
-            source: wgpu::ShaderSource::Wgsl(shaders::PAINTED.into()),
-        });
+        let group = descriptors::bind_group(device, "paint", &bind_layout, &resources);
+        let module = descriptors::module(device, "painted", shaders::PAINTED);
         let shadow_layout = Shadow::layout(gpu);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("painted"),
-            bind_group_layouts: &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)],
-            immediate_size: 0,
-        });
+        let pipeline_layout = descriptors::pipeline_layout(
+            device,
+            "painted",
+            &[Some(view), Some(page), Some(&bind_layout), Some(&shadow_layout)],
+        );
         let shader = Shader {
             module: &module,
             layout: &pipeline_layout,
@@ -99,11 +88,11 @@ impl Paint {
             fragments: ["fragment_solid", "fragment_additive", "fragment_transparent"],
             depth: ("vertex_cut", Some("fragment_cut")),
         };
-        let sky_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("sky"),
-            bind_group_layouts: &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)],
-            immediate_size: 0,
-        });
+        let sky_layout = descriptors::pipeline_layout(
+            device,
+            "sky",
+            &[Some(view), None, Some(&bind_layout), Some(&shadow_layout)],
+        );
         let pipeline = create_sky(device, &module, &sky_layout);
         let layouts = [view, page, &bind_layout];
         let shadow = Shadow::new(gpu, &module, shadow_layout, layouts, chunk_len);
@@ -154,32 +143,15 @@ impl Paint {
 }
 
 fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let uniform = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
+    let uniform = descriptors::uniform(0);
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
         view_dimension: wgpu::TextureViewDimension::D2Array,
         multisampled: false,
     };
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    let entries = [uniform, uniform, texture, sampler, sampler, texture];
-    let entries: Vec<_> = entries
-        .into_iter()
-        .enumerate()
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding: binding as u32,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty,
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("paint"),
-        entries: &entries,
-    })
+    let bindings = [uniform, uniform, texture, sampler, sampler, texture];
+    descriptors::bind_layout(device, "paint", &bindings.map(|ty| (wgpu::ShaderStages::VERTEX_FRAGMENT, ty)))
 }
 
 fn create_sky(
@@ -190,28 +162,12 @@ fn create_sky(
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("sky"),
         layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex_sky"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
+        vertex: descriptors::vertex(module, "vertex_sky"),
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            // It is as far away as can be: where a pass without colours has left depth, it is not seen.
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
+        // It is as far away as can be: where a pass without colours has left depth, it is not seen.
+        depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment_sky"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR_FORMAT.into())],
-        }),
+        fragment: Some(descriptors::fragment(module, "fragment_sky", &[Some(COLOR_FORMAT.into())])),
         multiview_mask: None,
         cache: None,
     })

@@ -2,7 +2,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
 use crate::{
-    Classes, Gpu, ViewSlot, formats::DEPTH_FORMAT, gpu_scene::GpuScene, record::DrawClass,
+    Classes, Gpu, ViewSlot, descriptors, formats::DEPTH_FORMAT, gpu_scene::GpuScene, record::DrawClass,
     view_slot::Uniforms,
 };
 use osp::{math::Aabb, polygon::VisibleBlocks};
@@ -51,27 +51,11 @@ struct Shade {
 
 impl Shadow {
     pub(super) fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let uniform = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: wgpu::BufferSize::new(size_of::<Shade>() as u64),
-        };
-        let map = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Depth,
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
+        let uniform = descriptors::uniform(size_of::<Shade>() as u64);
+        let map = descriptors::texture(wgpu::TextureSampleType::Depth);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
-        gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("shadow"),
-            entries: &[entry(0, uniform), entry(1, map), entry(2, sampler)],
-        })
+        let bindings = [uniform, map, sampler].map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
+        descriptors::bind_layout(gpu.device(), "shadow", &bindings)
     }
 
     /// Without any shadow. `layouts` are those of a view, a page of polygons and the paint.
@@ -90,12 +74,12 @@ impl Shadow {
             compare: Some(wgpu::CompareFunction::LessEqual),
             ..Default::default()
         });
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("shade"),
-            size: size_of::<Shade>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let uniforms = descriptors::buffer(
+            device,
+            "shade",
+            size_of::<Shade>() as u64,
+            wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        );
         let map = create_map(gpu, 1);
         let group = bind(gpu, &layout, &uniforms, &map, &sampler);
         let pipeline = create_pipeline(gpu, module, layouts, chunk_len);
@@ -279,15 +263,16 @@ fn bind(
     map: &wgpu::TextureView,
     sampler: &wgpu::Sampler,
 ) -> wgpu::BindGroup {
-    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("shadow"),
+    descriptors::bind_group(
+        gpu.device(),
+        "shadow",
         layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(map) },
-            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
+        &[
+            uniforms.as_entire_binding(),
+            wgpu::BindingResource::TextureView(map),
+            wgpu::BindingResource::Sampler(sampler),
         ],
-    })
+    )
 }
 
 fn create_pipeline(
@@ -296,11 +281,7 @@ fn create_pipeline(
     layouts: [&wgpu::BindGroupLayout; 3],
     chunk_len: usize,
 ) -> wgpu::RenderPipeline {
-    let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("shadow"),
-        bind_group_layouts: &layouts.map(Some),
-        immediate_size: 0,
-    });
+    let layout = descriptors::pipeline_layout(gpu.device(), "shadow", &layouts.map(Some));
     let constants = [("CHUNK_LEN", chunk_len as f64)];
     gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("shadow"),
@@ -325,12 +306,7 @@ fn create_pipeline(
             bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         }),
         multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("fragment_shadow"),
-            compilation_options: Default::default(),
-            targets: &[],
-        }),
+        fragment: Some(descriptors::fragment(module, "fragment_shadow", &[])),
         multiview_mask: None,
         cache: None,
     })

@@ -4,8 +4,8 @@ use wgpu::util::DeviceExt as _;
 
 use super::{PaintList, list::PartCorner};
 use crate::{
-    Gpu,
-    formats::{COLOR_FORMAT, DEPTH_FORMAT, SAMPLES},
+    Gpu, descriptors,
+    formats::{COLOR_FORMAT, SAMPLES},
     gpu_scene::GpuScene,
     shaders,
 };
@@ -19,15 +19,9 @@ pub(crate) struct PartPass {
 impl PartPass {
     pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Self {
         let device = gpu.device();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("painter"),
-            source: wgpu::ShaderSource::Wgsl(shaders::PAINTER.into()),
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("painter"),
-            bind_group_layouts: &[Some(view_layout), Some(scene.layout())],
-            immediate_size: 0,
-        });
+        let module = descriptors::module(device, "painter", shaders::PAINTER);
+        let layout =
+            descriptors::pipeline_layout(device, "painter", &[Some(view_layout), Some(scene.layout())]);
         let constants = [("CHUNK_LEN", scene.chunk_len() as f64)];
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("painter"),
@@ -47,20 +41,9 @@ impl PartPass {
             },
             primitive: wgpu::PrimitiveState::default(),
             // The pass has a depth; it is neither asked nor changed.
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
+            depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fragment"),
-                compilation_options: Default::default(),
-                targets: &[Some(COLOR_FORMAT.into())],
-            }),
+            fragment: Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
             multiview_mask: None,
             cache: None,
         });

@@ -3,7 +3,6 @@
 
 use super::{
     Pair,
-    boxes::{Rng, drawn},
     scenes::frusta,
     subjects::{Subject, subjects},
 };
@@ -13,6 +12,7 @@ use osp::{
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
+use osp_testkit::boxes::{Rng, drawn};
 
 /// An index that is told together, one that is told of each, and brute force.
 struct Trio<'a> {

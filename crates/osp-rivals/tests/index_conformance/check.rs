@@ -1,11 +1,11 @@
 //! What every index has to answer, whatever is in it.
 
-use super::boxes::Rng;
 use osp::{
     index::{BruteForce, DrawList, Node, SpatialIndex, Visit, Visitor},
     math::{Aabb, Containment, Frustum},
     polygon::{PolygonId, VisibleBlocks},
 };
+use osp_testkit::boxes::Rng;
 
 /// How a test visitor answers.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,6 @@
 
 use super::{
     Pair,
-    boxes::Rng,
     scenes::{around, frusta, scattered},
     subjects::subjects,
 };
@@ -13,6 +12,7 @@ use osp::{
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
+use osp_testkit::boxes::Rng;
 
 fn for_every_index(frusta_of: &[Aabb], mut test: impl FnMut(&mut Pair<'_>)) {
     let frusta: Vec<Frustum> = frusta(frusta_of).into_iter().step_by(3).collect();

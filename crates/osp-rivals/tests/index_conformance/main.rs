@@ -1,8 +1,6 @@
 //! Every index against brute force: every scene, every order of changes, validated after each step.
 
 mod batches;
-#[path = "../../../../tests/support/boxes.rs"]
-mod boxes;
 mod check;
 mod groups;
 mod life_cycles;
@@ -13,8 +11,6 @@ mod osp_paper;
 mod peers;
 mod printed;
 mod random_changes;
-#[path = "../../../../tests/support/repository.rs"]
-mod repository;
 mod scenes;
 mod subjects;
 

@@ -59,7 +59,7 @@ impl Followed {
 
 #[test]
 fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
-    let path = crate::repository::at("recordings/nested.ron");
+    let path = osp_testkit::at("recordings/nested.ron");
     let events: Vec<Event> =
         open(&path, &OpenOptions::default()).expect("shipped").map(|event| event.expect("sound")).collect();
     let mut followed = Followed::default();

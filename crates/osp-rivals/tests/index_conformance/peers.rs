@@ -1,12 +1,9 @@
 //! Other crates' trees, as they are compared: a session that grows, loses and moves polygons.
 
-use super::{
-    Pair,
-    boxes::{Place, drawn, root, shuffled, views},
-    subjects::Subject,
-};
+use super::{Pair, subjects::Subject};
 use osp::{index::IndexConfig, math::Aabb};
 use osp_rivals::PeerKind;
+use osp_testkit::boxes::{Place, drawn, root, shuffled, views};
 
 #[test]
 fn they_answer_what_brute_force_does() {

@@ -1,7 +1,6 @@
 //! A random sequence of changes, each applied to every index and to the reference.
 
 use super::{
-    boxes::Rng,
     check::{BruteForceTwin, check},
     scenes::random_frustum,
     subjects::{Subject, subjects},
@@ -12,6 +11,7 @@ use osp::{
     math::Aabb,
     polygon::PolygonId,
 };
+use osp_testkit::boxes::Rng;
 use proptest::{collection::vec, prelude::*};
 
 /// Ids are drawn from few, so that duplicates and unknown ones happen.

@@ -1,12 +1,12 @@
 //! Boxes and frusta that indexes have failed on somewhere.
 
-use super::boxes::{Rng, drawn, shuffled};
 use glam::Vec3;
 use osp::{
     index::IndexConfig,
     math::{Aabb, Frustum, Plane},
     view::{Projection, View},
 };
+use osp_testkit::boxes::{Rng, drawn, shuffled};
 
 /// A named list of polygon boxes, in order of arrival.
 pub(crate) struct TestScene {

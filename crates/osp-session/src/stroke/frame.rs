@@ -1,8 +1,23 @@
 use glam::{Quat, Vec3};
 
-use super::Sample;
+use super::{Drops, Sample};
 use crate::recording::NormalRule;
-use osp::math::rotate;
+use osp::math::{TOLERANCE_M, rotate};
+
+/// The unit direction from one sample to the next; `None`, and counted, where they are at one place or out of range.
+pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Option<Vec3> {
+    let step = sample.position - last.position;
+    let length_m = step.length();
+    if !length_m.is_finite() {
+        drops.out_of_range += 1;
+        return None;
+    }
+    if length_m <= TOLERANCE_M {
+        drops.zero_length += 1;
+        return None;
+    }
+    Some(step / length_m)
+}
 
 /// A unit vector perpendicular to the unit vector `m`.
 pub(super) fn any_perpendicular(m: Vec3) -> Vec3 {

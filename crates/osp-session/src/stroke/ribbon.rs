@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::polygon::push_quad;
 use super::{Drops, Sample, StrokeSettings, frame};
-use osp::{math::TOLERANCE_M, polygon::ConvexPolygon};
+use osp::polygon::ConvexPolygon;
 
 /// Makes a ribbon: one quad between each two samples, spanned along the width (see [`crate::recording::NormalRule`]).
 ///
@@ -29,18 +29,8 @@ impl RibbonBuilder {
             self.last = Some(sample);
             return;
         };
-        let step = sample.position - last.position;
-        let length_m = step.length();
-        if !length_m.is_finite() {
-            drops.out_of_range += 1;
-            return;
-        }
-        if length_m <= TOLERANCE_M {
-            // The border stays where it is, so the next sample joins it without a gap.
-            drops.zero_length += 1;
-            return;
-        }
-        let travel = step / length_m;
+        // Without a way the border stays where it is, so the next sample joins it without a gap.
+        let Some(travel) = frame::travel(&last, &sample, drops) else { return };
         let [left, right] = match self.border {
             Some(border) => border,
             None => {

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::polygon::push_quad;
 use super::{Drops, Sample, StrokeSettings, frame, split_into_convex};
-use osp::{math::TOLERANCE_M, polygon::ConvexPolygon};
+use osp::polygon::ConvexPolygon;
 
 /// Sides of a tube's cross-section. More: rounder, and more polygons for each sample.
 pub const TUBE_SIDES: usize = 8;
@@ -34,17 +34,7 @@ impl TubeBuilder {
             self.last = Some(sample);
             return;
         };
-        let step = sample.position - last.position;
-        let length_m = step.length();
-        if !length_m.is_finite() {
-            drops.out_of_range += 1;
-            return;
-        }
-        if length_m <= TOLERANCE_M {
-            drops.zero_length += 1;
-            return;
-        }
-        let travel = step / length_m;
+        let Some(travel) = frame::travel(&last, &sample, drops) else { return };
         let side = self
             .side
             .and_then(|s| frame::perpendicular_part(s, travel))

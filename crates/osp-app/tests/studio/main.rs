@@ -1,0 +1,27 @@
+//! The window without a window: what the pointer, the keys and a tracker do to a session.
+
+mod altering;
+mod authors;
+mod brushes;
+mod drawing;
+mod drawing_aids;
+mod dtrack;
+mod edits;
+mod exporting;
+mod fingers;
+mod groups;
+mod hands;
+mod keeping;
+mod kept_views;
+mod limits;
+mod menus;
+mod paint_layers;
+mod panel;
+mod rigs;
+mod senders;
+mod spans;
+mod tests_of_occlusion;
+mod tracker;
+mod turns;
+mod walls;
+mod working;

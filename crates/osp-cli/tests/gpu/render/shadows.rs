@@ -1,0 +1,121 @@
+//! Shadows of the first light: who throws them, and that they do not depend on what is culled.
+
+use std::sync::Arc;
+
+use super::scenes::{all_ids, apply, gpu, set, view_from};
+use glam::{Quat, Vec3};
+use osp::{polygon::PolygonId, view::View};
+use osp_render::{Gpu, Image, Layer, Offscreen, RendererConfig};
+use osp_session::{
+    recording::{Author, Environment, Event, NormalRule, Paint, StrokeId, Tool},
+    scene::Scene,
+};
+use osp_testkit::events::Begin;
+
+const SIZE: (u32, u32) = (160, 120);
+
+/// A first light that travels forwards and down, none else but a little of everywhere.
+fn environment() -> Environment {
+    Environment {
+        preset: String::new(),
+        sky: [Vec3::ZERO; 2],
+        sky_rotation: Quat::IDENTITY,
+        floor: None,
+        fog: (Vec3::ZERO, 0.0),
+        ambient: Vec3::splat(0.2),
+        lights: [(Vec3::new(0.0, -1.0, -1.0).normalize(), Vec3::ONE), Default::default()],
+        reflection: 0.0,
+    }
+}
+
+/// A stroke across the picture, half a metre wide, that faces +z.
+fn across(number: u32, brush: &str, middle: Vec3) -> Vec<Event> {
+    let (t, stroke) = (0.0, StrokeId(number));
+    let paint = Paint { brush: brush.to_owned(), seed: number, scale: 1.0, layer: 0, hidden: false };
+    let (tool, normal, paint) = (Tool::Ribbon, NormalRule::Travel, Some(Box::new(paint)));
+    let color = (0.8, 0.8, 0.8, 1.0);
+    let mut events =
+        vec![Begin { tool, width: 0.5, color, normal, thinnest: 0.0, paint, ..Begin::of(stroke) }.event()];
+    events.extend((0..=20).map(|i| {
+        let p = middle + Vec3::X * (i as f32 * 0.1 - 1.0);
+        Event::Point { t, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
+    }));
+    events.push(Event::End { t, stroke });
+    events
+}
+
+/// In the middle of the picture; what throws a shadow on it is above and behind the eye.
+const SEEN: Vec3 = Vec3::new(0.0, 0.0, -1.0);
+const ABOVE: Vec3 = Vec3::new(0.0, 2.0, 1.0);
+
+fn view() -> View {
+    view_from(Vec3::ZERO, Vec3::NEG_Z)
+}
+
+fn drawer(gpu: &Arc<Gpu>) -> Offscreen {
+    let mut drawer =
+        Offscreen::on(Arc::clone(gpu), SIZE.0, SIZE.1, &RendererConfig::default()).expect("a drawer");
+    drawer.set_environment(Some(&environment()));
+    drawer
+}
+
+fn drawn(drawer: &mut Offscreen, scene: &Scene, ids: &[PolygonId]) -> Image {
+    drawer.draw(scene, &view(), &[Layer::plain(&set(ids))]).expect("a drawn frame");
+    drawer.image().expect("a picture")
+}
+
+fn brightness(image: &Image) -> u8 {
+    let at = ((SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) * 4) as usize;
+    image.rgba()[at]
+}
+
+#[test]
+fn what_answers_to_light_throws_a_shadow_on_what_answers_to_light() {
+    let Some(gpu) = gpu() else { return };
+    let with = |seen: &str, above: Option<&str>| {
+        let mut scene = Scene::new();
+        apply(&mut scene, &across(1, seen, SEEN));
+        if let Some(brush) = above {
+            apply(&mut scene, &across(2, brush, ABOVE));
+        }
+        let ids = all_ids(&scene);
+        brightness(&drawn(&mut drawer(&gpu), &scene, &ids))
+    };
+    let lit = with("Flat", None);
+    let shaded = with("Flat", Some("Flat"));
+    // Ambient light alone: 0.8 x 0.2.
+    assert!((38..=44).contains(&shaded) && lit > shaded + 60, "{lit} became {shaded}");
+    assert_eq!(with("Flat", Some("Wire")), lit, "unlit paint throws none");
+    assert_eq!(with("Flat", Some("Light")), lit, "light throws none");
+    assert_eq!(with("DoubleTaperedMarker", Some("Flat")), with("DoubleTaperedMarker", None), "it is unlit");
+}
+
+#[test]
+fn what_is_culled_throws_its_shadow_all_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = Scene::new();
+    apply(&mut scene, &across(1, "Flat", SEEN));
+    let in_view = all_ids(&scene);
+    apply(&mut scene, &across(2, "Flat", ABOVE));
+    let every = drawn(&mut drawer(&gpu), &scene, &all_ids(&scene));
+    let culled = drawn(&mut drawer(&gpu), &scene, &in_view);
+    assert!(brightness(&every) < 50);
+    assert_eq!(every.differing_pixels(&culled), 0);
+}
+
+#[test]
+fn a_shadow_comes_and_goes_with_its_stroke() {
+    let Some(gpu) = gpu() else { return };
+    let mut drawer = drawer(&gpu);
+    let mut scene = Scene::new();
+    let mut step = |events: &[Event]| {
+        let changes = apply(&mut scene, events);
+        drawer.follow(&changes);
+        let ids = all_ids(&scene);
+        brightness(&drawn(&mut drawer, &scene, &ids))
+    };
+    let lit = step(&across(1, "Flat", SEEN));
+    assert!(step(&across(2, "Flat", ABOVE)) < 50);
+    assert_eq!(step(&[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(2) }]), lit);
+    assert!(step(&[Event::Undo { author: Author::SOLE, t: 0.0 }]) < 50);
+}

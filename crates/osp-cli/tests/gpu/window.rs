@@ -1,0 +1,19 @@
+//! The window as a person meets it: a real X server, a real pointer, a real file. Without a display server each test
+//! says so and passes, but fails where `CI` is set and `OSP_GPU_TESTS` is 1.
+#![expect(clippy::print_stderr, reason = "a test that is left out says why")]
+
+mod desk;
+mod keeping;
+mod replaying;
+#[cfg(feature = "live")]
+#[path = "../net/live/server.rs"]
+#[expect(dead_code, reason = "the tests of shared sessions use more of it")]
+mod server;
+mod sketching;
+mod tasks;
+mod tracker_keys;
+mod tracking;
+#[cfg(feature = "live")]
+mod wall_node;
+mod walls;
+mod wayland;

@@ -1,0 +1,268 @@
+//! What becomes of sessions when files are lost, disks are full, and windows come in pairs.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+    thread,
+    time::Duration,
+};
+
+use osp_session::recording::{self, OpenOptions};
+
+use super::desk::{Desk, OspWindow};
+use osp_testkit::shipped_session;
+
+/// Through the middle of the model's part of a window of 1280 by 800.
+fn line(height: i32) -> Vec<(i32, i32)> {
+    (0..=24).map(|i| (440 + 12 * i, height)).collect()
+}
+
+fn events_in(path: &Path) -> u64 {
+    let events = recording::open(path, &OpenOptions::default()).expect("a recording");
+    events.inspect(|event| assert!(event.is_ok(), "whole lines: {event:?}")).count() as u64
+}
+
+fn sessions_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    paths.filter(|path| path.extension().is_some_and(|ending| ending == "ron")).collect()
+}
+
+fn draw(window: &mut OspWindow<'_>, height: i32) {
+    let strokes = window.number("strokes");
+    window.drag(1, &line(height));
+    window.until_last("a stroke", |frame| frame["strokes"].as_u64() > Some(strokes) && frame["samples"] == 0);
+    window.settle();
+}
+
+/// The keyboard goes one widget on in a frame.
+fn slowly(window: &mut OspWindow<'_>, keys: &[&str]) {
+    for key in keys {
+        window.settle();
+        window.key(key);
+    }
+}
+
+fn press(window: &mut OspWindow<'_>, keys: &[&str]) {
+    slowly(window, keys);
+    window.until_last("no question", |frame| frame["question"].is_null());
+}
+
+/// From the last answer, which has the keyboard, to the second.
+fn answer_go_on(window: &mut OspWindow<'_>) {
+    slowly(window, &["Tab", "Tab", "Return"]);
+}
+
+#[test]
+fn a_second_window_asks_and_nobody_loses_a_line() {
+    let Some(desk) = Desk::new() else { return };
+    let file = desk.folder().join("shared.ron");
+    let path = file.to_str().expect("a path");
+    let mut first = desk.open(&["sketch", path, "--window", "1280x800"]);
+    draw(&mut first, 300);
+    let before = fs::read(&file).expect("a file");
+
+    let mut second = desk.open(&["sketch", path, "--window", "1280x800"]);
+    second.until_last("a question", |frame| frame["question"] == "Open in another window");
+    second.keep_picture("held.png");
+    let said = second.stderr();
+    assert!(said.contains(&format!("process {}", first.process_id())), "{said}");
+    second.drag(1, &line(200));
+    press(&mut second, &["Return"]);
+    let polygons = second.number("polygons");
+    assert!(polygons > 5, "it is looked at");
+    second.drag(1, &line(400));
+    second.settle();
+    assert_eq!(second.number("polygons"), polygons);
+    assert!(second.close().success());
+    assert!(fs::read(&file).expect("a file") == before);
+
+    let mut copy = desk.open(&["sketch", path, "--window", "1280x800"]);
+    copy.until_last("a question", |frame| frame["question"] == "Open in another window");
+    press(&mut copy, &["Tab", "Return"]);
+    draw(&mut copy, 400);
+    let copied = copy.number("events");
+    assert!(copy.close().success());
+    let copies = sessions_in(&desk.folder().join("data/osp/sketches"));
+    assert_eq!(copies.iter().map(|copy| events_in(copy)).collect::<Vec<_>>(), [copied]);
+    for (option, draws) in [("--copy", true), ("--read-only", false)] {
+        let mut window = desk.open(&["sketch", path, option, "--window", "1280x800"]);
+        assert!(window.last()["question"].is_null(), "{option} is the answer");
+        if draws {
+            draw(&mut window, 400);
+        }
+        assert!(window.close().success());
+    }
+    assert_eq!(sessions_in(&desk.folder().join("data/osp/sketches")).len(), 2);
+    assert!(fs::read(&file).expect("a file") == before);
+
+    first.become_active();
+    draw(&mut first, 500);
+    let events = first.number("events");
+    assert!(first.close().success());
+    assert_eq!(events_in(&file), events);
+}
+
+#[test]
+fn a_file_that_is_lost_while_a_tracker_draws_is_missed_at_once() {
+    let Some(desk) = Desk::new() else { return };
+    let recording = shipped_session("scribble");
+    for accident in ["removed", "replaced"] {
+        let file = desk.folder().join(format!("{accident}.ron"));
+        let address = super::tracking::free_address();
+        let from = format!("udp://{address}");
+        let path = file.to_str().expect("a path");
+        let mut window = desk.open(&["sketch", path, "--tracker", &from, "--window", "1280x800"]);
+        let send = ["send", &recording, "--to", &address, "--pace", "samples:8", "--speed", "4"];
+        thread::scope(|scope| {
+            let sender = scope.spawn(|| desk.osp(&send));
+            window.until_last("something drawn", |frame| frame["events"].as_u64() > Some(300));
+            match accident {
+                "removed" => fs::remove_file(&file).expect("removed"),
+                _ => {
+                    let other = desk.folder().join("other");
+                    fs::write(&other, "somebody's work").expect("written");
+                    fs::rename(&other, &file).expect("renamed");
+                }
+            }
+            window.until("it is said", |frames| frames.iter().any(|frame| !frame["trouble"].is_null()));
+            assert!(sender.join().expect("no panic").status.success());
+        });
+        window.settle();
+        window.keep_picture(&format!("{accident}.png"));
+        let events = window.number("events");
+        assert!(events > 10_000, "{events}");
+        if accident == "replaced" {
+            assert_eq!(fs::read(&file).expect("a file"), b"somebody's work");
+        }
+        window.ask_to_close();
+        window.until_last("a question", |frame| frame["question"] == "Not everything is written");
+        window.settle();
+        window.keep_picture("unwritten.png");
+        press(&mut window, &["Return"]);
+        assert_eq!(window.number("events"), events, "it is still there");
+        window.ask_to_close();
+        window.until_last("a question", |frame| frame["question"] == "Not everything is written");
+        let stderr = window.stderr_file();
+        answer_go_on(&mut window);
+        assert_eq!(window.wait().code(), Some(2));
+        let said = fs::read_to_string(stderr).expect("text");
+        let shelters = sessions_in(&desk.folder().join("data/osp/sketches"));
+        let [shelter] = &shelters[..] else { panic!("one shelter: {shelters:?}") };
+        assert!(said.contains(shelter.to_str().expect("a path")), "{said}");
+        assert_eq!(events_in(shelter), events, "not one is lost");
+        // And the next window brings it back.
+        let mut next = desk.open(&["sketch", "--window", "900x600"]);
+        assert_eq!(next.number("events"), events);
+        assert!(next.close().success());
+        fs::remove_file(shelter).expect("removed");
+    }
+}
+
+/// Forbids a process files of more bytes.
+fn limit_files(process: u32, bytes: &str) -> bool {
+    let arguments = ["--pid", &process.to_string(), &format!("--fsize={bytes}:")];
+    Command::new("prlimit").args(arguments).status().is_ok_and(|status| status.success())
+}
+
+#[test]
+fn on_a_full_disk_drawing_goes_on_and_nothing_is_lost() {
+    let Some(desk) = Desk::new() else { return };
+    // So long that the window's other files stay far below the limit, which is a little above.
+    let mut text = "Header(format:1,name:\"long\",source:\"osp sketch 0.1.0\")\n".to_owned();
+    text += &"Undo(t:0.5)\n".repeat(200_000);
+    for ends_well in [true, false] {
+        let file = desk.folder().join(format!("full-{ends_well}.ron"));
+        fs::write(&file, &text).expect("written");
+        let mut window = desk.open(&["sketch", file.to_str().expect("a path"), "--window", "1280x800"]);
+        if !limit_files(window.process_id(), &(text.len() + 1500).to_string()) {
+            eprintln!("skipped: there is no `prlimit` here to make a disk small");
+            return;
+        }
+        for height in [300, 400, 500] {
+            draw(&mut window, height);
+        }
+        window.until_last("it is said", |frame| !frame["trouble"].is_null());
+        window.keep_picture("full.png");
+        let (events, written) = (window.number("events"), events_in(&file));
+        assert!(events > written + 20 && written > 200_000, "{written} of {events}");
+        if ends_well {
+            limit_files(window.process_id(), "unlimited");
+            // Within seconds it is tried again, without a hand.
+            window.point(600, 600);
+            window.until_last("everything written", |frame| frame["trouble"].is_null());
+            assert!(window.close().success());
+            assert_eq!(events_in(&file), events);
+        } else {
+            window.ask_to_close();
+            window.until_last("a question", |frame| frame["question"] == "Not everything is written");
+            let stderr = window.stderr_file();
+            answer_go_on(&mut window);
+            assert_eq!(window.wait().code(), Some(2));
+            let said = fs::read_to_string(stderr).expect("text");
+            assert!(said.contains(&format!("{} events are in no file", events - written)), "{said}");
+        }
+    }
+}
+
+#[test]
+fn a_trace_on_a_full_disk_is_given_up_and_nothing_else() {
+    let Some(desk) = Desk::new() else { return };
+    let (file, poses) = (desk.folder().join("a.ron"), desk.folder().join("poses.txt"));
+    fs::write(&poses, "brush tube 0.05 1 0 0 1\n").expect("a file");
+    let arguments = ["sketch", file.to_str().expect("a path"), "--tracker", poses.to_str().expect("a path")];
+    let window = desk.open_with_trace(&arguments, "/dev/full");
+    for i in 0..20 {
+        let line = format!("hand {} 1.2 -0.5 0 0 0 1 0.8\n", 0.02 * f64::from(i));
+        let mut log = fs::OpenOptions::new().append(true).open(&poses).expect("the file");
+        std::io::Write::write_all(&mut log, line.as_bytes()).expect("written");
+        thread::sleep(Duration::from_millis(30));
+    }
+    let patience = std::time::Instant::now();
+    while !file.exists() || events_in(&file) < 21 {
+        assert!(patience.elapsed() < Duration::from_secs(60), "nothing is drawn: {}", window.stderr());
+        thread::sleep(Duration::from_millis(50));
+    }
+    let stderr = window.stderr_file();
+    assert!(window.close().success());
+    let said = fs::read_to_string(stderr).expect("text");
+    assert_eq!(said.matches("no trace from here on").count(), 1, "{said}");
+}
+
+/// Edits of another program's model end with the window, and both the terminal and the model lead back to them.
+#[test]
+fn edits_of_a_copy_lead_back_to_it_after_the_window_has_closed() {
+    let Some(desk) = Desk::new() else { return };
+    let model = desk.folder().join("their model.obj");
+    fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    let model = model.to_str().expect("a path");
+    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
+    draw(&mut window, 300);
+    let (events, stderr) = (window.number("events"), window.stderr_file());
+    window.key("ctrl+q");
+    assert!(window.wait().success());
+    let [edits] = &sessions_in(&desk.folder().join("data/osp/sketches"))[..] else { panic!("one file") };
+    assert_eq!(events_in(edits), events);
+    let said = fs::read_to_string(stderr).expect("text");
+    let edits = edits.to_str().expect("a path");
+    let expected =
+        format!("the edits of their model.obj are in {edits}; `osp sketch '{edits}'` opens that file");
+    assert!(said.lines().any(|line| line == expected), "{said}");
+
+    // The question has the keyboard at the answer that changes nothing; the one before it goes on.
+    let mut window = desk.open(&["sketch", model, "--window", "1280x800"]);
+    window.until_last("a question", |frame| frame["question"] == "Go on with the edits?");
+    window.settle();
+    window.keep_picture("edits.png");
+    slowly(&mut window, &["Tab", "Return"]);
+    window.until_last("the edits", |frame| frame["question"].is_null() && frame["events"] == events);
+    window.settle();
+    // Under *File*, *Open recent*.
+    window.click(20, 12);
+    window.settle();
+    window.keep_picture("edits-opened.png");
+    window.key("Escape");
+    assert!(window.close().success());
+    assert_eq!(sessions_in(&desk.folder().join("data/osp/sketches")).len(), 1);
+}

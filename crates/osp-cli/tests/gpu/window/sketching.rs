@@ -1,0 +1,183 @@
+use std::fs;
+
+use super::desk::Desk;
+use crate::OSP;
+use osp_session::{
+    recording::{self, Event, OpenOptions},
+    scene::Scene,
+};
+use osp_testkit::stderr;
+
+/// The model's part of a window of 1280 by 800 lies between the panels.
+const MIDDLE: (i32, i32) = (590, 380);
+
+/// Places from left to right through the middle, `rise` pixels up on the way.
+fn line(rise: i32, count: i32) -> Vec<(i32, i32)> {
+    (0..=count).map(|i| (MIDDLE.0 - 150 + 300 * i / count, MIDDLE.1 + 60 - rise * i / count)).collect()
+}
+
+fn scene_of(path: &std::path::Path) -> Scene {
+    let mut scene = Scene::new();
+    for event in recording::open(path, &OpenOptions::default()).expect("a recording") {
+        scene.apply(&event.expect("an event"), &mut Vec::new());
+    }
+    scene
+}
+
+#[test]
+fn a_session_from_the_first_stroke_to_the_last_click() {
+    let Some(desk) = Desk::new() else { return };
+    let file = desk.folder().join("first.ron");
+    let mut window = desk.open(&["sketch", file.to_str().expect("a path"), "--window", "1280x800"]);
+    assert_eq!(window.number("polygons"), 0);
+    assert!(!file.exists(), "nothing is written before something is drawn");
+    let (before, width, _) = window.picture();
+
+    // Drag, and there is a stroke: polygons in the model and pixels on the screen.
+    window.drag(1, &line(120, 24));
+    window.until_last("a stroke", |frame| frame["polygons"].as_u64() > Some(8));
+    window.settle();
+    let drawn = window.number("polygons");
+    let changed = |a: &[[u8; 3]], b: &[[u8; 3]]| {
+        let differ = |x: usize, y: usize| a[y * width + x] != b[y * width + x];
+        (250..900).flat_map(|x| (150..600).map(move |y| (x, y))).filter(|&(x, y)| differ(x, y)).count()
+    };
+    let (after, ..) = window.picture();
+    assert!(changed(&before, &after) > 1500, "{} pixels changed", changed(&before, &after));
+
+    // What the hand did between two frames is in the frame that follows: no frame has samples that it does not show.
+    let late = window.frames().windows(2).filter(|pair| {
+        let inserted = |frame: &serde_json::Value| frame["inserted"].as_u64() > Some(0);
+        // The first two samples of a stroke make no polygon yet.
+        pair[1]["samples"].as_u64() > Some(2) && !inserted(&pair[1])
+    });
+    assert_eq!(late.count(), 0, "every frame shows the samples that came before it");
+
+    // Undo and redo.
+    window.key("ctrl+z");
+    window.until_last("undo", |frame| frame["polygons"] == 0);
+    window.key("ctrl+y");
+    window.until_last("redo", |frame| frame["polygons"] == drawn);
+
+    // A second stroke with the tube, then erase the first by touching it.
+    window.key("3");
+    window.until_last("the tube", |frame| frame["tool"] == "tube");
+    window.drag(1, &[(500, 250), (530, 240), (560, 235), (600, 238), (640, 250)]);
+    window.until_last("a tube", |frame| frame["strokes"] == 2 && frame["polygons"].as_u64() > Some(drawn));
+    window.settle();
+    let both = window.number("polygons");
+    window.key("x");
+    window.click(MIDDLE.0, MIDDLE.1);
+    window.until_last("the first stroke erased", |frame| frame["polygons"] == both - drawn);
+
+    // Other indexes hold the same, and so does another way to find what is hidden.
+    assert_eq!(window.last()["index"], "osp");
+    let shown = window.number("drawn");
+    for next in ["octree-rebuild", "octree-paper"] {
+        window.key("i");
+        window.until_last(next, |frame| frame["index"] == next && frame["drawn"] == shown);
+    }
+    let before = window.last()["occlusion"].clone();
+    window.key("o");
+    window.until_last("another occlusion", |frame| frame["occlusion"] != before && frame["drawn"] == shown);
+
+    // Freeze the culling camera, turn away: as much is drawn as before.
+    window.key("c");
+    window.until_last("a frozen camera", |frame| frame["frozen"] == true);
+    let visible = window.number("visible");
+    window.drag(3, &[(590, 380), (700, 380), (800, 380), (860, 380)]);
+    window.until_last("a frame after turning", |frame| frame["frozen"] == true);
+    assert_eq!(window.number("visible"), visible);
+    window.key("c");
+    window.until_last("a camera that follows", |frame| frame["frozen"] == false);
+
+    // Smaller and larger.
+    for (w, h) in [(700, 500), (1300, 900)] {
+        window.resize(w, h);
+        window.until_last("the new size", |frame| {
+            frame["window"] == serde_json::json!([w, h]) && frame["shown"] == true
+        });
+    }
+
+    // Save as, by the dialog.
+    let copy = desk.folder().join("copy.ron");
+    window.key("ctrl+shift+s");
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    window.write(copy.to_str().expect("a path"));
+    window.key("Return");
+    window
+        .until_last("the copy", |frame| frame["message"].as_str().is_some_and(|m| m.starts_with("saved as")));
+    let polygons = window.number("polygons");
+    assert!(window.close().success());
+    for path in [&file, &copy] {
+        assert_eq!(scene_of(path).counts().visible, polygons, "{}", path.display());
+    }
+}
+
+#[test]
+fn a_power_cut_in_mid_stroke_loses_at_most_the_line_being_written() {
+    let Some(desk) = Desk::new() else { return };
+    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
+    window.drag(1, &line(60, 20));
+    window.until_last("a whole stroke", |frame| frame["polygons"].as_u64() > Some(5));
+    // Another one, with the button still down.
+    let places = line(-90, 30);
+    window.point(places[0].0, places[0].1);
+    window.press(1);
+    for (x, y) in &places[1..25] {
+        window.point(*x, *y);
+    }
+    window.until_last("half a stroke", |frame| frame["strokes"] == 2 && frame["samples"] == 0);
+    window.settle();
+    let (events, polygons) = (window.number("events"), window.number("polygons"));
+    window.kill();
+
+    let folder = desk.folder().join("data/osp/sketches");
+    let session = fs::read_dir(&folder)
+        .expect("the autosaves")
+        .map(|entry| entry.expect("an entry").path())
+        .find(|path| path.extension().is_some_and(|e| e == "ron"))
+        .expect("a session");
+    let kept =
+        recording::open(&session, &OpenOptions::default()).expect("a recording").flatten().count() as u64;
+    assert_eq!(kept, events, "every event of the last frame is in the file");
+
+    // Half a line, as a power cut in the middle of a write leaves it.
+    let mut text = fs::read_to_string(&session).expect("text");
+    text.push_str("Point(t: 9.5, stroke: 1, p: (0.1, 0.");
+    fs::write(&session, text).expect("written");
+    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
+    window.until_last("the session", |frame| frame["polygons"] == polygons);
+    let messages = window.last()["message"].to_string();
+    assert!(!messages.is_empty());
+    // And it goes on.
+    window.drag(1, &line(150, 12));
+    window.until_last("a new stroke", |frame| frame["strokes"] == 3);
+    assert!(window.close().success());
+    let events: Vec<Event> = recording::open(&session, &OpenOptions::default())
+        .expect("a recording")
+        .map(|e| e.expect("whole lines"))
+        .collect();
+    assert!(events.len() as u64 > kept);
+    assert_eq!(scene_of(&session).counts().ignored_events, 0);
+    // Closed on purpose: the next window starts empty.
+    let mut window = desk.open(&["sketch", "--window", "1280x800"]);
+    assert_eq!(window.number("polygons"), 0);
+    assert!(window.close().success());
+}
+
+#[test]
+fn without_a_display_there_is_one_clear_line() {
+    let autosaves = std::env::temp_dir().join("osp-no-display");
+    let output = OSP
+        .command(["sketch", "--autosave", autosaves.to_str().expect("a path")])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("osp");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("error: no window can be opened") && said.lines().count() == 1, "{said}");
+    assert!(!said.contains("os error at"), "a place in the window system's source: {said}");
+}

@@ -1,0 +1,206 @@
+//! `osp bench`: its rows as text, JSON, CSV and page.
+
+mod moving;
+mod page;
+mod paper;
+mod race;
+mod rays;
+
+use std::{fs, path::Path, process::Output};
+
+use crate::OSP;
+use osp_testkit::{json, stderr, stdout};
+use serde_json::Value;
+
+/// A session with walls that hide, named with characters that HTML and CSV must not take for their own.
+fn session(folder: &Path) -> String {
+    let path = folder.join("a <b> & \"c\".ron").to_str().expect("utf-8").to_owned();
+    OSP.done(["synth", "room", "--polygons", "1500", &path]);
+    path
+}
+
+/// A report of `osp bench --json`.
+struct Report(Value);
+
+impl Report {
+    fn of(output: &Output) -> Self {
+        Self(json(output))
+    }
+
+    fn rows(&self) -> &[Value] {
+        self.0["rows"].as_array().expect("rows")
+    }
+
+    /// A figure, if it was measured.
+    fn maybe(&self, part: &str, recording: &str, index: &str, figure: &str) -> Option<f64> {
+        let is_it = |row: &&Value| {
+            row["part"] == part
+                && row["recording"] == recording
+                && row["index"] == index
+                && row["figure"] == figure
+        };
+        self.rows().iter().find(is_it)?["value"].as_f64()
+    }
+
+    fn value(&self, part: &str, recording: &str, index: &str, figure: &str) -> f64 {
+        let value = self.maybe(part, recording, index, figure);
+        value.unwrap_or_else(|| panic!("{figure} of {index}, {part}, {recording}"))
+    }
+
+    /// What a column of the rows of a part holds, each once.
+    fn names(&self, part: &str, column: &str) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for row in self.rows().iter().filter(|row| row["part"] == part) {
+            let name = row[column].as_str().expect("text");
+            if !name.is_empty() && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// The lines of a CSV as cells.
+fn cells(csv: &str) -> Vec<Vec<String>> {
+    let mut lines = vec![vec![String::new()]];
+    let (mut is_quoted, mut letters) = (false, csv.chars().peekable());
+    while let Some(letter) = letters.next() {
+        let line = lines.last_mut().expect("a line");
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => {
+                line.last_mut().expect("a cell").push('"')
+            }
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => line.push(String::new()),
+            '\n' if !is_quoted => lines.push(vec![String::new()]),
+            letter => line.last_mut().expect("a cell").push(letter),
+        }
+    }
+    lines.retain(|line| line.len() > 1);
+    lines
+}
+
+const NAME: &str = "a <b> & \"c\".ron";
+
+fn all_kinds() -> Vec<&'static str> {
+    osp_lab::Contender::all().into_iter().map(|contender| contender.name()).collect()
+}
+
+#[test]
+fn every_index_is_measured_and_csv_and_json_have_the_same_rows() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let session = session(folder.path());
+    let csv = folder.path().join("bench.csv").to_str().expect("utf-8").to_owned();
+    let args =
+        ["bench", &session, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json", "--csv", &csv];
+    let report = Report::of(&OSP.run(args));
+    assert_eq!(report.0["faults"].as_array().map(Vec::len), Some(0));
+    // `osp --version` prints it in brackets.
+    let version = stdout(&OSP.run(["--version"]));
+    let commit = version.split_once('(').and_then(|(_, rest)| rest.split_once(')')).map(|(commit, _)| commit);
+    assert_eq!(report.0["machine"]["commit"], commit.unwrap_or("unknown"));
+    assert_eq!(report.names("session", "recording"), [NAME]);
+    for (part, recordings) in [("session", &[NAME][..]), ("growth/still", &["scribble-200", "scribble-600"])]
+    {
+        assert_eq!(report.names(part, "index"), all_kinds(), "{part}");
+        for (recording, kind) in
+            recordings.iter().flat_map(|name| all_kinds().into_iter().map(move |kind| (name, kind)))
+        {
+            let of = |figure| report.value(part, recording, kind, figure);
+            assert!(0.0 < of("time") && of("time") <= of("p99") && of("p99") <= of("max"), "{part} {kind}");
+            assert!(of("values") >= 3.0 && of("reference") > 0.0, "{part} {kind}");
+            assert!(kind != "osp" || part != "session" || of("ratio") == 1.0, "{part}");
+        }
+    }
+    for row in report.rows() {
+        let [low, value, high] = ["low", "value", "high"].map(|key| row[key].as_f64());
+        assert!(low.is_none() == high.is_none() && low <= value.or(low) && value <= high.or(value), "{row}");
+    }
+    // In a room something is hidden.
+    let flight = format!("{NAME} orbit");
+    let [osp, both] = ["osp", "osp + msvbsp"].map(|index| report.value("flight", &flight, index, "drawn"));
+    assert!(both < osp, "{both} {osp}");
+
+    let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
+    let columns = ["part", "recording", "index", "figure", "unit", "value", "low", "high"];
+    assert_eq!(lines[0], columns);
+    assert_eq!(lines.len() - 1, report.rows().len());
+    for (line, row) in lines[1..].iter().zip(report.rows()) {
+        let same = columns[..5].iter().zip(line).all(|(column, cell)| row[*column] == cell.as_str());
+        assert!(same, "{line:?} {row}");
+        let [written, value]: [f64; 2] =
+            [line[5].parse().expect("a number"), row["value"].as_f64().expect("a number")];
+        assert!((written - value).abs() <= 1.0e-12 * value.abs(), "{written} {row}");
+    }
+}
+
+#[test]
+fn the_text_is_short_and_all_of_it_is_there_when_it_is_asked_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = session(folder.path());
+    let args = ["bench", &file, &file, "--quick", "--sizes", "200,600", "--pace", "samples:32"];
+    let output = OSP.run(args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let short = stdout(&output);
+    assert!(short.lines().count() <= 60, "{} lines: {short}", short.lines().count());
+    for words in [
+        "threads",
+        "commit",
+        "Over 2 recordings ",
+        "times as long",
+        "Sessions: ",
+        "Growth: ",
+        "Moving things: ",
+        "ratio",
+    ] {
+        assert!(short.contains(words), "{words}: {short}");
+    }
+    let all = OSP.run([&args[..], &["--all", "--no-rays", "--index", "lbvh"]].concat());
+    let all = stdout(&all);
+    for words in [
+        "growth/still, scribble-600: 600 polygons",
+        "break even",
+        "entries filed",
+        "moving/100 instances",
+        " lbvh ",
+    ] {
+        assert!(all.contains(words), "{words}: {all}");
+    }
+    assert!(!all.contains("Rays, ") && !all.contains("kd-tree"), "{all}");
+    assert_eq!(stderr(&output), "");
+}
+
+#[test]
+fn wrong_use_is_refused_before_anything_is_measured() {
+    for args in [
+        &["bench", "--no-growth"][..],
+        &["bench", "--sizes", "0"],
+        &["bench", "--sizes", "5", "--html", "no-such-folder/bench.html"],
+        &["bench", "--sizes", "5", "--index", "no-such"],
+        &["bench", "no-such-file.ron"],
+    ] {
+        let output = OSP.run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{args:?}");
+    }
+}
+
+#[test]
+fn rays_and_moving_things_can_be_left_out_and_are_in_the_tables_otherwise() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let session = session(folder.path());
+    let rays = [&session, "--no-growth", "--index", "bvh-sah", "--pace", "samples:32", "--all"];
+    let moving = ["--no-rays", "--sizes", "300", "--index", "lbvh"];
+    let of_rays = ["million/s", "walk best first", "sah-refitted", "hit ", "rays/nearest inside"];
+    for (args, option, heading, words) in [
+        (&rays[..], "--no-rays", "Rays, ranges and neighbours", &of_rays[..]),
+        (&moving, "--no-moving", "Moving things", &["group-index"]),
+    ] {
+        let args = [&["bench", "--quick"], args].concat();
+        let with = OSP.done(&args);
+        assert!(with.contains(heading) && !OSP.done([&args[..], &[option]].concat()).contains(heading));
+        for words in words {
+            assert!(with.contains(words), "{words}: {with}");
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The page of `osp bench`: what it says is what was measured.
+
+use std::{fs, sync::OnceLock};
+
+use serde_json::Value;
+
+use super::{Report, session};
+use crate::OSP;
+
+struct Made {
+    page: String,
+    report: Report,
+}
+
+const KINDS: [&str; 6] = ["osp", "time-order", "octree-rebuild", "bvh-sah", "osp-paper", "brute-simd"];
+
+/// One run of the program for all tests, of two sessions with names that are commands to a page.
+fn made() -> &'static Made {
+    static MADE: OnceLock<Made> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
+        let first = session(folder.path());
+        let second = path("<script>alert('1')<!-- \u{202e}.ron");
+        fs::copy(&first, &second).expect("a copy");
+        let (html, kinds) = (path("bench.html"), KINDS.join(","));
+        let files =
+            ["bench", &first, &second, "--quick", "--sizes", "200,600", "--pace", "samples:8", "--json"];
+        let output = OSP.run([&files[..], &["--index", &kinds, "--html", &html]].concat());
+        let report = Report::of(&output);
+        Made { page: fs::read_to_string(html).expect("the page"), report }
+    })
+}
+
+/// What stands between two strings, everywhere.
+fn between<'a>(text: &'a str, start: &'a str, end: &'a str) -> impl Iterator<Item = &'a str> {
+    text.split(start).skip(1).filter_map(move |part| part.split_once(end).map(|(inside, _)| inside))
+}
+
+fn chart_data(page: &str) -> Value {
+    let json = between(page, "id=\"chart-data\">", "</script>").next().expect("the data of the charts");
+    serde_json::from_str(json).expect("JSON")
+}
+
+fn number(cell: &str) -> Option<f64> {
+    cell.split_whitespace().next()?.replace(',', "").parse().ok()
+}
+
+#[test]
+fn the_verdict_is_that_of_the_rows() {
+    let Made { page, report } = made();
+    let verdict = between(page, "<section id=\"verdict\">", "</section>").next().expect("a verdict");
+    assert!(page.find("<section id=\"verdict\">") < page.find("<table"), "it comes first");
+    let sentence = between(verdict, "Over 2 recordings ", "(geometric means).").next().expect("a sentence");
+    let recordings = report.names("session", "recording");
+    let mean = |kind: &str| {
+        let ratio = |recording: &&str| report.value("session", recording, kind, "ratio").ln();
+        (recordings.iter().map(ratio).sum::<f64>() / 2.0).exp()
+    };
+    let mut expected: Vec<(&str, f64)> = KINDS.iter().map(|kind| (*kind, mean(kind))).collect();
+    expected.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (said, others) = sentence.split_once("; ").expect("others");
+    assert!(said.starts_with(&format!("{} is the fastest", expected[0].0)), "{sentence}: {expected:?}");
+    for (at, words) in others.split(", ").enumerate() {
+        let (index, rest) = words.split_once(' ').expect("a name");
+        let times = number(rest.trim_start_matches("takes ")).expect("a number");
+        let (place, (_, exact)) =
+            expected.iter().enumerate().find(|(_, (name, _))| *name == index).expect("it was measured");
+        assert!((times / (exact / expected[0].1) - 1.0).abs() < 0.06, "{words}: {exact}");
+        assert!(at >= 2 || place == at + 1, "the nearest come first: {sentence}");
+    }
+    assert!(others.contains("octree-rebuild"), "{sentence}");
+    assert_eq!(
+        verdict.matches("NOT optimised").count(),
+        usize::from(report.0["machine"]["optimized"] == false)
+    );
+}
+
+#[test]
+fn links_lead_to_headings_and_charts_and_nothing_comes_from_elsewhere() {
+    let page = &made().page;
+    let ids: Vec<&str> = between(page, " id=\"", "\"").collect();
+    let unique: std::collections::BTreeSet<_> = ids.iter().collect();
+    assert_eq!(unique.len(), ids.len(), "{ids:?}");
+    let links: Vec<&str> = between(page, " href=\"", "\"").collect();
+    for link in &links {
+        assert!(link.strip_prefix('#').is_some_and(|id| ids.contains(&id)), "{link}");
+    }
+    let contents = between(page, "<nav id=\"contents\"", "</nav>").next().expect("contents");
+    for id in between(page, "<figure id=\"", "\"").chain(between(page, "<h2 id=\"", "\"")) {
+        let is_above = id == "the-verdict" || id == "the-contents";
+        assert!(is_above || contents.contains(&format!("href=\"#{id}\"")), "{id} is not in the contents");
+    }
+    let headings =
+        page.matches("<h1 id=").count() + page.matches("<h2 id=").count() + page.matches("<h3 id=").count();
+    let figures = page.matches("<figure id=").count();
+    assert_eq!(page.matches("class=\"self\"").count(), headings + figures, "each has a link to itself");
+    for command in ["<link", "<img", "<iframe", "@import", "url(", " src=", "fetch(", "XMLHttpRequest"] {
+        assert!(!page.contains(command), "{command}");
+    }
+}
+
+#[test]
+fn tables_are_best_first() {
+    let page = &made().page;
+    let mut checked = 0;
+    for table in between(page, "<table class=\"best\">", "</table>") {
+        let heads: Vec<&str> = table.split("<th ").skip(1).collect();
+        let sorted: Vec<usize> =
+            (0..heads.len()).filter(|&at| heads[at].contains("aria-sort=\"ascending\"")).collect();
+        let [column] = sorted[..] else { panic!("one column: {table}") };
+        let cells = between(table, "<tr><td>", "</tr>").map(|row| {
+            row.split("<td>").nth(column).unwrap_or_default().split('<').next().unwrap_or_default()
+        });
+        let numbers: Vec<f64> = cells.map(|cell| number(cell).unwrap_or(f64::INFINITY)).collect();
+        assert!(numbers.is_sorted() && numbers.len() > 1, "{numbers:?}");
+        checked += 1;
+    }
+    // A summary and two sessions, growth with 3 tasks and moving things with 10 in two sizes, two sessions seen twice, and 6 questions
+    // about four models.
+    assert_eq!(checked, (1 + 2) + (1 + 3 * 2) + (1 + 10 * 2) + (1 + 4) + (1 + 6 * 4));
+    assert!(page.contains("<th scope=\"col\" data-most>rays\nmillion/s</th>"), "more is better there");
+}
+
+#[test]
+fn charts_have_the_figures_of_the_rows_and_every_structure() {
+    let Made { page, report } = made();
+    let data = chart_data(page);
+    let mut compared = 0;
+    for chart in data["charts"].as_array().expect("charts") {
+        let figure = page.split_once(&format!("<figure id=\"{}\">", chart["id"].as_str().expect("an id")));
+        let title =
+            between(figure.expect("a figure for the data").1, "<span>", "</span>").next().expect("a title");
+        let lines = chart["lines"].as_array().expect("lines");
+        let Some((task, figure)) = title.split_once(": ").filter(|(task, _)| task.starts_with("growth/"))
+        else {
+            continue;
+        };
+        let mut names: Vec<&str> = lines.iter().filter_map(|line| line["name"].as_str()).collect();
+        assert_eq!(names[0], "osp", "the reference comes first: {title}");
+        names.sort_unstable();
+        let mut kinds = KINDS;
+        kinds.sort_unstable();
+        assert_eq!(names, kinds, "{title}");
+        for line in lines {
+            assert_eq!(line["x"], serde_json::json!([200.0, 600.0]), "{title}");
+            for (size, y) in [200, 600].into_iter().zip(line["y"].as_array().expect("values")) {
+                let name = line["name"].as_str().expect("a name");
+                let exact = report.value(task, &format!("scribble-{size}"), name, figure);
+                let drawn = y.as_f64().expect("a number");
+                assert!((drawn - exact).abs() <= 1.0e-4 * exact, "{title}, {name}: {drawn} {exact}");
+                compared += 1;
+            }
+        }
+    }
+    // Times of three tasks, boxes of two, and memory.
+    assert_eq!(compared, 6 * KINDS.len() * 2);
+    assert_eq!(page.matches("<figure id=").count(), data["charts"].as_array().map_or(0, Vec::len));
+}
+
+#[test]
+fn names_of_files_are_text() {
+    let page = &made().page;
+    assert!(page.contains("&lt;script&gt;alert(&#39;1&#39;)&lt;!-- \\u202e.ron"), "the name is text");
+    assert!(!page.contains("<script>alert") && !page.contains("<!--") && !page.contains('\u{202e}'));
+    // The data of the charts, the library and our own script.
+    assert_eq!(page.matches("<script").count(), 3);
+    assert_eq!(page.matches("</script>").count(), 3);
+}
+
+#[test]
+fn ratios_stand_beside_the_times_that_they_are_of() {
+    let Made { page, report } = made();
+    assert!(page.contains("reference\nus</th><th scope=\"col\" aria-sort=\"ascending\">ratio</th>"));
+    let resolution_ns = report.0["machine"]["clock_resolution_ns"].as_u64().expect("a number");
+    assert!(page.contains(&format!("The clock tells times {resolution_ns} ns apart.")));
+}
+
+#[test]
+fn a_page_of_one_session_is_small() {
+    // Two small sessions, 6 structures: tables, data and the library.
+    let kib = made().page.len() / 1024;
+    assert!(kib < 1024, "{kib} KiB");
+}

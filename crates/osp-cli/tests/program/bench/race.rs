@@ -1,0 +1,126 @@
+//! `osp race`: structures on one session, frame by frame.
+
+use std::fs;
+
+use super::{NAME, Report, cells, session};
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
+
+const PART: &str = "race";
+
+#[test]
+fn every_structure_has_a_line_and_a_place_in_the_verdict() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = session(folder.path());
+    let output = OSP.run(["race", &file, "--index", "osp,octree-rebuild,brute-simd"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "", "there is no terminal");
+    let said = stdout(&output);
+    let verdict = said.lines().next().expect("a verdict");
+    assert!(verdict.starts_with(&format!("On {NAME} (")) && verdict.ends_with('.'), "{verdict}");
+    assert!(verdict.contains(" polygons, ") && verdict.contains(" frames) osp "), "{verdict}");
+    for name in ["osp", "octree-rebuild", "brute-simd"] {
+        assert!(verdict.contains(&format!("{name} ")), "{name}: {verdict}");
+        let line = said.lines().find(|line| line.trim_start().starts_with(&format!("{name} ")));
+        // The frames' times, what was missed, the memory.
+        assert!(line.is_some_and(|line| line.split_whitespace().count() >= 6), "{name}: {said}");
+    }
+    assert!(said.contains("One thread, thus one core, runs all structures in turns"), "{said}");
+}
+
+#[test]
+fn csv_and_json_have_the_figures_of_the_table() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = session(folder.path());
+    let csv = folder.path().join("race.csv").to_str().expect("utf-8").to_owned();
+    let report = Report::of(&OSP.run(["race", &file, "--json", "--csv", &csv]));
+    assert_eq!(report.names(PART, "index"), ["osp", "octree-rebuild"]);
+    let of = |index: &str, figure: &str| report.value(PART, NAME, index, figure);
+    let replayed = OSP.json(["replay", &file, "--index", "osp", "--json"]);
+    for figure in ["frames", "polygons"] {
+        assert_eq!(Some(of("", figure)), replayed[figure].as_f64(), "{figure}");
+    }
+    for name in ["osp", "octree-rebuild"] {
+        let [p50, p99, max] = ["frame_p50", "frame_p99", "frame_max"].map(|figure| of(name, figure));
+        assert!(0.0 < p50 && p50 <= p99 && p99 <= max, "{name}: {p50} {p99} {max}");
+        assert_eq!(of(name, "missed") > 0.0, max * 1000.0 >= 11_111_112.0, "{name}: {max}");
+        assert_eq!(of(name, "missed") > 0.0, report.maybe(PART, NAME, name, "first_missed_at").is_some());
+        assert!(of(name, "memory") > 0.0, "{name}");
+    }
+    assert!(report.0["verdict"].as_str().is_some_and(|said| said.contains("octree-rebuild")));
+    let lines = cells(&fs::read_to_string(&csv).expect("the figures"));
+    assert_eq!(lines.len() - 1, report.rows().len());
+}
+
+#[test]
+fn a_made_session_is_that_of_synth() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("s.ron").to_str().expect("utf-8").to_owned();
+    OSP.done(["synth", "scribble", "--polygons", "400", &path]);
+    let [made, read] = [["--synth", "400"], [&path, "--force"]].map(|session| {
+        let report = Report::of(&OSP.run([&["race", "--json"][..], &session].concat()));
+        let name = report.names(PART, "recording")[0].to_owned();
+        let [polygons, frames] = ["polygons", "frames"].map(|figure| report.value(PART, &name, "", figure));
+        (name, polygons, frames)
+    });
+    assert_eq!(made.0, "osp synth scribble --polygons 400 --seed 1");
+    assert_eq!((made.1, made.2), (read.1, read.2));
+    assert!(made.1 >= 400.0);
+}
+
+#[test]
+fn wrong_use_is_one_clear_error() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = session(folder.path());
+    for (args, words) in [
+        (&[&file, "--index", "osp"][..], "--index: expected two to four structures; found 1"),
+        (
+            &[&file, "--index", "osp,bsp,lbvh,hlbvh,kd-tree"],
+            "--index: expected two to four structures; found 5",
+        ),
+        (&[&file, "--index", "osp,lbvh,osp"], "--index: expected each structure once; found osp twice"),
+        (&[&file, "--index", "osp,oktree"], "invalid value 'oktree'"),
+        (&[&file, "--synth", "9"], "cannot be used with"),
+        (&[], "required"),
+        (&["no-such-file.ron"], "no-such-file.ron"),
+    ] {
+        let output = OSP.run([&["race"], args].concat());
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        let said = stderr(&output);
+        assert!(output.stdout.is_empty() && said.matches("error:").count() == 1, "{args:?}: {said}");
+        assert!(said.contains(words), "{args:?}: {said}");
+    }
+    assert!(stdout(&OSP.run(["--help"])).lines().any(|line| line.trim_start().starts_with("race ")));
+}
+
+/// What a terminal is sent; `None` where no program opens one.
+#[cfg(target_os = "linux")]
+#[expect(clippy::print_stderr, reason = "a test that is left out says why")]
+fn on_a_terminal(args: &str) -> Option<String> {
+    let line = format!("stty rows 24 cols 80; '{}' {args}", OSP.0);
+    let mut script = std::process::Command::new("script");
+    script.args(["-q", "-e", "-c", &line, "/dev/null"]).env("TERM", "xterm").env_remove("COLUMNS");
+    match script.output() {
+        Ok(output) => Some(stdout(&output)),
+        Err(error) => {
+            eprintln!("skipped the terminal: script(1): {error}");
+            None
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_shows_the_race_and_then_the_verdict() {
+    let Some(said) = on_a_terminal("race --synth 3000 --pace samples:2 --runs 2") else { return };
+    let (live, verdict) = said.split_once("On osp synth").expect("a verdict");
+    assert!(
+        live.contains("race 2 of 2, ")
+            && live.contains("One core, in turns.")
+            && live.contains("octree-rebuild")
+            && live.contains(" over 11.1 ms"),
+        "{live}"
+    );
+    assert!(live.contains('▀') && live.contains('▁'), "large digits and a strip chart: {live}");
+    assert!(verdict.contains("octree-rebuild"), "{verdict}");
+}

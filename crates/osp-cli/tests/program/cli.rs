@@ -1,0 +1,540 @@
+//! The program as a user meets it: arguments, exit codes, tables, JSON, CSV, charts, fingerprints.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
+
+/// A small session with a bit of everything.
+fn small_session(folder: &Path) -> PathBuf {
+    let mut text = String::from("Header(format: 1, name: \"small\", source: \"test\")\n");
+    for stroke in 0..6 {
+        text += &format!(
+            "Begin(t: 0.0, stroke: {stroke}, tool: Ribbon, width: 0.05, color: (1.0, 0.5, 0.2, 1.0), thinnest: 1.0)\n"
+        );
+        for i in 0..40 {
+            let x = i as f32 * 0.02;
+            let t = f64::from(stroke) + f64::from(i) * 0.011;
+            text +=
+                &format!("Point(t: {t}, stroke: {stroke}, p: ({x}, {}, {}))\n", stroke as f32 * 0.1, x * x);
+        }
+        text += &format!("End(t: 0.0, stroke: {stroke})\n");
+    }
+    text += "Erase(t: 7.0, stroke: 2)\nUndo(t: 7.1)\nRedo(t: 7.2)\nMove(t: 7.3, strokes: [1, 3], by: (0.0, 0.5, 0.0))\n";
+    let path = folder.join("small.ron");
+    fs::write(&path, text).expect("a temporary folder can be written");
+    path
+}
+
+#[test]
+fn replay_prints_a_table_with_every_default_index() {
+    let folder = temp();
+    let output = OSP.run(["replay", small_session(folder.path()).to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = stdout(&output);
+    for name in
+        ["brute-force", "osp-paper", "osp ", "octree-rebuild", "240 points", "All indexes saw the same"]
+    {
+        assert!(text.contains(name), "{name} is missing in\n{text}");
+    }
+    assert!(stderr(&output).is_empty(), "no progress bar in a pipe: {}", stderr(&output));
+}
+
+#[test]
+fn replay_json_has_the_documented_keys_and_equal_fingerprints() {
+    let folder = temp();
+    let report = OSP.json(["replay", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
+    assert_eq!(report["recording"], "small.ron");
+    assert_eq!((&report["strokes"], &report["points"]), (&6.into(), &240.into()));
+    let runs = report["runs"].as_array().expect("runs");
+    assert_eq!(runs.len(), 4);
+    for run in runs {
+        for key in ["insert_ns_per_polygon", "cull_us", "visible_mean", "bytes", "allocations_steady"] {
+            assert!(run[key].is_number(), "{key} in {run}");
+        }
+        for key in ["p50", "p95", "p99", "max"] {
+            assert!(run["frame_us"][key].is_number(), "{key} in {run}");
+        }
+        assert_eq!(run["fingerprint"], runs[0]["fingerprint"]);
+    }
+    let info = OSP.json(["info", small_session(folder.path()).to_str().expect("utf-8"), "--json"]);
+    assert_eq!((&info["strokes"], &info["points"], &info["erased"]), (&6.into(), &240.into(), &1.into()));
+    assert_eq!(info["polygons"], report["polygons"]);
+}
+
+#[test]
+fn csv_has_a_line_for_each_index_and_frame_and_charts_are_pictures() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let (csv, png, svg) =
+        (folder.path().join("f.csv"), folder.path().join("f.png"), folder.path().join("f.svg"));
+    let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
+    let args = ["replay", &path(&session), "--pace", "samples:10", "--index", "osp,brute-force"];
+    OSP.done([&args[..], &["--csv", &path(&csv)]].concat());
+    let text = fs::read_to_string(&csv).expect("the CSV");
+    let columns = text.lines().next().expect("names").split(',').count();
+    assert!(text.lines().all(|line| line.split(',').count() == columns));
+    // 240 points in tens, and a last frame for the move.
+    assert_eq!(text.lines().count(), 1 + 2 * 25);
+    if !cfg!(feature = "bench") {
+        return;
+    }
+    OSP.done([&args[..], &["--chart", &path(&png)]].concat());
+    assert!(fs::read(&png).expect("the chart").starts_with(b"\x89PNG"));
+    OSP.done([&args[..], &["--chart", &path(&svg)]].concat());
+    assert!(fs::read_to_string(&svg).expect("the chart").contains("<svg"));
+}
+
+#[test]
+fn an_index_out_of_its_budget_is_measured_on_stretches_and_the_table_says_so() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let args = ["replay", session.to_str().expect("utf-8"), "--pace", "samples:1", "--budget", "0.0000001"];
+    let said = OSP.done(args);
+    assert!(said.contains("octree-rebuild was slow: measured on"), "{said}");
+    assert!(said.contains("All indexes saw the same"), "{said}");
+    let report = OSP.json([&args[..], &["--json"]].concat());
+    let measured = report["runs"][3]["frames_measured"].as_u64().expect("a number");
+    assert!((40..100).contains(&measured), "one frame for each of 40 stretches, and few more: {measured}");
+}
+
+#[test]
+fn a_pinned_fingerprint_is_checked() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let (session, pins) = (session.to_str().expect("utf-8"), folder.path().join("pins.ron"));
+    let pins_path = pins.to_str().expect("utf-8");
+    OSP.done(["replay", session, "--pin", pins_path]);
+    OSP.done(["replay", session, "--check", pins_path]);
+    // Another pace is not pinned.
+    assert_eq!(
+        OSP.run(["replay", session, "--pace", "samples:3", "--check", pins_path]).status.code(),
+        Some(1)
+    );
+    let text = fs::read_to_string(&pins).expect("the pins");
+    let at = text.find("fingerprint: \"").expect("a pin") + 14;
+    let digit = if &text[at..=at] == "0" { "1" } else { "0" };
+    fs::write(&pins, format!("{}{digit}{}", &text[..at], &text[at + 1..])).expect("written");
+    let output = OSP.run(["replay", session, "--check", pins_path]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("pinned"), "{}", stderr(&output));
+}
+
+#[test]
+fn pins_tell_recordings_of_one_name_in_two_folders_apart() {
+    let folder = temp();
+    let pins = folder.path().join("all.pins");
+    let mut sessions = Vec::new();
+    for (name, polygons) in [("a", "60"), ("b", "90")] {
+        let session = folder.path().join(name).join("same.ron");
+        fs::create_dir(session.parent().expect("a folder")).expect("made");
+        let session = session.to_str().expect("utf-8").to_owned();
+        OSP.done(["synth", "portrait", "--polygons", polygons, &session]);
+        sessions.push(session);
+    }
+    let pins_path = pins.to_str().expect("utf-8");
+    let both = |option| OSP.run(["replay", &sessions[0], &sessions[1], option, pins_path]);
+    assert!(both("--pin").status.success());
+    assert!(both("--check").status.success(), "{}", stderr(&both("--check")));
+    let text = fs::read_to_string(&pins).expect("the pins");
+    assert!(text.contains("\"a/same.ron\"") && text.contains("\"b/same.ron\""), "{text}");
+}
+
+#[test]
+fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let piped = OSP.run(["replay", session]);
+    assert_eq!(stderr(&piped), "");
+    // `script` gives the program a terminal of its own.
+    let command = format!("{} replay {session} --pace samples:1", OSP.0);
+    let on_terminal = |command: &str| {
+        Command::new("script").args(["-qec", command, "/dev/null"]).env("TERM", "xterm").output()
+    };
+    match on_terminal(&command) {
+        Ok(output) => assert!(stdout(&output).contains("frames, "), "{}", stdout(&output)),
+        Err(error) => {
+            eprintln!("skipped the terminal: script(1): {error}");
+            return;
+        }
+    }
+    let program = OSP.0;
+    let out = folder.path().join("out");
+    for (arguments, expected) in [
+        (format!("verify {session} --views 3 --size 64x64 --pixels 64x64"), "/3 views, "),
+        (format!("export {session} {}.glb --pace samples:1", out.display()), " frames, "),
+        (format!("bake {session} {}.pvs --cells 8", out.display()), " cells, "),
+    ] {
+        let output = on_terminal(&format!("{program} {arguments}")).expect("as before");
+        assert!(output.status.success() && stdout(&output).contains(expected), "{}", stdout(&output));
+        // What was shown has been removed: the result stands alone at the end.
+        let said = stdout(&output);
+        let last = said.rsplit("\u{1b}[2K").next().unwrap_or_default();
+        assert!(!last.contains(" left") && !last.contains(" events"), "{last}");
+    }
+    let colored = |prefix: &str| {
+        let output = on_terminal(&format!("{prefix} {program} --help")).expect("as before");
+        stdout(&output).contains("\u{1b}[")
+    };
+    assert_eq!((colored(""), colored("NO_COLOR=1")), (true, false));
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_is_named_as_asked_and_leaves_nothing() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let out = folder.path().join("no-such-folder").join("out.ron");
+    let (session, out) = (session.to_str().expect("utf-8"), out.to_str().expect("utf-8"));
+    for args in [&["import", session, out][..], &["synth", "portrait", "--polygons", "50", out]] {
+        let said = OSP.refused(args);
+        assert!(said.contains(out), "{said}");
+        assert!(!said.contains("unfinished"), "{said}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
+}
+
+#[test]
+fn a_file_of_no_known_format_is_described() {
+    let folder = temp();
+    let path = folder.path().join("picture.bin");
+    fs::write(&path, b"\x89PNG\r\n rest").expect("written");
+    let said = OSP.refused(["info", path.to_str().expect("utf-8")]);
+    assert!(said.contains(r#"a file that begins with "\x89PNG\r\n rest""#), "{said}");
+}
+
+#[test]
+fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    for args in [
+        &["replay"][..],
+        &["replay", session, "--index", "no-such"],
+        &["replay", session, "--pace", "samples:0"],
+        &["replay", session, "--camera", "upside-down"],
+        &["replay", session, "--budget", "-1"],
+        &["replay", session, "--chart", "frames.bmp"],
+        &["frobnicate"],
+        &[],
+    ] {
+        let said = OSP.refused(args);
+        assert!(!said.is_empty());
+    }
+    let missing = OSP.refused(["replay", "no-such-file.ron"]);
+    assert_eq!(missing.lines().count(), 1, "{missing}");
+    assert!(missing.contains("no-such-file.ron"));
+
+    let damaged = folder.path().join("damaged.ron");
+    let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
+    fs::write(&damaged, text).expect("written");
+    let damaged = damaged.to_str().expect("utf-8");
+    let said = OSP.refused(["replay", damaged]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("damaged.ron") && said.contains("line 3"), "{}", said);
+    let lenient = OSP.run(["replay", damaged, "--lenient"]);
+    assert!(lenient.status.success(), "{}", stderr(&lenient));
+    assert!(stderr(&lenient).contains("1 damaged"), "{}", stderr(&lenient));
+}
+
+#[test]
+fn a_file_in_the_place_of_a_command_gets_a_hint() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let odd = folder.path().join("it's mine.ron");
+    fs::copy(&session, &odd).expect("copied");
+    let odd = odd.to_str().expect("utf-8");
+    for (path, quoted) in [
+        (session.to_str().expect("utf-8"), session.display().to_string()),
+        (odd, format!("'{}'", odd.replace('\'', "'\\''"))),
+    ] {
+        let said = OSP.refused([path]);
+        let hint = format!("to replay it: osp replay {quoted}\n");
+        assert!(said.ends_with(&hint), "{said}");
+    }
+    assert!(!stderr(&OSP.run(["no-such-file.ron"])).contains("to replay it"));
+}
+
+#[test]
+fn a_session_without_polygons_cannot_be_verified() {
+    let folder = temp();
+    let path = folder.path().join("empty.ron");
+    fs::write(&path, "Header(format: 1)\n").expect("written");
+    let said = OSP.refused(["verify", path.to_str().expect("utf-8")]);
+    assert_eq!(said, format!("error: {} has no polygons\n", path.display()));
+}
+
+#[test]
+fn info_counts_strokes_in_one_way() {
+    for name in ["room", "grow", "portrait", "class"] {
+        let path = format!("recordings/{name}.ron");
+        let info = OSP.json(["info", &path, "--json"]);
+        let of_brushes = info["brushes"].as_array().expect("rows").iter().map(|row| &row["strokes"]);
+        let sum: u64 = of_brushes.map(|strokes| strokes.as_u64().expect("a number")).sum();
+        let count = |key: &str| info[key].as_u64().expect("a number");
+        assert_eq!(sum, count("strokes_at_end"), "{name}");
+        let undone = count("strokes") - count("erased") - sum;
+        let text = stdout(&OSP.run(["info", &path]));
+        let line = format!(" {sum} in the model at the end, {} erased, {undone} undone)", count("erased"));
+        assert!(text.contains(&line.replacen(' ', "(", 1)), "{line}: {text}");
+    }
+}
+
+#[test]
+fn a_session_cut_off_replays_up_to_the_cut_with_one_warning() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let text = fs::read_to_string(&session).expect("the session");
+    let cut = text.rfind("Point(").expect("points") + 20;
+    fs::write(&session, &text[..cut]).expect("written");
+    let output = OSP.run(["replay", session.to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+    assert!(stdout(&output).contains("239 points"), "{}", stdout(&output));
+}
+
+#[test]
+fn an_empty_session_is_no_error() {
+    let folder = temp();
+    let path = folder.path().join("empty.ron");
+    fs::write(&path, "Header(format: 1)\n").expect("written");
+    let said = OSP.done(["replay", path.to_str().expect("utf-8")]);
+    assert!(said.contains("nothing to measure"), "{said}");
+}
+
+#[test]
+fn every_command_has_examples_in_its_help() {
+    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "race", "pick", "query"] {
+        let said = OSP.done([command, "--help"]);
+        assert!(said.contains("Examples:\n  osp "), "{command}: {said}");
+    }
+}
+
+#[test]
+fn synth_writes_what_replay_reads_and_guards_what_is_there() {
+    let folder = temp();
+    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
+    let synth = |name: &str, more: &[&str]| {
+        OSP.run([&["synth", "scribble", "--polygons", "300", "--seed", "9", &path(name)], more].concat())
+    };
+    for name in ["a.ron", "a.ron.zst"] {
+        let output = synth(name, &[]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(stdout(&output).contains("strokes"), "{}", stdout(&output));
+        let info = OSP.json(["info", &path(name), "--json"]);
+        assert_eq!(info["source"], "osp synth scribble --polygons 300 --seed 9");
+        assert!(info["polygons"].as_u64().is_some_and(|n| (297..600).contains(&n)), "{info}");
+        assert_eq!(info["warnings"].as_array().map(Vec::len), Some(0));
+    }
+    let before = fs::read(path("a.ron")).expect("written");
+    let again = synth("a.ron", &[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(stderr(&again).contains("--force"), "{}", stderr(&again));
+    assert_eq!(fs::read(path("a.ron")).expect("still there"), before);
+    assert!(synth("a.ron", &["--force"]).status.success());
+    assert_eq!(fs::read(path("a.ron")).expect("written again"), before, "the same bytes");
+    assert!(stderr(&synth("a.txt", &[])).contains(".ron or .ron.zst"));
+    let unknown = OSP.refused(["synth", "vase", &path("b.ron")]);
+    assert!(unknown.contains("portrait"), "{unknown}");
+    assert!(!Path::new(&path("b.ron")).exists());
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_does_not_hide_a_failed_check() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let pins = folder.path().join("pins.ron");
+    fs::write(&pins, "(pins: [])").expect("written");
+    let mut child = OSP
+        .command(["replay".as_ref(), session.as_os_str(), "--check".as_ref(), pins.as_os_str()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    assert_eq!(child.wait().expect("ends").code(), Some(1));
+}
+
+#[test]
+fn an_empty_session_among_others_stops_nothing() {
+    let folder = temp();
+    let empty = folder.path().join("empty.ron");
+    fs::write(&empty, "Header(format: 1)\n").expect("written");
+    let session = small_session(folder.path());
+    let chart = folder.path().join("c.svg");
+    let path = |p: &Path| p.to_str().expect("utf-8").to_owned();
+    let chart = path(&chart);
+    let charts = if cfg!(feature = "bench") { &["--chart", &chart][..] } else { &[] };
+    let said = OSP.done([&["replay", &path(&empty), &path(&session)], charts].concat());
+    assert!(said.contains("240 points"));
+    assert_eq!(folder.path().join("c-2.svg").exists(), cfg!(feature = "bench"));
+}
+
+#[test]
+fn a_pipe_as_input_is_refused_in_words() {
+    let said = OSP.refused(["info", "/dev/null"]);
+    assert!(said.contains("a pipe or a device"), "{said}");
+}
+
+#[cfg(feature = "bench")]
+#[test]
+fn indexes_are_drawn_as_cells_and_as_trees() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let path = |name: &str| folder.path().join(name).to_str().expect("utf-8").to_owned();
+    let draw = |more: &[&str]| OSP.run([&["draw-index", session, "--index", "bvh-median"], more].concat());
+    let output = draw(&[&path("cells.svg")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let svg = fs::read_to_string(path("cells.svg")).expect("drawn");
+    let said = stdout(&output);
+    let nodes: usize = said
+        .split(" nodes")
+        .next()
+        .and_then(|text| text.rsplit(' ').next()?.replace(',', "").parse().ok())
+        .expect("the number of nodes");
+    assert!(nodes > 5, "{said}");
+    assert_eq!(svg.matches("<polyline").count(), nodes);
+    assert!(svg.matches("<polygon").count() > 100);
+
+    // The same model half way has fewer nodes; the tree has a circle for each.
+    let output = draw(&["--as", "tree", "--frame", "2", &path("tree.svg")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let early = fs::read_to_string(path("tree.svg")).expect("drawn").matches("<circle").count();
+    assert!(0 < early && early < nodes, "{early} of {nodes}");
+
+    assert!(draw(&["--as", "tree", &path("tree.dot")]).status.success());
+    assert!(fs::read_to_string(path("tree.dot")).expect("drawn").starts_with("digraph"));
+    assert!(draw(&["--from", "top", &path("cells.png")]).status.success());
+    assert!(fs::read(path("cells.png")).expect("drawn").starts_with(b"\x89PNG"));
+
+    for (args, words) in [
+        (&["cells.bmp"][..], ".svg, .png or .dot"),
+        (&["cells.dot"], "--as tree"),
+        (&["--frame", "100000", "cells.svg"], "there is no frame 100000"),
+        (&["no-such-folder/cells.svg"], "no-such-folder"),
+    ] {
+        let output = draw(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(words), "{args:?}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn picking_finds_the_same_polygon_in_every_index() {
+    let folder = temp();
+    let session = folder.path().join("room.ron");
+    let session = session.to_str().expect("utf-8");
+    OSP.done(["synth", "room", "--polygons", "800", session]);
+    let mut hits = 0;
+    for at in ["0.5,0.5", "0.3,0.7", "0,0"] {
+        let pick = |index: &str| OSP.json(["pick", session, "--at", at, "--index", index, "--json"]);
+        let expected = pick("brute-force");
+        hits += usize::from(expected["picked"].is_object());
+        for index in ["osp", "octree-rebuild", "dynamic-bvh"] {
+            let found = pick(index);
+            assert_eq!(found["picked"], expected["picked"], "{index} at {at}");
+            assert!(
+                found["polygons_asked"].as_u64() <= expected["polygons_asked"].as_u64(),
+                "{index} at {at}"
+            );
+        }
+    }
+    assert!(hits > 0, "walls are all around");
+    let words = stdout(&OSP.run(["pick", session, "--at", "0.5,0.5"]));
+    assert!(words.contains("polygon") && words.contains("tested"), "{words}");
+    let outside = OSP.refused(["pick", session, "--at", "1.5,0"]);
+    assert!(outside.contains("from 0 to 1"), "{outside}");
+}
+
+#[test]
+fn the_version_names_the_features() {
+    let text = stdout(&OSP.run(["--version"]));
+    assert!(text.starts_with(concat!("osp ", env!("CARGO_PKG_VERSION"))), "{text}");
+    let features = text.lines().nth(1).expect("a second line");
+    assert!(features.strip_prefix("features: ").is_some_and(|names| !names.is_empty()), "{text}");
+    assert_eq!(features.contains("window"), cfg!(feature = "window"), "{text}");
+}
+
+#[test]
+fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
+    let folder = temp();
+    let session = small_session(folder.path());
+    let session = session.to_str().expect("utf-8");
+    let (bench, live) = (cfg!(feature = "bench"), cfg!(feature = "live"));
+    let (render, window, worlds) =
+        (cfg!(feature = "render"), cfg!(feature = "window"), cfg!(feature = "worlds"));
+    for (args, what, feature, is_built) in [
+        (&["replay", session, "--window"][..], "osp replay --window", "window", window),
+        (&["replay", session, "--draw"], "osp replay --draw", "render", render),
+        (&["replay", "--world", "w"], "osp replay --world", "worlds", worlds),
+        (&["replay", "--world", "s3://b/w"], "osp replay --world", "worlds-cloud", worlds),
+        (&["replay", session, "--occlusion", "hzb"], "--occlusion hzb", "render", render),
+        (&["verify", session, "--occlusion", "hzb-16"], "--occlusion hzb-16", "render", render),
+        (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
+        (&["bench", session], "osp bench", "bench", bench),
+        (&["draw-index", session, "x.svg"], "osp draw-index", "bench", bench),
+        (&["race", session], "osp race", "bench", bench),
+        (&["replay", session, "--chart", "x.svg"], "osp replay --chart", "bench", bench),
+        (&["rig", "monitors"], "osp rig monitors", "window", window),
+        (&["sketch", "a.ron"], "osp sketch", "window", window),
+        (&["send", session, "--to", "127.0.0.1:1"], "osp send", "window", window),
+        (&["render", session, "a.png"], "osp render", "render", render),
+        (&["pack", session, "--out", "w"], "osp pack", "worlds", worlds),
+        (&["join", "nats://127.0.0.1/a"], "osp join", "live", live),
+        (&["wall", "--hub", "nats://127.0.0.1/a", "--rig", "cave4"], "osp wall", "live", live),
+    ] {
+        if is_built {
+            eprintln!("not looked at here: what a build without `{feature}` says of {what}");
+            continue;
+        }
+        let said = OSP.refused(args);
+        let command = format!("cargo install --path crates/osp-cli --features {feature}");
+        for expected in [what, &format!("feature `{feature}`"), &command] {
+            assert!(said.contains(expected), "{args:?}: expected {expected} in {said}");
+        }
+    }
+    let said = OSP.refused(["sketch", "a.ron", "--unheard-of"]);
+    assert!(said.contains("unexpected argument '--unheard-of'"), "{said}");
+    assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing was made");
+}
+
+/// The options of a command and of those below it, with the values that they may take, as `--help` lists them.
+fn options_of(command: &[&str], lines: &mut Vec<String>) {
+    let help = stdout(&OSP.run([command, &["--help"]].concat()));
+    let (help, _) = help.split_once("\nExamples:").unwrap_or((&help, ""));
+    let name = ["osp"].iter().chain(command).copied().collect::<Vec<_>>().join(" ");
+    let mut of_commands = false;
+    for line in help.lines() {
+        let words = line.trim_start();
+        of_commands = if line.ends_with("Commands:") { true } else { of_commands && line.starts_with(' ') };
+        let below = words.split_whitespace().next().filter(|below| of_commands && *below != "help");
+        if let Some(below) = below.filter(|_| line.starts_with("  ") && !line.starts_with("   ")) {
+            options_of(&[command, &[below]].concat(), lines);
+        } else if words.starts_with('-') && !words.starts_with("-h, ") && line.len() - words.len() <= 6 {
+            lines.push(format!("{name} {words}"));
+        }
+    }
+    let one_line = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    let values = one_line.split("[possible values: ").skip(1).filter_map(|text| text.split(']').next());
+    lines.extend(values.map(|values| format!("{name} values: {values}")));
+}
+
+#[test]
+fn every_build_has_the_same_commands_and_options() {
+    let mut lines = Vec::new();
+    options_of(&[], &mut lines);
+    let found = lines.join("\n") + "\n";
+    assert!(lines.len() > 200, "{found}");
+    let expected = include_str!("cli_options.txt");
+    let new = lines.iter().filter(|line| !expected.lines().any(|other| other == **line)).collect::<Vec<_>>();
+    let gone = expected.lines().filter(|line| !lines.iter().any(|other| other == line)).collect::<Vec<_>>();
+    assert!(
+        found == expected,
+        "crates/osp-cli/tests/program/cli_options.txt lists the options of every build; new here: {new:#?}, not here: {gone:#?}"
+    );
+}

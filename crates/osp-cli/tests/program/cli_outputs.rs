@@ -1,0 +1,76 @@
+//! What the program writes: nothing is replaced unasked, every file is whole or not there, and what cannot be used is
+//! refused before the work, in one clear line.
+#![cfg_attr(feature = "render", expect(clippy::print_stderr, reason = "a test that is left out says why"))]
+
+mod arguments;
+pub(super) mod built;
+mod command;
+#[cfg(feature = "bench")]
+mod draw_index;
+mod export_times;
+mod exporting;
+mod groups_whole;
+mod messages;
+mod naming;
+mod occlusion_options;
+mod pvs;
+mod query;
+mod replacing;
+mod rigs;
+#[cfg(unix)]
+mod table;
+mod terminal;
+mod verify_all;
+mod whole;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Output,
+};
+
+use osp_testkit::{stderr, stdout};
+
+/// A session of a few strokes; `y` makes several differ.
+fn session_text(y: f32) -> String {
+    let mut text = String::from("Header(format: 1, name: \"small\", source: \"test\")\n");
+    for stroke in 0..3 {
+        text += &format!(
+            "Begin(t: 0.0, stroke: {stroke}, tool: Ribbon, width: 0.05, color: (1.0, 0.5, 0.2, 1.0), thinnest: 1.0)\n"
+        );
+        for i in 0..20 {
+            let (x, t) = (i as f32 * 0.02, f64::from(stroke) + f64::from(i) * 0.011);
+            text += &format!(
+                "Point(t: {t}, stroke: {stroke}, p: ({x}, {}, {}))\n",
+                y + stroke as f32 * 0.1,
+                x * x
+            );
+        }
+        text += &format!("End(t: 0.0, stroke: {stroke})\n");
+    }
+    text
+}
+
+fn write_session(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, session_text(name.len() as f32)).expect("a temporary folder can be written");
+    path
+}
+
+/// The names in a folder, so that a forgotten file is seen.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// That a command ended with 2, printed nothing but one line, and that says all of `words`.
+fn assert_refused(output: &Output, words: &[&str]) {
+    let said = stderr(output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("error: ") && said.lines().count() == 1, "{said}");
+    assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
+    assert_eq!(stdout(output), "");
+}

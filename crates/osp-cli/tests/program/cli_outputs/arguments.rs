@@ -1,0 +1,321 @@
+//! Numbers without sense, files without end, names that are no text.
+
+use std::{
+    fs,
+    process::{Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{assert_refused, built::has, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, temp};
+
+#[test]
+fn numbers_out_of_range_are_refused_by_every_command() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let mut cases: Vec<(&[&str], &str, &[&str])> = vec![
+        (
+            &["replay", "a.ron"],
+            "--pace",
+            &["samples:0", "samples:-1", "samples:4294967296", "samples:NaN", "samples:", "x"],
+        ),
+        (&["replay", "a.ron"], "--budget", &["0", "-1", "NaN", "inf", "1e300", "x"]),
+        (
+            &["replay", "a.ron", "--occlusion", "msvbsp"],
+            "--occluders",
+            &["-1", "65537", "18446744073709551615", "NaN", "1.5"],
+        ),
+        (&["replay", "a.ron"], "--polygon-ns", &["0", "-1", "NaN", "inf", "1e10"]),
+        (
+            &["replay", "a.ron", "--occlusion", "none"],
+            "--verify-frames",
+            &["-1", "1000001", "18446744073709551615", "NaN"],
+        ),
+        (&["bench", "a.ron"], "--sizes", &["0", "-1", "50000001", "NaN", "1,,2"]),
+        (&["bench", "a.ron"], "--pace", &["samples:0"]),
+        (&["race", "a.ron"], "--runs", &["0", "101", "-1", "NaN"]),
+        (&["race"], "--synth", &["0", "-1", "10000001", "NaN"]),
+        (&["bake", "a.ron", "o.pvs"], "--cells", &["0", "257", "-1", "NaN"]),
+        (&["bake", "a.ron", "o.pvs"], "--samples", &["0", "4097", "NaN"]),
+        (&["bake", "a.ron", "o.pvs"], "--pixels", &["0", "15", "8193", "NaN"]),
+        (&["bake", "a.ron", "o.pvs"], "--threads", &["0", "1025", "18446744073709551615", "-1"]),
+        (&["synth", "scribble", "o.ron"], "--polygons", &["-1", "4294967296", "NaN", "1.5"]),
+        (&["synth", "scribble", "o.ron"], "--seed", &["-1", "18446744073709551616", "NaN"]),
+        (&["verify", "a.ron"], "--views", &["0", "10001", "-1", "NaN"]),
+        (&["verify", "a.ron"], "--occluders", &["65537", "18446744073709551615", "-1", "4,,4", "4,99999"]),
+        (&["verify", "a.ron"], "--least-share", &["NaN", "inf", "-0.1", "1.1", "1e999"]),
+        (&["verify", "a.ron"], "--least-polygons", &["-1", "18446744073709551616", "NaN"]),
+        (&["verify", "a.ron"], "--repeats", &["0", "1001", "NaN"]),
+        (
+            &["verify", "a.ron"],
+            "--pixels",
+            &["0x0", "15x100", "16385x100", "NaNxNaN", "100", "18446744073709551616x100"],
+        ),
+        (&["pick", "a.ron"], "--at", &["NaN,0", "0,inf", "-0.1,0", "1.1,1", "0.5", "0.5,0.5,0.5"]),
+        (&["pick", "a.ron"], "--frame", &["-1", "NaN", "18446744073709551616", "18446744073709551615"]),
+        (&["draw-index", "a.ron", "o.svg"], "--frame", &["-1", "NaN", "18446744073709551615"]),
+    ];
+    if cfg!(feature = "render") {
+        cases.extend([
+            (
+                &["render", "a.ron", "o.png"][..],
+                "--size",
+                &["0x1", "1x0", "16385x1", "4294967295x4294967295", "NaNxNaN", "5"][..],
+            ),
+            (
+                &["render", "a.ron", "o.png"],
+                "--view",
+                &[
+                    "",
+                    "whole",
+                    "(p:(0,0,0),q:(0,0,0,1),fov_degrees:180)",
+                    "(p:(0,NaN,0),q:(0,0,0,1),fov_degrees:60)",
+                ],
+            ),
+            (&["render", "a.ron", "--to", "d"], "--every", &["0", "-1", "NaN", "18446744073709551616"]),
+            (&["replay", "a.ron"], "--draw", &["0x1", "99999x99999", "x"]),
+            (&["verify", "a.ron"], "--size", &["0x1", "99999x99999", "x"]),
+            (&["verify", "a.ron"], "--frames", &["0", "10001", "NaN"]),
+            (&["verify", "a.ron"], "--settle", &["0", "10001", "NaN"]),
+        ]);
+    }
+    if cfg!(feature = "window") {
+        cases.extend([
+            (
+                &["send", "a.ron", "--to", "127.0.0.1:9"][..],
+                "--speed",
+                &["0", "-1", "NaN", "inf", "1001"][..],
+            ),
+            (&["sketch"], "--window", &["0x1", "16385x1", "NaNxNaN", "5"]),
+        ]);
+    }
+    for (args, option, values) in cases {
+        for value in values {
+            let output =
+                OSP.run_in(folder.path(), args.iter().copied().chain([&*format!("{option}={value}")]));
+            let said = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{args:?} {option}={value}: {said}");
+            assert!(
+                said.starts_with("error: ") && !said.contains("panicked"),
+                "{args:?} {option}={value}: {said}"
+            );
+        }
+    }
+    assert_eq!(super::names(folder.path()), ["a.ron"]);
+}
+
+#[test]
+fn the_ends_of_the_ranges_work() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    for args in [
+        &["replay", "a.ron", "--occlusion", "msvbsp", "--occluders", "65536"][..],
+        &["replay", "a.ron", "--occlusion", "msvbsp", "--occluders", "0"],
+        &["replay", "a.ron", "--occlusion", "none", "--verify-frames", "1000000", "--pace", "samples:30"],
+        &["replay", "a.ron", "--budget", "1e9", "--polygon-ns", "1e9"],
+        &[
+            "verify",
+            "a.ron",
+            "--views",
+            "1",
+            "--pixels",
+            "16x16",
+            "--repeats",
+            "1",
+            "--least-share",
+            "1",
+            "--occluders",
+            "0,65536",
+        ],
+        &["synth", "scribble", "o.ron", "--polygons", "0", "--seed", "18446744073709551615"],
+        &["bake", "a.ron", "o.pvs", "--cells", "1", "--samples", "1", "--pixels", "16", "--threads", "1024"],
+    ] {
+        OSP.done_in(folder.path(), args);
+    }
+}
+
+/// Waits for a program, but not for ever.
+fn ends(mut command: Command) -> std::process::Output {
+    let mut child =
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let start = Instant::now();
+    while child.try_wait().expect("ours").is_none() {
+        if start.elapsed() > Duration::from_secs(60) {
+            child.kill().expect("ours");
+            panic!("{command:?} does not end");
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().expect("ours")
+}
+
+#[cfg(unix)]
+#[test]
+fn what_has_no_end_is_refused_wherever_a_file_is_read() {
+    let folder = temp();
+    let folder = folder.path();
+    write_session(folder, "a.ron");
+    if !Command::new("mkfifo").arg(folder.join("pipe")).status().is_ok_and(|status| status.success()) {
+        eprintln!("skipped: no mkfifo");
+        return;
+    }
+    fs::create_dir(folder.join("sub")).expect("made");
+    for file in ["pipe", "/dev/zero", "sub"] {
+        let mut cases = vec![
+            vec!["replay", "a.ron", "--check", file],
+            vec!["replay", "a.ron", "--pin", file],
+            vec!["verify", "a.ron", "--whole", "--views", "1", "--pixels", "16x16", "--pvs", file],
+            vec!["info", file],
+            vec!["replay", file],
+        ];
+        if cfg!(feature = "window") {
+            cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", file]);
+            cases.push(vec!["sketch", "--autosave", "autosaves", "--tracker", file]);
+        }
+        for args in cases {
+            assert_refused(&ends(OSP.command_in(folder, &args)), &[file]);
+        }
+    }
+    let _ = fs::remove_dir_all(folder.join("autosaves"));
+}
+
+/// The window's own way to a tracker.
+#[cfg(all(unix, feature = "window"))]
+#[test]
+fn a_tracker_that_is_a_pipe_does_not_wait() {
+    use osp_app::tracker::{Tracker, TrackerAddress, TrackerOptions};
+    let folder = temp();
+    let pipe = folder.path().join("pipe");
+    if !Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
+        eprintln!("skipped: no mkfifo");
+        return;
+    }
+    for path in [pipe, "/dev/zero".into()] {
+        let (sender, opened) = std::sync::mpsc::channel();
+        let address = TrackerAddress::File(path);
+        thread::spawn(move || {
+            sender.send(
+                Tracker::open(&address, &TrackerOptions::default(), || {})
+                    .map_err(|error| error.to_string())
+                    .err(),
+            )
+        });
+        let said = opened.recv_timeout(Duration::from_secs(60)).expect("it does not wait").expect("an error");
+        assert!(said.contains("a regular file"), "{said}");
+    }
+}
+
+#[test]
+fn files_larger_than_they_can_be_are_not_read_to_their_end() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let large = fs::File::create(folder.path().join("large")).expect("made");
+    // It takes no room on the disk.
+    large.set_len(1 << 36).expect("grown");
+    let mut cases = vec![
+        vec!["replay", "a.ron", "--check", "large"],
+        vec!["verify", "a.ron", "--whole", "--views", "1", "--pixels", "16x16", "--pvs", "large"],
+    ];
+    if cfg!(feature = "window") {
+        cases.push(vec!["sketch", "--autosave", "autosaves", "--rig", "large"]);
+    }
+    for args in cases {
+        assert_refused(&ends(OSP.command_in(folder.path(), &args)), &["large"]);
+    }
+}
+
+#[test]
+fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
+    let folder = temp();
+    // Would be the error if it were read.
+    fs::write(folder.path().join("a.ron"), "no session").expect("written");
+    let mut cases = vec![
+        (&["replay", "a.ron", "--chart", "c.pdf"][..], ".png or .svg"),
+        (&["replay", "a.ron", "--chart", "c"], ".png or .svg"),
+        (&["replay", "a.ron", "--csv", "c.png"], ".csv"),
+        (&["replay", "a.ron", "--pin", "c.svg"], ".pins"),
+        (&["bench", "a.ron", "--html", "c.csv"], ".html"),
+        (&["bench", "a.ron", "--csv", "c.tilt"], ".csv"),
+        (&["race", "a.ron", "--csv", "c.png"], ".csv"),
+        (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
+        (&["bake", "a.ron", "c.ron"], ".pvs"),
+        (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
+        (&["synth", "scribble", "c.json"], ".ron or .ron.zst"),
+    ];
+    if cfg!(feature = "render") {
+        cases.extend([(&["render", "a.ron", "x.jpg"][..], ".png"), (&["render", "a.ron", "x"], ".png")]);
+    }
+    if cfg!(feature = "window") {
+        cases.extend([
+            (&["replay", "a.ron", "--window", "--trace", "t.ron"][..], ".jsonl"),
+            (&["sketch", "a.ron", "--trace", "t.csv"], ".jsonl"),
+            (&["sketch", "new.ron", "--trace", "new.ron"], "the input"),
+        ]);
+    }
+    for (args, expected) in cases.into_iter().filter(|(args, _)| has(args)) {
+        assert_refused(&OSP.run_in(folder.path(), args), &[expected]);
+    }
+    assert_eq!(super::names(folder.path()), ["a.ron"]);
+}
+
+#[cfg(all(target_os = "linux", feature = "bench"))]
+#[test]
+fn a_name_that_is_no_text_is_measured_all_the_same() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+    let folder = temp();
+    let name = OsStr::from_bytes(b"a\xff.ron");
+    write_session(folder.path(), "a.ron");
+    fs::rename(folder.path().join("a.ron"), folder.path().join(name)).expect("renamed");
+    let args = [
+        "--quick",
+        "--no-growth",
+        "--index",
+        "osp",
+        "--pace",
+        "samples:16",
+        "--html",
+        "b.html",
+        "--csv",
+        "b.csv",
+        "--json",
+    ];
+    let args = [OsStr::new("bench"), name].into_iter().chain(args.map(OsStr::new));
+    let report = OSP.json_in(folder.path(), args);
+    assert_eq!(report["rows"][0]["recording"], "a\u{fffd}.ron");
+    for file in ["b.html", "b.csv"] {
+        assert!(
+            fs::read_to_string(folder.path().join(file)).expect("text").contains("a\u{fffd}.ron"),
+            "{file}"
+        );
+    }
+    for command in ["replay", "info", "pick"] {
+        OSP.done_in(folder.path(), [OsStr::new(command), name]);
+    }
+    assert!(folder.path().join("b.html").exists());
+}
+
+#[test]
+fn a_number_that_is_none_is_answered_by_what_was_expected() {
+    let folder = temp();
+    for (args, expected) in [
+        (&["bake", "a", "b.pvs", "--cells", "x"][..], "whole"),
+        (&["bake", "a", "b.pvs", "--threads", "1.5"], "whole"),
+        (&["bench", "a", "--sizes", "100,many"], "whole"),
+        (&["replay", "a", "--max-polygons", ""], "whole"),
+        (&["replay", "a", "--occlusion", "none", "--verify-frames", "NaN"], "whole"),
+        (&["serve", "--port", "http"], "whole"),
+        (&["synth", "room", "a.ron", "--polygons", "12k"], "whole"),
+        (&["synth", "room", "a.ron", "--seed=-1"], "whole"),
+        (&["synth", "room", "a.ron", "--seed", "99999999999999999999"], "smaller"),
+        (&["verify", "a", "--least-polygons", "few"], "whole"),
+        (&["verify", "a", "--views", "-"], "whole"),
+        (&["replay", "--world", "w", "--rate", "1e3"], "whole"),
+    ] {
+        let output = OSP.run_in(folder.path(), args);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains(&format!("': expected a {expected}")), "{args:?}: {said}");
+    }
+}

@@ -1,0 +1,264 @@
+//! `osp verify` as a user meets it.
+
+use std::process::Output;
+
+use crate::OSP;
+use osp_testkit::{json, stderr, stdout};
+use serde_json::Value;
+
+/// The methods that `osp verify --json` has rows of.
+pub(crate) fn methods(report: &Value) -> Vec<&str> {
+    let mut methods: Vec<&str> =
+        report["rows"].as_array().expect("rows").iter().filter_map(|row| row["index"].as_str()).collect();
+    methods.dedup();
+    methods.retain(|method| !method.is_empty());
+    methods
+}
+
+/// A figure of a method; of the session itself for an empty name.
+pub(crate) fn figure(report: &Value, method: &str, figure: &str) -> f64 {
+    let is_it = |row: &&Value| row["index"] == method && row["figure"] == figure;
+    let row = report["rows"].as_array().expect("rows").iter().find(is_it);
+    row.unwrap_or_else(|| panic!("{figure} of {method}: {report}"))["value"].as_f64().expect("a number")
+}
+
+const SMALL: [&str; 2] = ["--pixels", "320x180"];
+
+fn verify(args: &[&str]) -> Output {
+    OSP.run([&["verify"], args, &SMALL].concat())
+}
+
+#[test]
+fn verify_says_what_each_method_culled_and_what_it_cost() {
+    let report = json(&verify(&["recordings/room.ron", "--views", "3", "--json"]));
+    assert_eq!((&report["recording"], figure(&report, "", "views")), (&"room.ron".into(), 3.0));
+    let methods = methods(&report);
+    let names: Vec<_> = methods.iter().map(|method| method.split(',').next().expect("a name")).collect();
+    assert_eq!(names, ["frusta", "svbsp", "msvbsp", "depth", "depth-last"], "every method that is sound");
+    for method in methods {
+        let of = |name| figure(&report, method, name);
+        assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0), "{method}");
+        assert!(of("hidden") > 50.0 && of("hidden") <= 100.0, "{method}");
+        // What was visible last needs no choice, and no walk through the index.
+        let is_last = method.starts_with("depth-last");
+        let figures = if is_last { ["polygons_tested", "used"] } else { ["nodes_tested", "select"] };
+        for name in figures.into_iter().chain(["planes", "build", "query"]) {
+            assert!(of(name) > 0.0, "{name} of {method}");
+        }
+    }
+}
+
+/// A session that names no source is no built-in scene: its head path is not looked along again at the end.
+#[test]
+fn as_many_views_are_taken_as_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("heads.ron");
+    let mut lines = String::from("Header(format: 1, name: \"heads\")\n");
+    for i in 0..40 {
+        let (t, x) = (f64::from(i) * 0.1, f64::from(i) * 0.05);
+        lines += &format!("Head(t: {t}, p: ({x}, 1.0, 3.0), q: (0.0, 0.0, 0.0, 1.0))\n");
+        lines += &format!(
+            "Polygon(t: {t}, vertices: [({x}, 0.5, 0.0), ({x}, 1.5, 0.0), ({}, 1.5, 0.0)], color: (1.0, 0.5, 0.2, 1.0))\n",
+            x + 0.1
+        );
+    }
+    std::fs::write(&path, lines).expect("a session");
+    let path = path.to_str().expect("a path in UTF-8");
+    let pace = ["--pace", "samples:1", "--occlusion", "msvbsp", "--no-truth", "--repeats", "1"];
+    let report = json(&verify(&[&[path, "--views", "3", "--json"], &pace[..]].concat()));
+    assert_eq!(figure(&report, "", "views"), 3.0);
+}
+
+#[test]
+fn no_sound_method_culls_what_is_visible_in_the_shipped_recordings() {
+    let mut files: Vec<String> = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings"))
+        .expect("the folder of recordings")
+        .map(|entry| entry.expect("an entry").path().to_string_lossy().into_owned())
+        .filter(|path| path.ends_with(".ron"))
+        .collect();
+    files.sort();
+    assert!(files.len() >= 4, "{files:?}");
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let said = OSP.done([&["verify", "--views", "3", "--pixels", "640x360", "--json"], &files[..]].concat());
+    let (mut hidden, mut views) = (0.0, 0.0);
+    for line in said.lines() {
+        let report: Value = serde_json::from_str(line).expect("JSON");
+        hidden += figure(&report, "", "hidden");
+        views += figure(&report, "", "views");
+        let methods = methods(&report);
+        assert_eq!(methods.len(), 5);
+        assert!(methods.iter().all(|method| figure(&report, method, "wrong") == 0.0), "{report}");
+    }
+    assert!(hidden > 100.0 && views >= 4.0 * 3.0, "{hidden} hidden, {views} views");
+}
+
+#[test]
+fn verify_prints_a_line_for_each_method_and_number_of_occluders() {
+    let output =
+        verify(&["scene:rooms", "--views", "2", "--occlusion", "msvbsp,msvbsp-paper", "--occluders", "4,16"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = stdout(&output);
+    for line in
+        ["msvbsp, 4 occluders ", "msvbsp, 16 occluders ", "msvbsp-paper, 4 occluders (not conservative) "]
+    {
+        assert_eq!(
+            table.lines().filter(|other| other.trim_start().starts_with(line)).count(),
+            1,
+            "{line}: {table}"
+        );
+    }
+}
+
+/// What promises nothing may cull what is visible, and is shown to; that is no failed check.
+#[test]
+fn verify_shows_that_the_paper_hides_what_is_visible() {
+    let args = ["scene:ribbons-wide", "--views", "1", "--occlusion", "msvbsp-paper", "--json"];
+    let report = json(&verify(&args));
+    let method = "msvbsp-paper, 64 occluders (not conservative)";
+    assert_eq!(methods(&report), [method]);
+    assert!(figure(&report, method, "wrong") > 0.0, "{report}");
+}
+
+#[test]
+fn verify_compares_what_was_visible_last() {
+    let args = ["recordings/portrait.ron", "--whole", "--views", "2", "--occlusion", "msvbsp,depth-last"];
+    let report = json(&verify(&[&args[..], &["--camera", "orbit", "--repeats", "1", "--json"]].concat()));
+    let [msvbsp, last] = methods(&report)[..] else { panic!("two methods: {report}") };
+    assert!(
+        msvbsp.starts_with("msvbsp,") && last.starts_with("depth-last,") && !last.contains("not"),
+        "{last}"
+    );
+    let of = |name| figure(&report, last, name);
+    assert_eq!((of("wrong"), of("misreported")), (0.0, 0.0));
+    let paint = figure(&report, msvbsp, "hidden");
+    assert!(of("hidden") > 2.0 && of("hidden") > 3.0 * paint, "paint behind paint: {report}");
+}
+
+#[test]
+fn verify_refuses_what_it_does_not_know() {
+    for (args, expected) in [
+        (&["scene:cellar"][..], "no scene is called cellar: expected rooms, panels"),
+        (&["recordings/none.ron"], "none.ron"),
+        (&["recordings/room.ron", "--occlusion", "guess"], "invalid value 'guess'"),
+        (&["recordings/room.ron", "--views", "0"], "0 is not in 1..=10000"),
+        (&["recordings/room.ron", "--occluders", "some"], "invalid value 'some'"),
+    ] {
+        let output = verify(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(expected), "{args:?}: {}", stderr(&output));
+        assert!(output.stdout.is_empty());
+    }
+    let output = OSP.run(["verify", "recordings/room.ron", "--pixels", "big"]);
+    assert!(stderr(&output).contains("expected WIDTHxHEIGHT"), "{}", stderr(&output));
+}
+
+#[test]
+fn verify_help_has_examples_and_every_method() {
+    let help = stdout(&OSP.run(["verify", "--help"]));
+    for word in
+        ["osp verify recordings/room.ron", "msvbsp-paper", "frusta", "svbsp", "depth", "depth-last", "scene:"]
+    {
+        assert!(help.contains(word), "{word}");
+    }
+}
+
+fn replay(args: &[&str]) -> Output {
+    OSP.run([&["replay", "recordings/room.ron"], args].concat())
+}
+
+#[test]
+fn replay_runs_every_method_of_occlusion_and_sees_the_same_in_the_frustum() {
+    let methods = "none,frusta,svbsp,msvbsp-paper,msvbsp,depth,auto";
+    let plain = json(&replay(&["--index", "osp", "--json"]));
+    assert!(plain["runs"][0]["occlusion"].is_null() && plain["runs"][0]["occluded_mean"].is_null());
+    let args = ["--occlusion", methods, "--polygon-ns", "20000", "--verify-frames", "2", "--json"];
+    let report = json(&replay(&args));
+    assert_eq!(report["indexes_agree"], true);
+    let runs = report["runs"].as_array().expect("runs");
+    let names: Vec<_> = runs.iter().filter_map(|run| run["occlusion"].as_str()).collect();
+    assert_eq!(names.join(","), methods);
+    for run in runs {
+        let name = run["occlusion"].as_str().expect("a name");
+        assert_eq!(run["index"], "osp");
+        assert_eq!(run["fingerprint"], plain["runs"][0]["fingerprint"], "{name}: the frustum's own");
+        assert_eq!(run["allocations_steady"], 0, "{name}");
+        if name != "msvbsp-paper" {
+            assert_eq!(run["false_culls"], 0, "{name}");
+        }
+        let occluded = run["occluded_mean"].as_f64().expect("a number");
+        assert_eq!(occluded > 0.0, name != "none", "{name}: {occluded}");
+        for key in ["occlusion_us", "occlusion_build_us", "occlusion_query_us"] {
+            assert_eq!(run[key].as_f64().expect(key) > 0.0, name != "none", "{name}: {key}");
+        }
+        assert!(run["frame_drawn_us"]["p50"].as_f64() > run["frame_us"]["p50"].as_f64(), "{name}");
+        let used = run["occlusion_used_percent"].as_f64().expect("a number");
+        assert!(if name == "none" { used == 0.0 } else { used > 0.0 && used <= 100.0 }, "{name}: {used}");
+    }
+    assert_eq!(runs[0]["drawn_fingerprint"], runs[0]["fingerprint"]);
+}
+
+#[test]
+fn what_was_visible_last_hides_paint_behind_paint() {
+    let args = ["--pace", "samples:400", "--index", "osp", "--verify-frames", "3", "--json"];
+    let report = OSP.json(
+        [&["replay", "recordings/portrait.ron", "--occlusion", "msvbsp,depth-last"], &args[..]].concat(),
+    );
+    let of = |i: usize| &report["runs"][i];
+    assert_eq!(of(1)["occlusion"], "depth-last");
+    assert_eq!((&of(1)["false_culls"], &of(1)["allocations_steady"]), (&0.into(), &0.into()), "{}", of(1));
+    let occluded = |i: usize| of(i)["occluded_mean"].as_f64().expect("a number");
+    assert!(occluded(1) > 30.0 && occluded(1) > occluded(0), "{} and {}", occluded(0), occluded(1));
+}
+
+#[test]
+fn replay_has_more_columns_with_occlusion_and_the_old_ones_without() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("frames.csv");
+    let path = path.to_str().expect("utf-8");
+    let header = |more: &[&str]| {
+        let args = [&["--index", "osp", "--pace", "samples:200", "--csv", path][..], more].concat();
+        let output = replay(&args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let lines = std::fs::read_to_string(path).expect("the CSV");
+        let columns = lines.lines().next().expect("names").split(',').count();
+        assert!(lines.lines().all(|line| line.split(',').count() == columns));
+        (lines.lines().next().expect("names").to_owned(), stdout(&output))
+    };
+    let (plain, table) = header(&[]);
+    assert!(plain.ends_with(",allocations,fingerprint") && !table.contains("occl"), "{plain} {table}");
+    let (more, table) = header(&["--occlusion", "msvbsp,auto"]);
+    assert!(more.starts_with(&plain), "{more}");
+    for column in ["occlusion", "occluded", "occlusion_us", "build_us", "query_us"] {
+        assert!(more.split(',').any(|name| name == column), "{column} in {more}");
+    }
+    for word in ["occlusion", "occluded", "with drawing", "msvbsp", "auto"] {
+        assert!(table.contains(word), "{word} in {table}");
+    }
+}
+
+/// With `--check`, what is drawn does not depend on the clock.
+#[test]
+fn replay_with_check_decides_by_work_and_draws_the_same_each_time() {
+    let pins = ["--check", "recordings/fingerprints.pins"];
+    let args = ["--occlusion", "auto", "--polygon-ns", "40", "--json"];
+    let runs: Vec<Value> =
+        (0..2).map(|_| json(&replay(&[&args[..], &pins].concat()))["runs"][0].clone()).collect();
+    let used = runs[0]["occlusion_used_percent"].as_f64().expect("a number");
+    assert!(used > 0.0 && used < 100.0, "{used} % of the frames: it should have switched");
+    for key in ["drawn_fingerprint", "occlusion_used_percent", "occluded_mean"] {
+        assert_eq!(runs[0][key], runs[1][key], "{key}");
+    }
+}
+
+#[test]
+fn replay_refuses_what_occlusion_does_not_know() {
+    for (args, expected) in [
+        (["--occlusion", "guess"], "invalid value 'guess'"),
+        (["--polygon-ns", "0"], "expected nanoseconds"),
+        (["--verify-frames", "3"], "--occlusion"),
+    ] {
+        let output = replay(&args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(expected), "{args:?}: {}", stderr(&output));
+    }
+}

@@ -1,0 +1,151 @@
+//! `osp export`: what is in the file, and what is refused. (Whether it is glTF, Khronos's validator says:
+//! `tests/gltf_validator`.)
+
+use std::{fs, path::Path};
+
+use osp_session::brush::{self, Brush, Draw, Lighting};
+use serde_json::{Value, json};
+
+use super::{assert_refused, names, write_session};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
+
+/// The JSON of a binary glTF file.
+fn document(path: &Path) -> Value {
+    let bytes = fs::read(path).expect("a model");
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize;
+    assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+    serde_json::from_slice(&bytes[20..20 + word(12)]).expect("JSON")
+}
+
+fn list<'a>(json: &'a Value, key: &str) -> &'a [Value] {
+    json[key].as_array().map_or(&[], Vec::as_slice)
+}
+
+/// A session of one stroke a brush, each in another colour; without a name it is plain, and half transparent.
+pub(crate) fn painted(brushes: &[&str]) -> String {
+    let mut text = String::from("Header(format:2,name:\"painted\",source:\"test\")\n");
+    for (stroke, brush) in brushes.iter().enumerate() {
+        let paint = format!(",paint:(brush:\"{brush}\",seed:3,layer:{})", stroke % 2);
+        let (paint, alpha) = if brush.is_empty() { (String::new(), 0.5) } else { (paint, 1.0) };
+        let green = stroke as f32 / brushes.len() as f32;
+        text += &format!(
+            "Begin(t:0,stroke:{stroke},tool:Ribbon,width:0.05,color:(1,{green},0,{alpha}){paint})\n"
+        );
+        for i in 0..30 {
+            let (x, y) = (i as f32 * 0.02, stroke as f32 + (i as f32 * 0.4).sin() * 0.05);
+            text += &format!("Point(t:0,stroke:{stroke},p:({x},{y},{}))\n", 0.03 * (i as f32 * 0.4).cos());
+        }
+        text += &format!("End(t:0,stroke:{stroke})\n");
+    }
+    text
+}
+
+fn material<'a>(json: &'a Value, name: &str) -> &'a Value {
+    list(json, "materials").iter().find(|material| material["name"] == name).expect(name)
+}
+
+#[test]
+fn every_brush_gets_the_material_that_its_facts_say() {
+    let folder = temp();
+    let offered: Vec<&Brush> = brush::all().iter().filter(|brush| brush.is_offered).collect();
+    let mut names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
+    names.push("");
+    fs::write(folder.path().join("a.ron"), painted(&names)).expect("written");
+    let output = OSP.run_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", "strokes"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).starts_with(&format!("a.glb: {} objects, ", names.len())), "{}", stdout(&output));
+    assert!(stderr(&output).contains("particles face one way"), "{}", stderr(&output));
+    let json = document(&folder.path().join("a.glb"));
+    assert_eq!(list(&json, "nodes").len(), names.len());
+    assert_eq!(json["extensionsUsed"], json!(["KHR_materials_unlit", "KHR_materials_emissive_strength"]));
+    let (mut cut, mut unlit) = (0, 0);
+    for brush in offered {
+        let material = material(&json, &brush.name);
+        let mode = match brush.draw {
+            Draw::Opaque => "OPAQUE",
+            Draw::Cutout => "MASK",
+            Draw::Additive | Draw::Blended => "BLEND",
+        };
+        assert_eq!(material["alphaMode"], mode, "{}", brush.name);
+        assert_eq!(material.get("alphaCutoff").is_some(), brush.draw == Draw::Cutout, "{}", brush.name);
+        cut += u32::from(brush.draw == Draw::Cutout);
+        assert_eq!(material["doubleSided"], true);
+        let extensions = &material["extensions"];
+        let strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].as_f64();
+        assert_eq!(strength.is_some(), brush.emission_gain > 0.0, "{}: {extensions}", brush.name);
+        if let Some(strength) = strength {
+            assert!(strength > 1.0 && strength.is_finite(), "{}: {strength}", brush.name);
+            assert_eq!(material["emissiveFactor"][0], 1.0, "the stroke's red");
+        } else if brush.lighting == Lighting::Unlit {
+            assert!(extensions.get("KHR_materials_unlit").is_some(), "{}", brush.name);
+            unlit += 1;
+        } else if let Lighting::Specular { gloss, .. } = brush.lighting {
+            let roughness = material["pbrMetallicRoughness"]["roughnessFactor"].as_f64().expect("a number");
+            assert!((roughness - f64::from(1.0 - gloss)).abs() < 1e-6, "{}", brush.name);
+        }
+    }
+    assert!(cut > 5 && unlit > 5, "{cut} cut out, {unlit} unlit");
+    assert_eq!(material(&json, "transparent")["alphaMode"], "BLEND");
+}
+
+#[test]
+fn an_object_is_a_layer_or_a_stroke() {
+    let folder = temp();
+    fs::write(folder.path().join("a.ron"), painted(&["Light", "Ink", "MatteHull"])).expect("written");
+    let mut found = Vec::new();
+    for objects in ["layers", "strokes"] {
+        OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--objects", objects]);
+        let json = document(&folder.path().join("a.glb"));
+        found.push(list(&json, "nodes").iter().map(|node| node["name"].to_string()).collect::<Vec<_>>());
+        // A part of a mesh for each of its materials.
+        let parts: usize = list(&json, "meshes").iter().map(|mesh| list(mesh, "primitives").len()).sum();
+        assert_eq!(parts, 3);
+    }
+    assert_eq!(found[0], ["\"layer 0\"", "\"layer 1\""]);
+    assert_eq!(found[1], ["\"stroke 0 (Light)\"", "\"stroke 1 (Ink)\"", "\"stroke 2 (MatteHull)\""]);
+    // Half of a session has less in it.
+    let whole = fs::metadata(folder.path().join("a.glb")).expect("a model").len();
+    OSP.done_in(folder.path(), ["export", "a.ron", "a.glb", "--frame", "1"]);
+    assert!(fs::metadata(folder.path().join("a.glb")).expect("a model").len() < whole);
+}
+
+#[test]
+fn an_export_replaces_models_alone_and_writes_nothing_of_what_it_cannot_read() {
+    let folder = temp();
+    for name in ["a.ron", "b.ron"] {
+        write_session(folder.path(), name);
+    }
+    let at = |name: &str| folder.path().join(name);
+    fs::copy(at("b.ron"), at("session.glb")).expect("copied");
+    let refuse = |args: &[&str], words: &[&str]| {
+        let args: Vec<&str> = ["export"].iter().chain(args).copied().collect();
+        assert_refused(&OSP.run_in(folder.path(), &args), words);
+    };
+    refuse(&["a.ron", "session.glb"], &["session.glb", "--force"]);
+    refuse(&["a.ron", "b.ron"], &["b.ron", ".glb"]);
+    refuse(&["a.ron", "a.gltf"], &["a.gltf", ".glb"]);
+    refuse(&["session.glb", "session.glb", "--force"], &["session.glb"]);
+    refuse(&["nothing.ron", "a.glb"], &["nothing.ron"]);
+    refuse(&["a.ron", "no/a.glb"], &["no"]);
+    refuse(&["a.ron", "a.glb", "--frame", "100000"], &["100000"]);
+    let text = fs::read_to_string(at("a.ron")).expect("a session");
+    fs::write(at("damaged.ron"), text.replacen("Point(", "Pint(", 1)).expect("written");
+    refuse(&["damaged.ron", "a.glb"], &["damaged.ron", "line"]);
+    assert_eq!(fs::read(at("session.glb")).expect("there"), fs::read(at("b.ron")).expect("there"));
+    assert_eq!(names(folder.path()), ["a.ron", "b.ron", "damaged.ron", "session.glb"]);
+    // A model may be replaced, and anything else by whoever insists.
+    for _ in 0..2 {
+        OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    }
+    OSP.done_in(folder.path(), ["export", "a.ron", "session.glb", "--force"]);
+    document(&at("session.glb"));
+    // A model that another program wrote is a session to osp.
+    let own = fs::read(at("a.glb")).expect("a model");
+    let (mark, other) = (b"\"generator\":\"osp ", b"\"generator\":\"not ");
+    let place = own.windows(mark.len()).position(|part| part == mark).expect("the generator");
+    let theirs = [&own[..place], other, &own[place + mark.len()..]].concat();
+    fs::write(at("theirs.glb"), &theirs).expect("written");
+    refuse(&["a.ron", "theirs.glb"], &["theirs.glb", "--force"]);
+    assert_eq!(fs::read(at("theirs.glb")).expect("there"), theirs);
+}

@@ -1,0 +1,49 @@
+//! Groups that are filed whole: the same polygons in view, and far fewer of them filed anew.
+
+use super::*;
+use crate::OSP;
+use osp_testkit::{stderr, temp};
+
+/// The columns of a replay of the session with moving groups: polygons filed anew, and the fingerprint, of each frame.
+fn replay(folder: &Path, more: &[&str]) -> (u64, Vec<String>) {
+    let session = osp_testkit::at("recordings/nested.ron");
+    let session = session.to_str().expect("utf-8");
+    let args = [&["replay", session, "--csv", "frames.csv", "--force", "--budget", "600"], more].concat();
+    OSP.done_in(folder, &args);
+    let text = fs::read_to_string(folder.join("frames.csv")).expect("the lines");
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let names = lines.next().expect("names");
+    let at = |name: &str| names.iter().position(|other| other == name).expect("a column");
+    let (updated, fingerprint) = (at("updated"), at("fingerprint"));
+    let mut sum = 0;
+    let prints = lines.map(|line| {
+        sum += line[updated].parse::<u64>().expect("a number");
+        line[fingerprint].clone()
+    });
+    let prints = prints.collect();
+    (sum, prints)
+}
+
+#[test]
+fn the_same_is_seen_and_little_is_filed_anew() {
+    let folder = temp();
+    for more in [&["--index", "osp,brute-force"][..], &["--rig", "dual-wall"]] {
+        let (anew, prints) = replay(folder.path(), &[more, &["--groups", "polygons"]].concat());
+        let (anew_whole, prints_whole) = replay(folder.path(), &[more, &["--groups", "whole"]].concat());
+        assert_eq!(prints, prints_whole, "{more:?}");
+        assert!(prints.len() > 300 && anew_whole * 4 < anew, "{more:?}: {anew_whole} of {anew}");
+    }
+}
+
+#[test]
+fn what_occlusion_culling_leaves_out_is_hidden_where_groups_move_whole() {
+    let folder = temp();
+    let session = osp_testkit::at("recordings/nested.ron");
+    let session = session.to_str().expect("utf-8");
+    let methods = "none,msvbsp,svbsp,depth-last,auto";
+    let args = ["replay", session, "--groups", "whole", "--occlusion", methods, "--verify-frames", "6"];
+    let output = OSP.run_in(folder.path(), args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report = String::from_utf8(output.stdout).expect("utf-8");
+    assert_eq!(report.matches(" culled 0 visible polygons.").count(), 5, "{report}");
+}

@@ -1,0 +1,80 @@
+//! Figures and messages that two commands give of one thing are the same, and name what the user knows.
+
+use std::fs;
+
+use osp_session::brush::{self, Brush};
+
+use super::{built::has, exporting::painted};
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
+
+#[test]
+fn info_counts_the_polygons_that_are_drawn() {
+    let folder = temp();
+    let offered: Vec<&Brush> = brush::all().iter().filter(|brush| brush.is_offered).collect();
+    let names: Vec<&str> = offered.iter().map(|brush| brush.name.as_str()).collect();
+    let painted = painted(&names);
+    // The last stroke is in a hidden layer. A hull that grows around what it was needs fewer polygons than before.
+    let at = painted.rfind(",seed:3").expect("a stroke");
+    let mut text = format!("{},hidden:true{}", &painted[..at], &painted[at..]);
+    text +=
+        "Begin(t:0,stroke:900,tool:Ribbon,width:0.01,color:(1,1,1,1),paint:(brush:\"MatteHull\",seed:3))\n";
+    let round =
+        (0..40).map(|i| (i as f32 * 0.7, i as f32 * 1.1)).map(|(a, b)| [a.cos() * b.sin(), a.sin(), b.cos()]);
+    let around = [[-9.0, -9.0, -9.0], [9.0, -9.0, -9.0], [0.0, 9.0, -9.0], [0.0, 0.0, 30.0]];
+    for [x, y, z] in round.chain(around) {
+        text += &format!("Point(t:0,stroke:900,p:({x},{y},{z}))\n");
+    }
+    text += "End(t:0,stroke:900)\n";
+    fs::write(folder.path().join("a.ron"), text).expect("written");
+    let exported = OSP.done_in(folder.path(), ["export", "a.ron", "a.glb"]);
+    let info = OSP.json_in(folder.path(), ["info", "a.ron", "--json"]);
+    let count = |key: &str| info[key].as_u64().expect("a count");
+    let (drawn, hidden) = (count("polygons_visible_at_end"), count("polygons_hidden_at_end"));
+    let rows = info["brushes"].as_array().expect("brushes").iter();
+    let in_rows: u64 = rows.map(|row| row["polygons"].as_u64().expect("a count")).sum();
+    assert!(hidden > 0 && count("polygons_without_area") > 0, "{info}");
+    assert_eq!(in_rows, drawn + hidden);
+    let said = exported.replace(',', "");
+    assert!(said.contains(&format!(" {drawn} polygons ")), "{drawn}: {said}");
+    let text = stdout(&OSP.run_in(folder.path(), ["info", "a.ron"])).replace(',', "");
+    let without = count("polygons_without_area");
+    let line =
+        format!("({drawn} in the model at the end {hidden} hidden {without} without area are not drawn)");
+    assert!(text.contains(&line), "{line}: {text}");
+}
+
+/// Not even an administrator can make a file there.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_cannot_be_made_is_named_as_the_user_did() {
+    let folder = temp();
+    super::write_session(folder.path(), "a.ron");
+    for args in [
+        &["import", "a.ron", "/proc/out.ron"][..],
+        &["export", "a.ron", "/proc/out.glb"],
+        &["replay", "a.ron", "--csv", "/proc/out.csv"],
+        &["replay", "a.ron", "--chart", "/proc/out.svg"],
+        &["bake", "a.ron", "/proc/out.pvs"],
+        &["synth", "scribble", "/proc/out.ron"],
+    ]
+    .into_iter()
+    .filter(|args| has(args))
+    {
+        let output = OSP.run_in(folder.path(), args);
+        super::assert_refused(&output, &["error: /proc/out."]);
+        assert!(!stderr(&output).contains("unfinished"), "{args:?}: {}", stderr(&output));
+    }
+}
+
+#[cfg(feature = "window")]
+#[test]
+fn a_window_makes_no_folder_for_a_session() {
+    let folder = temp();
+    for path in ["missing/a.ron", "missing/more/a.ron"] {
+        let output = OSP.run_in(folder.path(), ["sketch", path, "--autosave", "autosaves"]);
+        let missing = path.trim_end_matches("/a.ron");
+        super::assert_refused(&output, &[path, &format!("the folder {missing} does not exist")]);
+        assert!(!folder.path().join("missing").exists());
+    }
+}

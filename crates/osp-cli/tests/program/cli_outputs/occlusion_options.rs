@@ -1,0 +1,89 @@
+//! `--node-test` and `--score`, wherever they are taken.
+
+use crate::OSP;
+use osp_testkit::stderr;
+use serde_json::Value;
+
+use super::command::{figure, methods};
+
+/// The report on the rooms with one method, and the method's name.
+fn verified(args: &[&str]) -> (Value, String) {
+    let small = ["scene:rooms", "--views", "3", "--pixels", "320x180", "--repeats", "1", "--json"];
+    let report = OSP.json([&["verify"], &small[..], args].concat());
+    let method = methods(&report)[0].to_owned();
+    (report, method)
+}
+
+#[test]
+fn verify_tests_nodes_as_asked() {
+    let by = |test: &str| verified(&["--occlusion", "msvbsp", "--nodes-only", "--node-test", test]);
+    let of = |(report, method): &(Value, String), name: &str| figure(report, method, name);
+    let [whole, sphere, corners] = ["box", "sphere", "corners"].map(by);
+    let [a, b, c] = [&whole, &sphere, &corners].map(|run| of(run, "hidden"));
+    assert!(0.0 < b && b < a && 0.0 < c && c < a, "{a} {b} {c}");
+    for run in [&whole, &sphere, &corners] {
+        assert_eq!((&*run.1, of(run, "wrong")), ("msvbsp, 64 occluders", 0.0));
+    }
+    let apart = by("corners-apart");
+    assert_eq!(apart.1, "msvbsp, 64 occluders (not conservative)");
+    assert!(of(&apart, "hidden") >= c);
+    // The former name.
+    let former = verified(&["--occlusion", "msvbsp", "--nodes-only", "--test", "sphere"]);
+    assert_eq!(of(&former, "nodes_tested"), of(&sphere, "nodes_tested"));
+}
+
+#[test]
+fn verify_knows_the_papers_tree_without_caps_and_says_that_it_is_wrong() {
+    let (report, method) = verified(&["--occlusion", "msvbsp-paper-capless"]);
+    assert_eq!(method, "msvbsp-paper-capless, 64 occluders (not conservative)");
+    assert!(figure(&report, &method, "wrong") > 0.0, "{report}");
+}
+
+#[test]
+fn verify_scores_as_asked() {
+    let by = |score: &str| {
+        let args = ["--occlusion", "msvbsp", "--grouping", "single", "--occluders", "4", "--score", score];
+        let (report, method) = verified(&args);
+        assert_eq!(figure(&report, &method, "wrong"), 0.0);
+        ["hidden", "planes"].map(|name| figure(&report, &method, name))
+    };
+    let [paper, measured] = ["paper", "solid-angle"].map(by);
+    assert!(paper[0] > 0.0 && paper[1] != measured[1], "{paper:?} {measured:?}");
+}
+
+#[test]
+fn replay_takes_both_options_and_nothing_visible_is_culled() {
+    let replayed = |args: &[&str]| {
+        let how = ["--occlusion", "msvbsp", "--polygon-ns", "100", "--occluders", "3", "--camera", "inside"];
+        let more = ["--verify-frames", "3", "--json"];
+        let report = OSP.json(
+            [&["replay", "recordings/room.ron", "--pace", "samples:64"], &how[..], &more, args].concat(),
+        );
+        report["runs"][0].clone()
+    };
+    let occluded = |run: &Value| run["occluded_mean"].as_f64().expect("a number");
+    let usual = replayed(&[]);
+    assert_eq!((&usual["node_test"], &usual["score"]), (&"box".into(), &"solid-angle".into()));
+    for args in [["--node-test", "sphere"], ["--node-test", "corners"], ["--score", "paper"]] {
+        let run = replayed(&args);
+        assert_eq!(run[args[0].trim_start_matches("--").replace('-', "_").as_str()], args[1], "{run}");
+        assert_eq!(run["false_culls"], 0, "{args:?}");
+        assert_ne!(occluded(&run), occluded(&usual), "{args:?} changes nothing");
+    }
+}
+
+#[test]
+fn what_would_change_nothing_or_cull_wrongly_is_refused() {
+    let output = OSP.run(["replay", "recordings/room.ron", "--node-test", "sphere"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--node-test is about occlusion culling"), "{output:?}");
+    let mut commands: Vec<&[&str]> = vec![&["replay", "recordings/room.ron", "--occlusion", "msvbsp"]];
+    if cfg!(feature = "window") {
+        commands.push(&["sketch"]);
+    }
+    for command in commands {
+        let output = OSP.run([command, &["--node-test", "corners-apart"]].concat());
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert!(stderr(&output).contains("corners"), "{output:?}");
+    }
+}

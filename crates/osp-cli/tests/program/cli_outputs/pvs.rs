@@ -1,0 +1,98 @@
+//! Sets of what can be seen from where: made, read, used, and refused where they do not belong.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::command::figure;
+use crate::OSP;
+use osp_testkit::{stderr, stdout};
+
+/// A small furnished flat, and the sets of it.
+struct Flat {
+    folder: tempfile::TempDir,
+    session: PathBuf,
+    sets: PathBuf,
+}
+
+impl Flat {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (session, sets) = (folder.path().join("flat.ron"), folder.path().join("flat.pvs"));
+        OSP.done(["synth", "room", "--polygons", "1500", "--seed", "3", name(&session)]);
+        let args = ["--cells", "3", "--samples", "3", "--pixels", "96", "--threads", "2"];
+        let baked = OSP.done([&["bake", name(&session), name(&sets)], &args[..]].concat());
+        assert!(baked.contains("3 samples each"), "{baked}");
+        Self { folder, session, sets }
+    }
+}
+
+fn name(path: &Path) -> &str {
+    path.to_str().expect("utf-8")
+}
+
+#[test]
+fn sets_leave_out_what_is_hidden_and_verify_says_what_they_miss() {
+    let flat = Flat::new();
+    let (session, sets) = (name(&flat.session), name(&flat.sets));
+    let common = ["--whole", "--pvs", sets, "--views", "4", "--pixels", "480x270", "--json"];
+    let output = OSP.run([&["verify", session, "--occlusion", "msvbsp"], &common[..]].concat());
+    // Sets promise nothing: what they miss is said, and is no failure.
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    let of = |name| figure(&report, "pvs (sampled)", name);
+    assert_eq!((figure(&report, "", "views"), of("misreported")), (4.0, 0.0));
+    assert!(of("hidden") > 20.0, "{report}");
+    let visible = figure(&report, "", "visible") * 4.0;
+    assert!(of("wrong") < visible * 0.5, "{visible}: {report}");
+}
+
+#[test]
+fn sets_are_the_same_however_many_threads_find_them() {
+    let flat = Flat::new();
+    let other = flat.folder.path().join("other.pvs");
+    let args = ["--cells", "3", "--samples", "3", "--pixels", "96", "--threads", "1"];
+    let session = name(&flat.session);
+    OSP.done([&["bake", session, name(&other)], &args[..]].concat());
+    assert_eq!(std::fs::read(&flat.sets).expect("sets"), std::fs::read(&other).expect("sets"));
+}
+
+#[test]
+fn sets_replace_sets_and_nothing_else() {
+    let flat = Flat::new();
+    let bake =
+        ["bake", name(&flat.session), name(&flat.sets), "--cells", "1", "--samples", "1", "--pixels", "16"];
+    OSP.done(bake);
+    std::fs::write(&flat.sets, "Header(format: 1)\n").expect("written");
+    let refused = OSP.refused(bake);
+    assert!(refused.contains("holds a session"), "{refused}");
+    assert!(refused.contains("--force"), "{refused}");
+}
+
+#[test]
+fn sets_of_another_model_and_damaged_ones_are_refused() {
+    let flat = Flat::new();
+    let refused = |session: &str, sets: &Path, expected: &str| {
+        let output = OSP.run(["verify", session, "--whole", "--pvs", name(sets)]);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(expected) && said.contains(name(sets)), "{said}");
+    };
+    refused("recordings/grow.ron", &flat.sets, "made of another model");
+    let bytes = std::fs::read(&flat.sets).expect("sets");
+    let damaged = flat.folder.path().join("damaged.pvs");
+    let session = name(&flat.session);
+    // Cut off anywhere, and with any byte of the head changed: an error, never a panic.
+    for end in [0, 5, 10, 11, 30, bytes.len() / 2, bytes.len() - 1] {
+        std::fs::write(&damaged, &bytes[..end]).expect("written");
+        let output = OSP.run(["verify", session, "--whole", "--pvs", name(&damaged), "--views", "1"]);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{end}: {said}");
+        assert!(said.contains("byte") && said.contains("expected"), "{end}: {said}");
+    }
+    std::fs::write(&damaged, b"Header(format:1)").expect("written");
+    refused(session, &damaged, "begins with `osp pvs 2`");
+    OSP.refused(["verify", session, "--pvs", name(&flat.sets)]);
+    let wrong_name = OSP.run(["bake", session, "sets.txt"]);
+    assert!(stderr(&wrong_name).contains("expected a name that ends in .pvs"));
+}

@@ -1,0 +1,107 @@
+//! `osp query`: what is in a box, in a sphere, near a point, along a ray.
+
+use crate::OSP;
+use osp_testkit::{stderr, stdout, temp};
+use serde_json::Value;
+
+use super::write_session;
+
+fn query(folder: &std::path::Path, args: &[&str]) -> Value {
+    OSP.json_in(folder, ["query"].iter().chain(args).chain(&["--json"]))
+}
+
+fn strokes(report: &Value) -> Vec<u64> {
+    report["strokes"].as_array().expect("strokes").iter().filter_map(Value::as_u64).collect()
+}
+
+#[test]
+fn every_index_finds_what_is_in_a_part_of_the_model() {
+    let folder = temp();
+    // Three upright ribbons above each other, at y = 5, 5.1 and 5.2 (five letters of the name), 5 cm wide, x from 0 to 0.38.
+    write_session(folder.path(), "a.ron");
+    let parts: [(&[&str], &[u64]); 9] = [
+        (&["--box", "-1,4.9,-1", "1,5.04,1"], &[0]),
+        (&["--box", "0.1,5.05,-1", "0.2,5.3,1"], &[1, 2]),
+        (&["--box", "-3,-3,-3", "-1,-1,-1"], &[]),
+        (&["--sphere", "0.2,5.1,0.04", "0.05"], &[1]),
+        (&["--sphere", "0.2,5.15,0.04", "0.01"], &[]),
+        (&["--nearest", "0.2,9,0", "3"], &[2]),
+        (&["--nearest", "0,5.1,0", "100000"], &[0, 1, 2]),
+        (&["--ray", "-0.2,4.9,-0.085", "2.5,1,0.875"], &[0, 1]),
+        (&["--ray", "-0.2,4.9,-0.085", "2.5,1,0.875", "--hits", "nearest"], &[0]),
+    ];
+    for (part, expected) in parts {
+        let of = |index: &str| query(folder.path(), &[&["a.ron", "--index", index], part].concat());
+        let plain = of("brute-force");
+        assert_eq!(strokes(&plain), expected, "{part:?}: {plain}");
+        assert_eq!(plain["query"], part[0].trim_start_matches('-'));
+        for kind in osp_rivals::IndexKind::ALL {
+            let found = of(kind.name());
+            assert_eq!(found["found"], plain["found"], "{} {part:?}", kind.name());
+            let asked = found["polygons_asked"].as_u64();
+            assert!(asked <= plain["polygons"].as_u64(), "{} {part:?}", kind.name());
+        }
+    }
+}
+
+#[test]
+fn polygons_decide_and_not_their_boxes() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    // The ribbon bends: a ray beside it enters boxes and meets nothing.
+    let beside = query(folder.path(), &["a.ron", "--ray", "0.2,9,0.042", "0,-1,0", "--index", "bvh-sah"]);
+    assert_eq!(beside["found"].as_array().map(Vec::len), Some(0), "{beside}");
+    assert!(beside["polygons_asked"].as_u64() > Some(0), "{beside}");
+    // So does a sphere.
+    let beside = query(folder.path(), &["a.ron", "--sphere", "0.208,5,0.0404", "0.001"]);
+    assert_eq!(beside["found"].as_array().map(Vec::len), Some(0), "{beside}");
+    assert!(beside["polygons_asked"].as_u64() > Some(0), "{beside}");
+    // One across it meets both triangles of a quad at most, and the distances are in order.
+    let across = query(folder.path(), &["a.ron", "--ray", "-0.2,4.9,-0.085", "0.25,0.1,0.0875"]);
+    let found = across["found"].as_array().expect("found");
+    let distances: Vec<f64> = found.iter().filter_map(|found| found["distance_m"].as_f64()).collect();
+    assert!(distances.is_sorted() && (distances[0] - 0.2832).abs() < 1.0e-3, "{across}");
+}
+
+#[test]
+fn the_first_frame_holds_less_than_the_last() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let all = ["a.ron", "--box", "-9,-9,-9", "9,9,9"];
+    let last = query(folder.path(), &all);
+    let first = query(folder.path(), &[&all[..], &["--frame", "0", "--pace", "samples:5"]].concat());
+    assert_eq!((strokes(&first), strokes(&last)), (vec![0], vec![0, 1, 2]));
+    assert_eq!(last["found"].as_array().map(Vec::len), last["polygons"].as_u64().map(|n| n as usize));
+}
+
+#[test]
+fn the_table_names_polygons_strokes_and_work_and_wrong_use_is_refused() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let said = |args: &[&str]| OSP.run_in(folder.path(), ["query", "a.ron"].iter().chain(args));
+    let text = stdout(&said(&["--nearest", "0,5,0", "30"]));
+    for words in ["30 polygons", "strokes", "polygon", "distance, m", "osp looked at", "nodes", "and 10 more"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    assert!(stdout(&said(&["--box", "7,7,7", "8,8,8"])).starts_with("nothing of "));
+    for (args, words) in [
+        (&[][..], "--box"),
+        (&["--box", "0,0,0"], "--box"),
+        (&["--box", "1,0,0", "0,1,1"], "least corner first"),
+        (&["--box", "0,0,0", "1"], "three numbers"),
+        (&["--box", "0,0,NaN", "1,1,1"], "finite"),
+        (&["--box", "0,0,0", "1,1,1", "--ray", "0,0,0", "1,1,1"], "cannot be used with"),
+        (&["--sphere", "0,0,0", "-1"], "at least 0"),
+        (&["--sphere", "0,0,0", "1,1,1"], "one number"),
+        (&["--nearest", "0,0,0", "0"], "at least 1"),
+        (&["--nearest", "0,0,0", "1.5"], "whole number"),
+        (&["--ray", "0,0,0", "0,0,0"], "a direction"),
+        (&["--nearest", "0,0,0", "1", "--hits", "any"], "--ray"),
+        (&["--box", "0,0,0", "1,1,1", "--frame", "9999"], "there is no frame"),
+    ] {
+        let output = said(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(words), "{args:?}: {}", stderr(&output));
+    }
+}

@@ -1,0 +1,315 @@
+//! `--rig` and `--stereo`: every screen and eye of a frame.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use super::{assert_refused, built::has, names, write_session};
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout, temp};
+
+fn room() -> String {
+    shipped_session("room")
+}
+
+/// The screens of the shipped rig `dual-wall`.
+const LEFT: &str = "(name: \"left\", lower_left: (-1.69706, 0.3, 0.0), lower_right: (0.0, 0.3, -1.69706), upper_left: (-1.69706, 2.1, 0.0))";
+const RIGHT: &str = "(name: \"right\", lower_left: (0.0, 0.3, -1.69706), lower_right: (1.69706, 0.3, 0.0), upper_left: (0.0, 2.1, -1.69706))";
+/// A screen that the head stands behind.
+const BEHIND: &str = "(name: \"behind\", lower_left: (1.0, 0.3, -1.0), lower_right: (-1.0, 0.3, -1.0), upper_left: (1.0, 2.1, -1.0))";
+
+fn write_rig(folder: &Path, name: &str, screens: &[&str]) {
+    let text = format!("(name: \"{name}\", head: (0.0, 1.6, 0.0), screens: [{}])", screens.join(","));
+    fs::write(folder.join(format!("{name}.rig")), text).expect("a temporary folder can be written");
+}
+
+/// The lines of a CSV file, by column. No name in these files has a comma but those of the columns.
+struct Lines {
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Lines {
+    fn of(folder: &Path, args: &[&str]) -> Self {
+        let text = OSP
+            .done_in(folder, ["replay", &room(), "--pace", "samples:400", "--csv", "-"].iter().chain(args));
+        let mut lines = text.lines();
+        let head = lines.next().expect("names").replace(", ", "; ");
+        let cells = |line: &str| line.split(',').map(|cell| cell.trim_matches('"').to_owned()).collect();
+        let is_row = |line: &&str| line.starts_with('"');
+        let lines = Self { names: cells(&head), rows: lines.filter(is_row).map(cells).collect() };
+        assert!(lines.rows.len() > 25, "{} lines", lines.rows.len());
+        assert!(lines.rows.iter().all(|row| row.len() == lines.names.len()), "{}", lines.names.join("|"));
+        lines
+    }
+
+    fn column(&self, name: &str) -> Vec<&str> {
+        let at = self.names.iter().position(|other| other == name);
+        let at = at.unwrap_or_else(|| panic!("{name}: {}", self.names.join("|")));
+        self.rows.iter().map(|row| row[at].as_str()).collect()
+    }
+
+    fn numbers(&self, name: &str) -> Vec<u64> {
+        self.column(name).iter().map(|text| text.parse().expect("a number")).collect()
+    }
+
+    fn fingerprints(&self, name: &str) -> Vec<u64> {
+        self.column(name).iter().map(|text| u64::from_str_radix(text, 16).expect("a number")).collect()
+    }
+}
+
+#[test]
+fn two_screens_show_what_each_shows_alone() {
+    let folder = temp();
+    write_rig(folder.path(), "left", &[LEFT]);
+    write_rig(folder.path(), "right", &[RIGHT]);
+    // Each index, and a method that hides much.
+    for more in [&["--index", "osp,brute-force"][..], &["--occlusion", "msvbsp"]] {
+        let of = |rig: &[&str]| Lines::of(folder.path(), &[rig, more].concat());
+        let both = of(&["--rig", "dual-wall", "--stereo", "mono"]);
+        let [left, right] = ["left.rig", "right.rig"].map(|rig| of(&["--rig", rig]));
+        assert_eq!(both.numbers("views"), vec![2; both.rows.len()]);
+        for what in ["in view", "drawn"] {
+            assert_eq!(
+                both.column(&format!("left: {what}")),
+                left.column(&format!("left: {what}")),
+                "{more:?}"
+            );
+            assert_eq!(
+                both.column(&format!("right: {what}")),
+                right.column(&format!("right: {what}")),
+                "{more:?}"
+            );
+        }
+        let (visible, polygons, culled) =
+            (both.numbers("visible"), both.numbers("polygons"), both.numbers("culled"));
+        let [in_left, in_right] =
+            [(&left, "left: in view"), (&right, "right: in view")].map(|(of, name)| of.numbers(name));
+        let prints = [&both, &left, &right].map(|of| of.fingerprints("fingerprint"));
+        for frame in 0..visible.len() {
+            assert_eq!(visible[frame], in_left[frame] + in_right[frame]);
+            assert_eq!(culled[frame], 2 * polygons[frame] - visible[frame]);
+            assert_eq!(prints[0][frame], prints[1][frame].rotate_left(1) ^ prints[2][frame]);
+        }
+        assert!(in_left.iter().max() > Some(&500) && in_left != in_right);
+        if more[0] == "--occlusion" {
+            let drawn: u64 = both.numbers("left: drawn").iter().sum();
+            assert!(drawn * 2 < in_left.iter().sum(), "{drawn} drawn");
+            let occluded: u64 = both.numbers("occluded").iter().sum();
+            let drawn = drawn + both.numbers("right: drawn").iter().sum::<u64>();
+            assert_eq!(occluded + drawn, visible.iter().sum::<u64>());
+        }
+    }
+}
+
+fn json(folder: &Path, args: &[&str]) -> Value {
+    OSP.json_in(folder, args.iter().chain(&["--json"]))
+}
+
+#[test]
+fn a_rig_has_two_eyes_if_its_stereo_has_and_nothing_visible_is_culled() {
+    let folder = temp();
+    let room = room();
+    let args = ["replay", &room, "--pace", "samples:400", "--rig", "dual-wall", "--verify-frames", "3"];
+    let report = json(folder.path(), &[&args[..], &["--occlusion", "msvbsp,depth-last"]].concat());
+    assert_eq!(report["rig"]["name"], "dual-wall");
+    assert_eq!(report["rig"]["stereo"], "side-by-side");
+    assert_eq!(report["camera"], "auto on dual-wall, side-by-side, room follows");
+    let runs = report["runs"].as_array().expect("runs");
+    assert_eq!(runs.len(), 2);
+    for run in runs {
+        assert_eq!(run["false_culls"], 0);
+        let views = run["views"].as_array().expect("views");
+        let names: Vec<_> =
+            views.iter().map(|view| (view["screen"].as_str(), view["eye"].as_str())).collect();
+        let expected =
+            [("left", "left eye"), ("left", "right eye"), ("right", "left eye"), ("right", "right eye")];
+        assert_eq!(names, expected.map(|(screen, eye)| (Some(screen), Some(eye))));
+        let mean = |view: &Value, name: &str| view[name].as_f64().expect("a number");
+        let sum = |name: &str| views.iter().map(|view| mean(view, name)).sum::<f64>();
+        let [visible, hidden] =
+            [&run["visible_mean"], &run["occluded_mean"]].map(|of| of.as_f64().expect("a number"));
+        assert!((sum("in_view_mean") - visible).abs() < 0.1, "{run}");
+        assert!((sum("drawn_mean") - (visible - hidden)).abs() < 0.1 && hidden > 100.0, "{run}");
+        let against = &run["against_one_view"];
+        assert!(
+            against["all_views_us"].as_f64() > Some(0.0) && against["ratio"].as_f64() > Some(0.0),
+            "{run}"
+        );
+    }
+    let table = stdout(&OSP.run_in(folder.path(), &args[..args.len() - 2]));
+    for words in ["left eye", "right eye", "all views", "views x one", "dual-wall, side-by-side"] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    let words: Vec<&str> = table.split_whitespace().collect();
+    assert!(words.contains(&"view") && words.contains(&"drawn"), "in view and drawn: {table}");
+}
+
+#[test]
+fn screens_without_a_view_are_named() {
+    let folder = temp();
+    write_rig(folder.path(), "two", &[LEFT, BEHIND]);
+    write_rig(folder.path(), "one", &[BEHIND]);
+    let room = room();
+    let replay = |more: &[&str]| {
+        let args = ["replay", &room, "--pace", "samples:400", "--index", "osp,brute-simd"];
+        OSP.done_in(folder.path(), args.iter().chain(more))
+    };
+    let said = replay(&["--rig", "two.rig"]);
+    assert!(
+        said.contains("behind: no view in 31 of 31 frames: the eye was not in front of the screen."),
+        "{said}"
+    );
+    assert!(said.contains("no view") && !said.contains("left: no view"), "{said}");
+    let lines = Lines::of(folder.path(), &["--rig", "two.rig"]);
+    assert!(lines.column("behind: in view").iter().all(|cell| cell.is_empty()));
+    assert_eq!(lines.numbers("visible"), lines.numbers("left: in view"));
+    // With no view at all there is nothing to cull, and that is no error.
+    for occlusion in [&[][..], &["--occlusion", "msvbsp,depth-last,auto"]] {
+        let said = replay(&[&["--rig", "one.rig"][..], occlusion].concat());
+        assert!(said.contains("behind: no view in 31 of 31 frames"), "{said}");
+    }
+    // A room that stands is walked through: the wall on the right is 1.7 m away, and later behind the head.
+    let mut walk = String::from("Header(format: 1, name: \"walk\", source: \"test\")\n");
+    for i in 0..8 {
+        walk += &format!("Head(t: {i}.0, p: ({:?}, 1.6, 0.0), q: (0.0, 0.0, 0.0, 1.0))\n", i as f32 * 0.4);
+        walk += &format!(
+            "Polygon(t: {i}.0, vertices: [(0.0,1.0,-3.0),(1.0,1.0,-3.0),(0.0,1.{i},-3.0)], color: (1.0, 0.5, 0.2, 1.0))\n"
+        );
+    }
+    fs::write(folder.path().join("walk.ron"), walk).expect("written");
+    let args = ["replay", "walk.ron", "--pace", "samples:1", "--rig", "dual-wall", "--room", "stands"];
+    for occlusion in [&[][..], &["--occlusion", "msvbsp,depth-last,auto", "--verify-frames", "4"]] {
+        let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(occlusion)));
+        for eye in ["left eye", "right eye"] {
+            let line =
+                format!("right, {eye}: no view in 3 of 8 frames: the {eye} was not in front of the screen.");
+            assert!(said.contains(&line) && !said.contains("left, left eye: no view"), "{said}");
+        }
+    }
+    // A room that follows shows every frame on both.
+    let said = stdout(&OSP.run_in(folder.path(), &args[..6]));
+    assert!(said.contains("8 frames") && !said.contains("no view"), "{said}");
+}
+
+#[test]
+fn a_pin_on_a_rig_is_another_one() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let replay =
+        |more: &[&str]| OSP.run_in(folder.path(), ["replay", "a.ron", "--index", "osp"].iter().chain(more));
+    let rig = ["--rig", "dual-wall"];
+    assert!(replay(&[&rig[..], &["--pin", "p.pins"]].concat()).status.success());
+    assert!(replay(&[&rig[..], &["--check", "p.pins"]].concat()).status.success());
+    for other in [&[][..], &["--rig", "cave4"], &["--rig", "dual-wall", "--stereo", "mono"]] {
+        let output = replay(&[other, &["--check", "p.pins"]].concat());
+        assert_eq!(output.status.code(), Some(1), "{other:?}");
+        assert!(stderr(&output).contains("no fingerprint is pinned"), "{}", stderr(&output));
+    }
+}
+
+#[cfg(feature = "bench")]
+#[test]
+fn a_bench_on_a_rig_sets_all_views_beside_one() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    let args = ["bench", "a.ron", "--quick", "--no-growth", "--no-rays", "--index", "osp,bvh-sah"];
+    let report = json(folder.path(), &[&args[..], &["--rig", "cave4", "--stereo", "windows"]].concat());
+    assert_eq!(report["faults"], serde_json::json!([]), "the indexes agree");
+    let figure = |report: &Value, index: &str, figure: &str| {
+        let is_it =
+            |row: &&Value| row["part"] == "session" && row["index"] == index && row["figure"] == figure;
+        report["rows"].as_array().expect("rows").iter().find(is_it).and_then(|row| row["value"].as_f64())
+    };
+    for index in ["osp", "bvh-sah"] {
+        let of = |name: &str| figure(&report, index, name).expect("it is measured");
+        // Four screens, two eyes.
+        assert_eq!(of("views"), 8.0, "{index}");
+        let ratio = of("all_views") / of("views_times_one");
+        assert!((of("all_against_views_times_one") - ratio).abs() < 1.0e-6, "{index}");
+    }
+    let said = stdout(&OSP.run_in(folder.path(), args.iter().chain(&["--rig", "cave4", "--all"])));
+    assert!(said.contains("views times one") && said.contains("auto on cave4"), "{said}");
+    assert_eq!(figure(&json(folder.path(), &args), "osp", "views"), None);
+}
+
+#[test]
+fn what_is_no_rig_is_answered_with_those_there_are() {
+    let folder = temp();
+    write_session(folder.path(), "a.ron");
+    fs::write(folder.path().join("bad.rig"), "(name: \"bad\",\n screens: 7)").expect("written");
+    write_rig(folder.path(), "mine", &[LEFT]);
+    let mut commands = vec![vec!["replay", "a.ron"], vec!["bench", "a.ron", "--no-growth"]];
+    if cfg!(feature = "render") {
+        commands.push(vec!["render", "a.ron", "o.png"]);
+    }
+    if cfg!(feature = "window") {
+        commands.push(vec!["replay", "a.ron", "--window"]);
+        commands.push(vec!["sketch"]);
+    }
+    for args in commands.into_iter().filter(|args| has(args)) {
+        let said = |more: &[&str]| {
+            let mut command = OSP.command_in(folder.path(), args.iter().chain(more));
+            command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").output().expect("the program starts")
+        };
+        assert_refused(&said(&["--rig", "dual-wal"]), &["`dual-wal`", "desktop, dual-wall, cave4", "a file"]);
+        assert_refused(&said(&["--rig", "bad.rig"]), &["bad.rig, line 2"]);
+        if args[0] != "sketch" && args.last() != Some(&"--window") {
+            assert_refused(&said(&["--stereo", "mono"]), &["--stereo needs a --rig"]);
+        }
+    }
+    for outputs in [&["replay", "a.ron", "--csv", "mine.rig"], &["bench", "a.ron", "--csv", "mine.rig"]]
+        .into_iter()
+        .filter(|args| has(&args[..]))
+    {
+        let output = OSP.run_in(folder.path(), outputs.iter().chain(&["--rig", "mine.rig", "--force"]));
+        assert_refused(&output, &["mine.rig", "the input"]);
+    }
+    if cfg!(feature = "bench") {
+        assert_refused(&OSP.run_in(folder.path(), ["bench", "--rig", "cave4"]), &["name a session"]);
+    }
+    assert_eq!(names(folder.path()), ["a.ron", "bad.rig", "mine.rig"]);
+}
+
+#[test]
+fn a_rig_is_checked_shown_and_drawn() {
+    let folder = temp();
+    write_rig(folder.path(), "walls", &[LEFT, RIGHT]);
+    write_rig(folder.path(), "turned", &[LEFT, BEHIND]);
+    fs::write(folder.path().join("broken.rig"), "(name: \"a\",\n screens: 3)").expect("written");
+    let good = OSP.done_in(folder.path(), ["rig", "check", "walls.rig", "dual-wall", "cave4", "desktop"]);
+    assert_eq!(good.lines().count(), 4);
+    let turned = OSP.run_in(folder.path(), ["rig", "check", "turned.rig"]);
+    assert_eq!(turned.status.code(), Some(1));
+    assert!(
+        stderr(&turned).contains("`behind`") && stderr(&turned).contains("turned.rig"),
+        "{}",
+        stderr(&turned)
+    );
+    let broken = OSP.run_in(folder.path(), ["rig", "check", "broken.rig"]);
+    assert_eq!(broken.status.code(), Some(2));
+    assert!(stderr(&broken).contains("broken.rig, line 2"), "{}", stderr(&broken));
+
+    let plan = cfg!(feature = "bench").then_some("plan.svg");
+    let shown = OSP.done_in(folder.path(), ["rig", "show", "walls.rig"].into_iter().chain(plan));
+    // Walls of 2.4 m by 1.8 m, and the head 1.2 m from each.
+    let rows: Vec<String> = shown.lines().filter(|line| line.contains("2.400")).map(str::to_owned).collect();
+    assert_eq!(rows.len(), 2, "{shown}");
+    assert!(
+        rows.iter().all(|row| row.contains("1.800") && row.contains("1.200") && row.contains("90.0")),
+        "{rows:?}"
+    );
+    let behind = stdout(&OSP.run_in(folder.path(), ["rig", "show", "turned.rig"]));
+    assert!(behind.lines().any(|line| line.matches("behind").count() == 3), "{behind}");
+    if plan.is_none() {
+        let refused = OSP.run_in(folder.path(), ["rig", "show", "walls.rig", "plan.svg"]);
+        assert_refused(&refused, &["osp rig show RIG PLAN", "feature `bench`"]);
+        return;
+    }
+    let plan = fs::read_to_string(folder.path().join("plan.svg")).expect("a plan");
+    assert!(plan.starts_with("<svg") && plan.contains("left") && plan.contains("head"));
+    fs::write(folder.path().join("mine.svg"), "my text").expect("written");
+    OSP.refused_in(folder.path(), ["rig", "show", "walls.rig", "mine.svg"]);
+    assert_eq!(fs::read(folder.path().join("mine.svg")).expect("a file"), b"my text");
+    OSP.done_in(folder.path(), ["rig", "show", "cave4", "plan.png"]);
+}

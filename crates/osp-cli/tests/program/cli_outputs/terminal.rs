@@ -1,0 +1,94 @@
+//! What the program does for a terminal: narrow tables, a verdict, completions, a manual.
+
+use std::fs;
+
+use crate::OSP;
+use osp_testkit::{shipped_session, stderr, stdout, temp};
+
+fn grow() -> String {
+    shipped_session("grow")
+}
+
+#[test]
+fn a_narrow_terminal_gets_a_table_that_fits() {
+    let folder = temp();
+    let args = ["replay", &grow(), "--pace", "samples:200", "--index", "osp,brute-force"];
+    let table = |columns: &str| {
+        let output =
+            OSP.command_in(folder.path(), args).env("COLUMNS", columns).output().expect("the program starts");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let said = stdout(&output);
+        said.lines().filter(|line| line.starts_with(['─', '═', ' '])).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (narrow, wide) = (table("80"), table("200"));
+    assert_eq!(narrow.len(), wide.len());
+    assert!(narrow.iter().all(|line| line.chars().count() <= 80), "{}", narrow.join("\n"));
+    assert!(wide.iter().any(|line| line.chars().count() > 80));
+    for (name, is_in_narrow) in [("frame p50", true), ("p99", true), ("memory", false), ("visible", false)] {
+        let has = |lines: &[String]| lines.iter().any(|line| line.contains(name));
+        assert_eq!((has(&narrow), has(&wide)), (is_in_narrow, true), "{name}");
+    }
+}
+
+/// As in a shell, which sets `COLUMNS` but does not pass it on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_narrow_terminal_is_asked_for_its_width() {
+    let folder = temp();
+    let line = format!(
+        "stty rows 24 cols 80; '{}' replay '{}' --pace samples:200 --index osp,brute-force",
+        OSP.0,
+        grow()
+    );
+    let output = std::process::Command::new("script")
+        .args(["-q", "-e", "-c", &line, "/dev/null"])
+        .current_dir(folder.path())
+        .env_remove("COLUMNS")
+        .output();
+    let Ok(output) = output else {
+        eprintln!("skipped: the program `script`, which opens a terminal, is not there");
+        return;
+    };
+    let said = stdout(&output);
+    let lines = || said.lines().map(str::trim_end).filter(|line| line.starts_with(['─', '═']));
+    assert!(lines().count() > 0, "{said}");
+    assert!(lines().all(|line| line.chars().count() <= 80), "{said}");
+}
+
+#[test]
+fn a_replay_ends_with_which_index_is_the_fastest() {
+    let folder = temp();
+    let replay = |index: &str| {
+        stdout(&OSP.run_in(folder.path(), ["replay", &grow(), "--pace", "samples:200", "--index", index]))
+    };
+    let said = replay("osp,octree-rebuild");
+    let verdict = said.lines().find(|line| line.contains("is the fastest")).expect("a verdict");
+    assert!(verdict.contains("osp") && verdict.contains("octree-rebuild"), "{verdict}");
+    assert!(!replay("osp").contains("is the fastest"), "there is nothing to compare");
+}
+
+#[test]
+fn shells_get_completions_and_man_gets_pages() {
+    let folder = temp();
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = OSP.done_in(folder.path(), ["completions", shell]);
+        assert!(script.contains("draw-index") && script.contains("occlusion"), "{shell}");
+    }
+    assert_eq!(OSP.run_in(folder.path(), ["completions", "csh"]).status.code(), Some(2));
+
+    let man = |args: &[&str]| OSP.run_in(folder.path(), ["man", "--to", "pages"].iter().chain(args));
+    let output = man(&[]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let page = fs::read_to_string(folder.path().join("pages/osp-replay.1")).expect("a page");
+    assert!(page.starts_with(".ie") || page.contains(".TH"), "{}", &page[..200]);
+    assert!(page.contains("\\-\\-occlusion") && page.contains("osp\\-replay"));
+    assert!(["osp.1", "osp-rig-show.1"].iter().all(|page| folder.path().join("pages").join(page).exists()));
+    // Its own pages are replaced, others are not.
+    assert!(man(&[]).status.success());
+    fs::write(folder.path().join("pages/osp.1"), "mine").expect("written");
+    let refused = man(&[]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
+    assert_eq!(fs::read(folder.path().join("pages/osp.1")).expect("a file"), b"mine");
+    assert!(man(&["--force"]).status.success());
+}

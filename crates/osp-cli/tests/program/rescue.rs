@@ -1,0 +1,89 @@
+//! What a person reads who has a damaged session, and what they can do then.
+
+use std::{fs, path::Path};
+
+use crate::OSP;
+use osp_testkit::stderr;
+
+fn osp(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = OSP.run_in(folder, arguments);
+    (output.status.code(), stderr(&output))
+}
+
+fn damaged(folder: &Path, name: &str) {
+    let session = osp_testkit::at("recordings/scribble.ron");
+    let text = fs::read_to_string(session).expect("the session").replacen("Point(", "Pont(", 1);
+    fs::write(folder.join(name), text).expect("written");
+}
+
+#[test]
+fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
+    let folder = tempfile::tempdir().expect("a folder");
+    damaged(folder.path(), "my house.ron");
+    for command in [
+        &["replay"][..],
+        &["info"],
+        &["pick", "--at", "1,1"],
+        &["query", "--nearest", "0,0,0", "1"],
+        &["draw-index"],
+        &["race"],
+        &["verify"],
+    ]
+    .into_iter()
+    .filter(|command| super::cli_outputs::built::has(command))
+    {
+        let mut arguments = command.to_vec();
+        arguments.insert(1, "my house.ron");
+        if command == ["draw-index"] {
+            arguments.push("out.svg");
+        }
+        let (code, said) = osp(folder.path(), &arguments);
+        let import = "`osp import --lenient 'my house.ron' 'my house-rescued.ron'` keeps what can be read";
+        assert_eq!(code, Some(2), "{command:?}: {said}");
+        assert!(said.contains("my house.ron, line ") && said.contains(import), "{command:?}: {said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    // The words are a command that works.
+    let import = ["import", "--lenient", "my house.ron", "my house-rescued.ron"];
+    let (code, said) = osp(folder.path(), &import);
+    assert_eq!((code, said.contains("1 damaged")), (Some(0), true), "{said}");
+    let (code, said) = osp(folder.path(), &["info", "my house-rescued.ron"]);
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn nothing_is_promised_of_what_cannot_be_read_at_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in
+        [("a.ron", "Heading(format: 1)\n"), ("b.ron", "Header(format: 1)\nPont(t: 1)\nPont(t: 2)\n")]
+    {
+        fs::write(folder.path().join(name), text).expect("written");
+        let (code, said) = osp(folder.path(), &["replay", name]);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains("line ") && !said.contains("--lenient"), "{said}");
+    }
+}
+
+#[cfg(feature = "window")]
+#[test]
+fn a_window_draws_on_the_rest() {
+    let folder = tempfile::tempdir().expect("a folder");
+    damaged(folder.path(), "a.ron");
+    let (code, said) = osp(folder.path(), &["sketch", "a.ron", "--autosave", "autosaves"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("`osp sketch --lenient a.ron` draws on a copy of it"), "{said}");
+    // Without a display this is as far as it gets, and nothing is left behind.
+    for more in [&["--lenient"][..], &["--copy", "--lenient"]] {
+        let output = OSP
+            .command_in(folder.path(), ["sketch", "a.ron", "--autosave", "autosaves"])
+            .args(more)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .output()
+            .expect("osp");
+        let said = stderr(&output);
+        assert!(said.contains("1 damaged pieces were left out"), "{said}");
+        assert_eq!(fs::read_dir(folder.path().join("autosaves")).expect("the folder").count(), 0);
+    }
+}

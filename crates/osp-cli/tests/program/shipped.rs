@@ -1,0 +1,136 @@
+//! The shipped recordings and the README: fingerprints stay pinned, commands work.
+
+use std::{ffi::OsStr, fs, path::Path};
+
+use crate::OSP;
+use osp_testkit::at;
+
+fn shipped() -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(at("recordings"))
+        .expect("recordings/")
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".ron") || name.ends_with(".ron.zst"))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_shipped_recording_replays_with_its_pinned_fingerprint_in_every_index() {
+    let names = shipped();
+    assert!(names.len() >= 4, "{names:?}");
+    for name in names {
+        let path = format!("recordings/{name}");
+        assert!(fs::metadata(at(&path)).expect("there").len() < 3 << 20, "{name} is over 3 MB");
+        OSP.done(["replay", &path, "--check", "recordings/fingerprints.pins", "--budget", "600"]);
+    }
+}
+
+#[test]
+fn indexes_that_grow_in_place_allocate_nothing_once_a_session_runs() {
+    let in_place = "brute-force,brute-simd,time-order,osp,dynamic-bvh,loose-octree";
+    for name in shipped() {
+        let path = format!("recordings/{name}");
+        // A rebuilt index shows that somebody counts.
+        let kinds = format!("{in_place},octree-rebuild");
+        let report = OSP.json(["replay", &path, "--json", "--budget", "600", "--index", &kinds]);
+        for run in report["runs"].as_array().expect("runs") {
+            let allocations = run["allocations_steady"].as_u64().expect("a number");
+            let rebuilds = run["index"] == "octree-rebuild";
+            assert_eq!(allocations > 0, rebuilds, "{name}, {}: {allocations} allocations", run["index"]);
+        }
+    }
+}
+
+#[test]
+fn recordings_are_what_their_commands_make() {
+    let readme = fs::read_to_string(at("recordings/README.md")).expect("recordings/README.md");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut made = 0;
+    for line in readme.lines() {
+        let Some(command) = line.split('`').find(|part| part.starts_with("osp synth ")) else { continue };
+        let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+        let (name, words) = words.split_last().expect("a file name");
+        let name = Path::new(name).file_name().expect("a file name");
+        let out = folder.path().join(name);
+        OSP.done(words.iter().map(OsStr::new).chain([out.as_os_str()]));
+        let (made_bytes, shipped_bytes) =
+            (fs::read(&out).expect("made"), fs::read(at("recordings").join(name)));
+        assert!(made_bytes == shipped_bytes.expect("shipped"), "{command} makes other bytes");
+        made += 1;
+    }
+    assert_eq!(made, 4, "recordings/README.md names the commands of portrait, room, scribble and class");
+}
+
+#[test]
+fn the_commands_of_the_readme_work() {
+    let readme = fs::read_to_string(at("README.md")).expect("README.md");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let starts = ["cargo run --release -- ", "cargo run --release --features bench -- "];
+    let starts = if cfg!(feature = "bench") { &starts[..] } else { &starts[..1] };
+    let commands: Vec<&str> =
+        readme.lines().filter_map(|line| starts.iter().find_map(|start| line.strip_prefix(start))).collect();
+    assert!(commands.len() >= 2, "{commands:?}");
+    for command in commands {
+        let mut args = Vec::new();
+        for word in command.split_whitespace() {
+            match word {
+                // As a shell does it.
+                "recordings/*.ron" => args.extend(shipped().iter().map(|name| format!("recordings/{name}"))),
+                // What is written goes into the temporary folder.
+                _ if [".png", ".svg", ".html", ".ndjson"].iter().any(|ending| word.ends_with(ending)) => {
+                    args.push(folder.path().join(word).to_string_lossy().into_owned());
+                }
+                _ => args.push(word.to_owned()),
+            }
+        }
+        // Its growing model alone takes minutes in a test's build.
+        args.extend((args[0] == "bench").then(|| "--no-growth".to_owned()));
+        OSP.done(&args);
+    }
+}
+
+#[test]
+fn the_readme_of_the_recordings_names_their_fingerprints() {
+    let readme = fs::read_to_string(at("recordings/README.md")).expect("recordings/README.md");
+    let pins = osp_lab::report::Pins::read(&at("recordings/fingerprints.pins")).expect("pins");
+    assert_eq!(pins.pins.len(), shipped().len());
+    for pin in pins.pins {
+        let row = readme
+            .lines()
+            .find(|line| line.starts_with(&format!("| {} | ", pin.recording)) && line.contains("MB"));
+        assert!(row.expect("a row").contains(&pin.fingerprint), "{}", pin.recording);
+    }
+}
+
+#[test]
+fn the_readme_of_the_recordings_counts_as_info_does() {
+    let readme = fs::read_to_string(at("recordings/README.md")).expect("recordings/README.md");
+    for name in shipped() {
+        let row =
+            readme.lines().find(|line| line.starts_with(&format!("| {name} | ")) && line.contains("MB"));
+        let cells: Vec<String> =
+            row.expect("a row").split('|').map(|cell| cell.trim().replace([',', '`'], "")).collect();
+        let path = format!("recordings/{name}");
+        let info = OSP.json(["info", "--json", &path]);
+        let count = |keys: &[&str]| keys.iter().filter_map(|key| info[key].as_u64()).sum::<u64>().to_string();
+        let counted = [
+            count(&["strokes"]),
+            count(&["points"]),
+            count(&["polygons"]),
+            count(&["polygons_visible_at_end"]),
+            count(&["erase_events", "undo_redo_events", "move_events"]),
+            count(&["head_poses"]),
+        ];
+        assert_eq!(cells[2..8], counted, "{name}");
+        let text = fs::read_to_string(at(&path)).expect("text");
+        assert_eq!(
+            cells[8],
+            (text.lines().count() - 1).to_string(),
+            "{name}: events, all lines but the header"
+        );
+        let secs = info["duration_secs"].as_f64().expect("a number");
+        assert_eq!(cells[9], format!("{secs:.0} s"), "{name}");
+        assert_eq!(cells[10], format!("{:.1} MB", text.len() as f64 * 1.0e-6), "{name}");
+    }
+}

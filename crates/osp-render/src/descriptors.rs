@@ -1,0 +1,146 @@
+//! What wgpu makes from descriptors, without the fields that are the same in all of them.
+
+use super::formats::DEPTH_FORMAT;
+
+/// A module of a shader in WGSL.
+pub(super) fn module(device: &wgpu::Device, label: &str, wgsl: &str) -> wgpu::ShaderModule {
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+    })
+}
+
+/// The layout of a pipeline with these groups of bindings.
+pub(super) fn pipeline_layout(
+    device: &wgpu::Device,
+    label: &str,
+    bind_group_layouts: &[Option<&wgpu::BindGroupLayout>],
+) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts,
+        immediate_size: 0,
+    })
+}
+
+/// A pipeline that runs a compute shader from its entry point.
+pub(super) fn compute_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    entry: &str,
+) -> wgpu::ComputePipeline {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(layout),
+        module,
+        entry_point: Some(entry),
+        compilation_options: Default::default(),
+        cache: None,
+    })
+}
+
+/// The vertices of a shader that reads none from buffers.
+pub(super) fn vertex<'a>(module: &'a wgpu::ShaderModule, entry: &'a str) -> wgpu::VertexState<'a> {
+    let compilation_options = Default::default();
+    wgpu::VertexState { module, entry_point: Some(entry), compilation_options, buffers: &[] }
+}
+
+/// The fragments of a shader.
+pub(super) fn fragment<'a>(
+    module: &'a wgpu::ShaderModule,
+    entry: &'a str,
+    targets: &'a [Option<wgpu::ColorTargetState>],
+) -> wgpu::FragmentState<'a> {
+    wgpu::FragmentState { module, entry_point: Some(entry), compilation_options: Default::default(), targets }
+}
+
+/// How depth is tested against what was drawn before, and whether it is written.
+pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(writes),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    }
+}
+
+/// A buffer of so many bytes, without content.
+pub(super) fn buffer(
+    device: &wgpu::Device,
+    label: &str,
+    size: u64,
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// Resources bound in the order of their numbers.
+pub(super) fn bind_group(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource<'_>],
+) -> wgpu::BindGroup {
+    let resources = (0..).zip(resources.iter().cloned());
+    let entries: Vec<_> =
+        resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
+/// The layout of a group of bindings, in the order of their numbers.
+pub(super) fn bind_layout(
+    device: &wgpu::Device,
+    label: &str,
+    bindings: &[(wgpu::ShaderStages, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(bindings)
+        .map(|(binding, &(visibility, ty))| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty,
+            count: None,
+        })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
+/// A uniform buffer of at least so many bytes; 0 where the shader says how many.
+pub(super) fn uniform(bytes: u64) -> wgpu::BindingType {
+    buffer_binding(wgpu::BufferBindingType::Uniform, bytes)
+}
+
+/// A buffer that is read; `bytes` as in [`uniform`].
+pub(super) fn read(bytes: u64) -> wgpu::BindingType {
+    buffer_binding(wgpu::BufferBindingType::Storage { read_only: true }, bytes)
+}
+
+/// A buffer that is written.
+pub(super) fn written() -> wgpu::BindingType {
+    buffer_binding(wgpu::BufferBindingType::Storage { read_only: false }, 0)
+}
+
+fn buffer_binding(ty: wgpu::BufferBindingType, bytes: u64) -> wgpu::BindingType {
+    let min_binding_size = wgpu::BufferSize::new(bytes);
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size }
+}
+
+/// A flat texture of one sample a texel.
+pub(super) fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
+    let view_dimension = wgpu::TextureViewDimension::D2;
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}
+
+/// A flat texture of several samples a texel.
+pub(super) fn samples(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
+    let view_dimension = wgpu::TextureViewDimension::D2;
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: true }
+}

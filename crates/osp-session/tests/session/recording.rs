@@ -1,0 +1,13 @@
+//! Tests of the recording format and of the synthetic sessions.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+mod authors;
+mod damage;
+mod events;
+mod format;
+mod last_line;
+mod limits;
+mod look;
+mod synth;
+mod writer;

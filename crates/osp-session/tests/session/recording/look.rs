@@ -1,0 +1,170 @@
+//! Brushes, light and layers in a recording: what is written comes back, and numbers that make no sense are refused.
+
+use super::events::{STRICT, read, write};
+use glam::{Quat, Vec3};
+use osp_session::recording::{
+    Author, Environment, Event, Flush, Header, Layer, NormalRule, OpenOptions, Paint, RonReader, RonWriter,
+    StrokeId, open,
+};
+use osp_testkit::events::Begin;
+
+fn environment() -> Environment {
+    Environment {
+        preset: "Standard".into(),
+        sky: [Vec3::splat(0.25), Vec3::new(0.0, 0.125, 1.0)],
+        sky_rotation: Quat::from_xyzw(0.5, -0.5, 0.5, 0.5),
+        floor: Some(Vec3::splat(0.1)),
+        fog: (Vec3::X, 0.025),
+        ambient: Vec3::splat(0.4),
+        lights: [(Vec3::NEG_Y, Vec3::splat(30.0)), (Vec3::ZERO, Vec3::ZERO)],
+        reflection: 0.3,
+    }
+}
+
+pub(crate) fn header() -> Header {
+    Header {
+        environment: Some(Box::new(environment())),
+        layers: vec![
+            Layer { name: "one".into(), hidden: false },
+            Layer { name: "\"two\"\n".into(), hidden: true },
+        ],
+        left_out: vec!["2 models (a.glb, b)".into()],
+        ..Header::new("n", "s")
+    }
+}
+
+fn begin(stroke: u32, paint: Option<Paint>) -> Event {
+    Begin {
+        width: 0.01,
+        color: (1.0, 0.5, 0.0, 1.0),
+        normal: NormalRule::Travel,
+        paint: paint.map(Box::new),
+        ..Begin::of(StrokeId(stroke))
+    }
+    .event()
+}
+
+fn message(text: &str) -> String {
+    read(text.as_bytes(), STRICT).error.expect("an error").to_string()
+}
+
+#[test]
+fn light_layers_and_brushes_come_back() {
+    let events = [
+        begin(1, Some(Paint { brush: "Ink".into(), seed: 7, scale: 0.5, layer: 1, hidden: true })),
+        begin(2, Some(Paint::new("Ink", 0))),
+        begin(3, None),
+    ];
+    let bytes = write(&header(), &events);
+    assert_eq!(*RonReader::new(&bytes[..], "test.ron", STRICT).unwrap().header(), header());
+    assert_eq!(read(&bytes, STRICT).events, events);
+    let text = String::from_utf8(bytes).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(
+        lines[1].ends_with(r#"paint:(brush:"Ink",seed:7,scale:0.5,layer:1,hidden:true))"#),
+        "{}",
+        lines[1]
+    );
+    assert!(lines[2].ends_with(r#"paint:(brush:"Ink"))"#), "what is usual is left out: {}", lines[2]);
+    assert!(!lines[3].contains("paint"), "{}", lines[3]);
+    assert!(lines[0].contains(r#"layers:[(name:"one"),(name:"\"two\"\n",hidden:true)]"#), "{}", lines[0]);
+}
+
+#[test]
+fn light_that_makes_no_sense_is_refused() {
+    let sound = String::from_utf8(write(&header(), &[])).unwrap();
+    for (from, to, expected) in [
+        ("sky:((0.25,", "sky:((-0.25,", "colours of the environment between 0 and 10000"),
+        ("ambient:(0.4,", "ambient:(NaN,", "colours of the environment between 0 and 10000"),
+        ("30.0", "1e30", "colours of the environment between 0 and 10000"),
+        ("0.025", "-0.025", "a density of fog between 0 and 1000000 per metre"),
+        ("0.025", "inf", "a density of fog between 0 and 1000000 per metre"),
+        ("reflection:0.3", "reflection:NaN", "a reflection between 0 and 10000"),
+        ("((0.0,-1.0,0.0)", "((0.0,-3.0,0.0)", "directions of light of length 1"),
+        ("(0.5,-0.5,0.5,0.5)", "(0.5,-0.5,0.5,0.1)", "a unit quaternion (x, y, z, w) of the sky"),
+        ("\"Standard\"", &format!("\"{}\"", "x".repeat(65)), "a preset's name of at most 64 bytes"),
+        ("reflection:", "shine:", "one of the fields preset, sky"),
+        ("fog:", "fog:3,ambient:", "expected"),
+    ] {
+        let text = sound.replacen(from, to, 1);
+        assert_ne!(text, sound, "{from}");
+        let message = message(&text);
+        assert!(message.starts_with("test.ron, line 1: expected "), "{to}: {message}");
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+    let written = RonWriter::new(
+        Vec::new(),
+        "x.ron",
+        &Header {
+            environment: Some(Box::new(Environment { reflection: f32::NAN, ..environment() })),
+            ..header()
+        },
+        Flush::AtEnd,
+    );
+    assert!(written.is_err(), "nor is it written");
+}
+
+#[test]
+fn brushes_that_make_no_sense_are_refused() {
+    let sound = String::from_utf8(write(
+        &Header::new("", ""),
+        &[begin(1, Some(Paint { scale: 0.5, seed: 3, layer: 2, ..Paint::new("Ink", 0) }))],
+    ))
+    .unwrap();
+    for (from, to, expected) in [
+        ("scale:0.5", "scale:0.0", "a positive scale of the brush"),
+        ("scale:0.5", "scale:-1.0", "a positive scale of the brush"),
+        ("scale:0.5", "scale:NaN", "a positive scale of the brush"),
+        ("scale:0.5", "scale:1e30", "a positive scale of the brush"),
+        ("\"Ink\"", &format!("\"{}\"", "x".repeat(65)), "a brush's name of at most 64 bytes"),
+        ("seed:3", "seed:4294967296", "a whole number from 0 to 4294967295"),
+        ("layer:2", "layer:-2", "a whole number from 0 to 4294967295"),
+        ("layer:2", "hidden:2", "expected"),
+        ("brush:\"Ink\",", "", "the field `brush` in `Paint`"),
+        ("seed:", "seeds:", "one of the fields brush, seed, scale, layer, hidden"),
+    ] {
+        let text = sound.replacen(from, to, 1);
+        assert_ne!(text, sound, "{from}");
+        let message = message(&text);
+        assert!(message.starts_with("test.ron, line 2: expected "), "{to}: {message}");
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+}
+
+#[test]
+fn a_recording_of_format_1_may_be_gone_on_with_and_hold_brushes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.ron");
+    std::fs::write(&path, "Header(format: 1, name: \"old\")\nUndo(t: 1)\n").unwrap();
+    let painted = begin(1, Some(Paint::new("Light", 5)));
+    let (mut writer, header) = RonWriter::append(&path, Flush::EachEvent).unwrap();
+    assert_eq!(header.format, 1);
+    writer.write(&painted).unwrap();
+    writer.finish().unwrap();
+    let mut session = open(&path, &OpenOptions::default()).unwrap();
+    assert_eq!(session.header.format, 1);
+    assert_eq!(session.events.next_event().unwrap(), Some(Event::Undo { author: Author::SOLE, t: 1.0 }));
+    assert_eq!(session.events.next_event().unwrap(), Some(painted));
+    assert_eq!(session.events.next_event().unwrap(), None);
+}
+
+#[test]
+fn brushes_that_nobody_knows_are_named_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ron");
+    let warnings = |names: &[&str]| {
+        let events: Vec<Event> =
+            (1..).zip(names).map(|(i, name)| begin(i, Some(Paint::new(*name, 0)))).collect();
+        std::fs::write(&path, write(&Header::new("", ""), &events)).unwrap();
+        let mut session = open(&path, &OpenOptions::default()).unwrap();
+        while session.events.next_event().unwrap().is_some() {}
+        session.events.notes().warnings
+    };
+    assert_eq!(warnings(&["Ink", "2d35bcf0-e4d8-452c-97b1-3311be063130"]), [""; 0]);
+    let [one] = &warnings(&["Chalk", "Ink", "Chalk"])[..] else { panic!() };
+    assert!(one.ends_with("a.ron: the brush `Chalk` is unknown: its strokes are plain ribbons"), "{one}");
+    let many: Vec<String> = (0..2000).map(|i| format!("Brush {i:04}")).collect();
+    let [many] = &warnings(&many.iter().map(String::as_str).collect::<Vec<_>>())[..] else { panic!() };
+    assert!(many.contains("brushes are unknown (`Brush 0000`, `Brush 0001`"), "{many}");
+    assert!(many.len() < 400 + path.as_os_str().len(), "{many}");
+}

@@ -1,0 +1,409 @@
+//! Samples become polygons, and the model follows its events: draw, erase, move, group, undo, redo.
+
+use glam::{Quat, Vec3};
+use osp::polygon::{Change, PolygonId};
+use osp_session::{
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform},
+    scene::Scene,
+};
+use osp_testkit::events::Begin;
+
+mod authors;
+mod batches;
+mod brushes_ribbons;
+mod brushes_solids;
+mod fold;
+mod groupings;
+mod groups;
+mod hidden;
+mod history;
+mod long_strokes;
+mod owned_layers;
+mod steps;
+mod strokes;
+mod unseen;
+mod work;
+
+const WHITE: (f32, f32, f32, f32) = (1.0, 1.0, 1.0, 1.0);
+
+fn begin(stroke: u32, tool: Tool, normal: NormalRule) -> Event {
+    let stroke = StrokeId(stroke);
+    Begin { tool, width: 0.2, color: WHITE, normal, ..Begin::of(stroke) }.event()
+}
+
+fn point(stroke: u32, p: Vec3, q: Quat) -> Event {
+    Event::Point { t: 0.0, stroke: StrokeId(stroke), p, q, pressure: 1.0 }
+}
+
+fn end(stroke: u32) -> Event {
+    Event::End { t: 0.0, stroke: StrokeId(stroke) }
+}
+
+fn play(scene: &mut Scene, events: &[Event]) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for event in events {
+        scene.apply(event, &mut changes);
+    }
+    changes
+}
+
+/// A straight ribbon along +x with the identity orientation under the rule that spans it along `side`.
+fn straight(stroke: u32, points: u32, rule: NormalRule) -> Vec<Event> {
+    let mut events = vec![begin(stroke, Tool::Ribbon, rule)];
+    events.extend((0..points).map(|i| point(stroke, Vec3::new(i as f32, 0.0, 0.0), turned())));
+    events.push(end(stroke));
+    events
+}
+
+/// Turns local x to world y: the paper's normal then points up, and the ribbon lies flat.
+fn turned() -> Quat {
+    Quat::from_xyzw(0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2)
+}
+
+/// The model as a replay sees it: the ids that inserts, removes and updates leave behind.
+fn follow(changes: &[Change], filed: &mut std::collections::BTreeSet<PolygonId>) {
+    for change in changes {
+        match *change {
+            Change::Insert(id) => assert!(filed.insert(id), "{id:?} came twice"),
+            Change::Remove(id) => assert!(filed.remove(&id), "{id:?} went without being there"),
+            Change::Update(id) | Change::Repaint(id) => {
+                assert!(filed.contains(&id), "{id:?} moved without being there");
+            }
+            Change::Place(space) => panic!("{space:?}: this scene tells of each polygon"),
+        }
+    }
+}
+
+#[test]
+fn a_straight_ribbon_is_one_flat_quad_for_each_step() {
+    let mut scene = Scene::new();
+    let changes = play(&mut scene, &straight(1, 5, NormalRule::LocalX));
+    assert_eq!(changes, (0..4).map(|i| Change::Insert(PolygonId(i))).collect::<Vec<_>>());
+    for i in 0..4 {
+        let polygon = scene.polygon(PolygonId(i));
+        assert_eq!(polygon.vertices().len(), 4);
+        assert!((polygon.area_m2() - 0.2).abs() < 1.0e-6, "1 m long, 0.2 m wide: {}", polygon.area_m2());
+    }
+}
+
+#[test]
+fn each_rule_lays_the_ribbon_as_it_says() {
+    // Travel along +x; local x is world y.
+    let width_along = |rule: NormalRule, q: Quat| {
+        let mut scene = Scene::new();
+        let mut events = vec![begin(1, Tool::Ribbon, rule)];
+        events.extend((0..3).map(|i| point(1, Vec3::new(i as f32, 0.0, 0.0), q)));
+        play(&mut scene, &events);
+        let extent = scene.bounds(PolygonId(1)).extent();
+        [extent.y, extent.z].map(|e| (e * 10.0).round() as i32)
+    };
+    // The paper: local x (world y) is the normal, so the width lies along z.
+    assert_eq!(width_along(NormalRule::LocalX, turned()), [0, 2]);
+    // A-Painter: local x (world y) is the width.
+    assert_eq!(width_along(NormalRule::SideX, turned()), [2, 0]);
+    // Tilt Brush: forward (-z) x travel (+x) = -y.
+    assert_eq!(width_along(NormalRule::Travel, Quat::IDENTITY), [2, 0]);
+}
+
+#[test]
+fn a_twisted_quad_becomes_two_triangles() {
+    let mut scene = Scene::new();
+    let quarter = |turns: f32| {
+        let half = turns * std::f32::consts::FRAC_PI_4;
+        Quat::from_xyzw(half.sin(), 0.0, 0.0, half.cos()) * turned()
+    };
+    let events = [
+        begin(1, Tool::Ribbon, NormalRule::LocalX),
+        point(1, Vec3::ZERO, quarter(0.0)),
+        point(1, Vec3::X, quarter(0.5)),
+    ];
+    play(&mut scene, &events);
+    assert_eq!(scene.polygon_count(), 2);
+    assert_eq!(scene.polygon(PolygonId(0)).vertices().len(), 3);
+}
+
+#[test]
+fn neighbouring_quads_share_an_edge_bit_for_bit() {
+    let mut scene = Scene::new();
+    let mut events = vec![begin(1, Tool::Ribbon, NormalRule::Transport)];
+    events.extend((0..20).map(|i| {
+        let a = i as f32 * 0.3;
+        point(1, Vec3::new(a.cos(), a * 0.1, a.sin()), Quat::IDENTITY)
+    }));
+    play(&mut scene, &events);
+    for i in 1..scene.polygon_count() as u32 {
+        let shared = scene
+            .polygon(PolygonId(i - 1))
+            .vertices()
+            .iter()
+            .filter(|v| scene.polygon(PolygonId(i)).vertices().contains(v))
+            .count();
+        assert!(shared >= 2, "polygon {i} hangs on the one before by {shared} corners");
+    }
+}
+
+#[test]
+fn what_is_degenerate_is_dropped_and_counted() {
+    let mut scene = Scene::new();
+    let zero_width =
+        Begin { width: 0.0, color: WHITE, normal: NormalRule::LocalX, ..Begin::of(StrokeId(2)) }.event();
+    let far = Vec3::splat(3.0e38);
+    let events = [
+        begin(1, Tool::Ribbon, NormalRule::LocalX),
+        point(1, Vec3::ZERO, turned()),
+        point(1, Vec3::ZERO, turned()),
+        point(1, Vec3::X, turned()),
+        point(1, far, turned()),
+        zero_width,
+        point(2, Vec3::ZERO, turned()),
+        point(2, Vec3::X, turned()),
+    ];
+    play(&mut scene, &events);
+    let drops = scene.counts().drops;
+    assert_eq!((drops.zero_length, drops.out_of_range, drops.degenerate), (1, 1, 1), "{drops:?}");
+    assert_eq!(scene.polygon_count(), 1);
+}
+
+#[test]
+fn a_wall_is_planar_and_a_concave_one_is_cut() {
+    let mut scene = Scene::new();
+    let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+    let mut events = vec![begin(1, Tool::Wall, NormalRule::LocalX)];
+    events.extend(corners.map(|(x, y)| point(1, Vec3::new(x, y, -1.0), Quat::IDENTITY)));
+    assert!(play(&mut scene, &events).is_empty(), "a wall is there when its stroke ends");
+    play(&mut scene, &[end(1)]);
+    let area: f32 = (0..scene.polygon_count() as u32).map(|i| scene.polygon(PolygonId(i)).area_m2()).sum();
+    assert!((area - 3.0).abs() < 1.0e-5, "an L of three unit squares: {area}");
+}
+
+#[test]
+fn a_tube_is_closed() {
+    let mut scene = Scene::new();
+    let mut events = vec![begin(1, Tool::Tube, NormalRule::LocalX)];
+    events.extend((0..3).map(|i| point(1, Vec3::new(i as f32, 0.0, 0.0), Quat::IDENTITY)));
+    events.push(end(1));
+    play(&mut scene, &events);
+    // Every edge of a closed surface belongs to two polygons.
+    let mut edges = std::collections::BTreeMap::new();
+    for i in 0..scene.polygon_count() as u32 {
+        let polygon = scene.polygon(PolygonId(i));
+        let v = polygon.vertices();
+        for k in 0..v.len() {
+            let mut edge = [v[k], v[(k + 1) % v.len()]].map(|p| p.to_array().map(f32::to_bits));
+            edge.sort_unstable();
+            *edges.entry(edge).or_insert(0) += 1;
+        }
+    }
+    assert!(edges.values().all(|&n| n == 2), "{edges:?}");
+    assert_eq!(scene.polygon_count(), 2 * 8 + 2 * 3);
+}
+
+#[test]
+fn erase_undo_and_redo_bring_back_the_same_ids() {
+    let mut scene = Scene::new();
+    let mut filed = std::collections::BTreeSet::new();
+    let mut step = |scene: &mut Scene, events: &[Event]| {
+        follow(&play(scene, events), &mut filed);
+        filed.iter().map(|id| id.0).collect::<Vec<_>>()
+    };
+    let both: Vec<u32> = (0..4).collect();
+    let events: Vec<Event> = [straight(1, 3, NormalRule::LocalX), straight(2, 3, NormalRule::LocalX)]
+        .into_iter()
+        .flatten()
+        .collect();
+    assert_eq!(step(&mut scene, &events), both);
+    assert_eq!(
+        step(&mut scene, &[Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(1) }]),
+        [2, 3]
+    );
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), both);
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0, 1]);
+    assert_eq!(step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), [0u32; 0]);
+    assert_eq!(
+        step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]),
+        [0u32; 0],
+        "nothing is left to undo"
+    );
+    assert_eq!(scene.counts().ignored_events, 1);
+    assert_eq!(
+        step(
+            &mut scene,
+            &[Event::Redo { author: Author::SOLE, t: 0.0 }, Event::Redo { author: Author::SOLE, t: 0.0 }]
+        ),
+        both
+    );
+    assert_eq!(step(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), [2, 3]);
+    // A new edit ends the chance to redo.
+    step(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    step(&mut scene, &straight(3, 2, NormalRule::LocalX));
+    assert!(!scene.can_redo());
+}
+
+#[test]
+fn points_of_a_stroke_that_was_taken_back_stay_hidden_until_redo() {
+    let mut scene = Scene::new();
+    let mut filed = std::collections::BTreeSet::new();
+    let events = straight(1, 4, NormalRule::LocalX);
+    follow(&play(&mut scene, &events[..3]), &mut filed);
+    follow(&play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]), &mut filed);
+    follow(&play(&mut scene, &events[3..]), &mut filed);
+    assert!(filed.is_empty());
+    follow(&play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]), &mut filed);
+    assert_eq!(filed.len(), 3);
+}
+
+#[test]
+fn a_move_and_its_undo_give_the_same_bits() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 3, NormalRule::LocalX));
+    let before = [scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))];
+    let by = Vec3::new(0.1, 1.0e6, 0.3);
+    let changes = play(
+        &mut scene,
+        &[Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(1), StrokeId(1)], by }],
+    );
+    assert_eq!(changes, [Change::Update(PolygonId(0)), Change::Update(PolygonId(1))]);
+    assert_eq!(scene.bounds(PolygonId(0)).min.x, before[0].min.x + 0.1);
+    play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    assert_eq!([scene.bounds(PolygonId(0)), scene.bounds(PolygonId(1))], before);
+}
+
+#[test]
+fn groups_carry_their_strokes_and_each_other() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 2, NormalRule::LocalX));
+    let place = |group: u32, p: Vec3, s: f32| Event::Place {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(group),
+        to: Transform { p, q: Quat::IDENTITY, s },
+    };
+    let group = |group: u32, strokes: &[u32], parent: Option<u32>| Event::Group {
+        author: Author::SOLE,
+        t: 0.0,
+        group: GroupId(group),
+        strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
+        parent: parent.map(GroupId),
+        name: None,
+    };
+    let centre = |scene: &Scene| scene.bounds(PolygonId(0)).center();
+    let start = centre(&scene);
+    play(&mut scene, &[group(1, &[], None), group(2, &[1], Some(1))]);
+    play(&mut scene, &[place(1, Vec3::new(0.0, 10.0, 0.0), 2.0), place(2, Vec3::new(1.0, 0.0, 0.0), 1.0)]);
+    assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
+    assert_eq!(scene.groups_of(&scene.strokes()[0]), [GroupId(2), GroupId(1)]);
+    // A group cannot hang under itself.
+    let ignored = scene.counts().ignored_events;
+    play(&mut scene, &[group(1, &[], Some(2))]);
+    assert_eq!(scene.counts().ignored_events, ignored + 1);
+    for _ in 0..4 {
+        play(&mut scene, &[Event::Undo { author: Author::SOLE, t: 0.0 }]);
+    }
+    assert_eq!(centre(&scene), start);
+    // What is drawn into a placed group goes where the group is.
+    for _ in 0..4 {
+        play(&mut scene, &[Event::Redo { author: Author::SOLE, t: 0.0 }]);
+    }
+    assert!((centre(&scene) - ((start + Vec3::X) * 2.0 + Vec3::Y * 10.0)).length() < 1.0e-5);
+}
+
+#[test]
+fn chains_of_groups_have_a_longest_length() {
+    let mut scene = Scene::new();
+    // Each new group is hung above the last one: the chain grows at its top.
+    for top in 0..200u32 {
+        let group = |group, parent| Event::Group {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(group),
+            strokes: vec![],
+            parent,
+            name: None,
+        };
+        play(&mut scene, &[group(top + 1, None), group(top, Some(GroupId(top + 1)))]);
+    }
+    // A link that would make a chain of more than 64 is refused, and a new chain begins there.
+    assert_eq!(scene.counts().ignored_events, 200 / 64);
+}
+
+#[test]
+fn corners_beyond_the_most_of_a_wall_are_counted() {
+    let mut scene = Scene::new();
+    play(&mut scene, &[begin(1, Tool::Wall, NormalRule::LocalX)]);
+    for i in 0..Event::MAX_VERTICES + 5 {
+        play(&mut scene, &[point(1, Vec3::new(i as f32, (i * i) as f32 * 1.0e-3, 0.0), Quat::IDENTITY)]);
+    }
+    assert_eq!(scene.counts().drops.excess_corners, 5);
+}
+
+#[test]
+fn strokes_may_overlap_in_time() {
+    let mut scene = Scene::new();
+    let (a, b) = (straight(1, 4, NormalRule::LocalX), straight(2, 4, NormalRule::SideX));
+    let mixed: Vec<Event> = a.into_iter().zip(b).flat_map(|(a, b)| [a, b]).collect();
+    play(&mut scene, &mixed);
+    let ids =
+        |s: u32| scene.stroke(StrokeId(s)).expect("drawn").polygon_ids().map(|id| id.0).collect::<Vec<_>>();
+    assert_eq!((ids(1), ids(2)), (vec![0, 2, 4], vec![1, 3, 5]));
+}
+
+#[test]
+fn events_without_sense_change_nothing_and_are_counted() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 3, NormalRule::LocalX));
+    let nonsense = [
+        point(9, Vec3::ZERO, Quat::IDENTITY),
+        end(9),
+        end(1),
+        begin(1, Tool::Tube, NormalRule::LocalX),
+        Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(9) },
+        Event::Redo { author: Author::SOLE, t: 0.0 },
+        Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(9)], by: Vec3::X },
+        Event::Place {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(4),
+            to: Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 },
+        },
+    ];
+    assert!(play(&mut scene, &nonsense).is_empty());
+    assert_eq!(scene.counts().ignored_events, nonsense.len() as u64);
+    assert_eq!(scene.counts().visible, 2);
+}
+
+proptest::proptest! {
+    /// Whatever comes, inserts, removes and updates always leave exactly the visible polygons behind.
+    #[test]
+    fn changes_always_lead_to_what_is_visible(steps in proptest::collection::vec((0u8..12, 0u32..5, -2.0f32..2.0), 1..120)) {
+        let mut scene = Scene::new();
+        let mut filed = std::collections::BTreeSet::new();
+        let mut boxes = std::collections::BTreeMap::new();
+        for (kind, n, x) in steps {
+            let event = match kind {
+                0 | 1 => begin(n, [Tool::Ribbon, Tool::Wall, Tool::Tube][n as usize % 3], NormalRule::Transport),
+                2..=4 => point(n, Vec3::new(x, x * x, f32::from(kind)), Quat::IDENTITY),
+                5 => end(n),
+                6 => Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(n) },
+                7 => Event::Undo { author: Author::SOLE, t: 0.0 },
+                8 => Event::Redo { author: Author::SOLE, t: 0.0 },
+                9 => Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(n), StrokeId(n + 1)], by: Vec3::splat(x) },
+                10 => Event::Group { author: Author::SOLE, t: 0.0, group: GroupId(n), strokes: vec![StrokeId(n)], parent: (x > 0.0).then_some(GroupId(n + 1)), name: None },
+                _ => Event::Place { author: Author::SOLE, t: 0.0, group: GroupId(n), to: Transform { p: Vec3::splat(x), q: Quat::IDENTITY, s: 0.5 } },
+            };
+            let changes = play(&mut scene, &[event]);
+            follow(&changes, &mut filed);
+            for change in &changes {
+                if let Change::Insert(id) | Change::Update(id) = *change {
+                    boxes.insert(id, scene.bounds(id));
+                }
+            }
+            let visible: std::collections::BTreeSet<PolygonId> = scene.visible_ids().collect();
+            assert_eq!(filed, visible);
+            assert_eq!(scene.counts().visible, visible.len() as u64);
+            for id in visible {
+                assert_eq!(boxes[&id], scene.bounds(id), "an index would still have the old box of {id:?}");
+                assert_eq!(scene.polygon(id).bounds(), scene.bounds(id));
+            }
+        }
+    }
+}

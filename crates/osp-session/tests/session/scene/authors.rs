@@ -1,0 +1,334 @@
+//! Several authors: whose undo takes back what, and what their edits come to together.
+
+use glam::{Quat, Vec3};
+use osp_session::{
+    recording::{Author, Event, GroupId, NormalRule, Paint, StrokeId, Transform},
+    scene::Scene,
+};
+use osp_testkit::events::{Begin, point};
+
+const A: Author = Author(1);
+const B: Author = Author(2);
+
+pub(crate) fn join(author: Author) -> Event {
+    Event::Join { t: 0.0, author, name: format!("author {author}"), color: None }
+}
+
+fn leave(author: Author) -> Event {
+    Event::Leave { t: 9.0, author }
+}
+
+/// The author's stroke number `n`.
+pub(crate) fn id(author: Author, n: u32) -> StrokeId {
+    StrokeId(author.number(n).expect("a number of the author"))
+}
+
+pub(crate) fn group_id(author: Author, n: u32) -> GroupId {
+    GroupId(author.number(n).expect("a number of the author"))
+}
+
+/// A ribbon of three points, along x at a height of its own.
+pub(crate) fn stroke(author: Author, n: u32) -> Vec<Event> {
+    let stroke = id(author, n);
+    let y = (author.0 * 64 + n % 64) as f32;
+    let paint = Some(Box::new(Paint::new("", 0)));
+    let mut events =
+        vec![Begin { author, width: 0.25, normal: NormalRule::LocalX, paint, ..Begin::of(stroke) }.event()];
+    events.extend((0..3).map(|i| point(stroke, Vec3::new(i as f32, y, 0.0))));
+    events.push(Event::End { t: 0.0, stroke });
+    events
+}
+
+pub(crate) fn undo(author: Author) -> Event {
+    Event::Undo { t: 0.0, author }
+}
+
+pub(crate) fn redo(author: Author) -> Event {
+    Event::Redo { t: 0.0, author }
+}
+
+fn moved(author: Author, stroke: StrokeId, by: Vec3) -> Event {
+    Event::Move { t: 0.0, author, strokes: vec![stroke], by }
+}
+
+fn erase(author: Author, stroke: StrokeId) -> Event {
+    Event::Erase { t: 0.0, author, stroke }
+}
+
+fn placed(author: Author, group: GroupId, x: f32) -> Event {
+    let to = Transform { p: Vec3::X * x, q: Quat::IDENTITY, s: 1.0 };
+    Event::Place { t: 0.0, author, group, to }
+}
+
+fn grouped(author: Author, group: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Event {
+    Event::Group { t: 0.0, author, group, strokes: strokes.to_vec(), parent, name: None }
+}
+
+fn scene_of(events: impl IntoIterator<Item = Event>) -> Scene {
+    let mut scene = Scene::new();
+    super::play(&mut scene, &events.into_iter().collect::<Vec<_>>());
+    scene
+}
+
+/// Two authors with a stroke each.
+fn two() -> Vec<Event> {
+    [vec![join(A), join(B)], stroke(A, 0), stroke(B, 0)].concat()
+}
+
+fn and(events: &[Event], more: &[Event]) -> Vec<Event> {
+    [events, more].concat()
+}
+
+#[test]
+fn an_undo_takes_back_the_authors_own_edit() {
+    let scene = scene_of(and(&two(), &[undo(A)]));
+    assert!(
+        !scene.stroke(id(A, 0)).expect("A's").is_visible()
+            && scene.stroke(id(B, 0)).expect("B's").is_visible()
+    );
+    let scene = scene_of(and(&two(), &[undo(A), undo(A), redo(B)]));
+    assert!(scene.stroke(id(B, 0)).expect("B's").is_visible());
+    assert_eq!(scene.counts().ignored_events, 2);
+    // B's edit does not cost A the redo; A's own does.
+    let b_moves = moved(B, id(B, 0), Vec3::Y);
+    let scene = scene_of(and(&two(), &[undo(A), b_moves.clone(), redo(A)]));
+    assert!(scene.stroke(id(A, 0)).expect("A's").is_visible() && scene.counts().ignored_events == 0);
+    let scene = scene_of(and(&two(), &[undo(A), moved(A, id(B, 0), Vec3::Y), redo(A)]));
+    assert!(scene.stroke(id(A, 0)).is_none() && scene.counts().ignored_events == 1);
+    assert_eq!(scene.stroke(id(B, 0)).expect("B's").author(), B);
+}
+
+#[test]
+fn moves_of_several_add_up_whoever_takes_one_back() {
+    let s = id(A, 0);
+    let moves = [moved(A, s, Vec3::X), moved(B, s, Vec3::Y), moved(A, s, Vec3::Z)];
+    let offset = |more: &[Event]| {
+        scene_of(and(&and(&two(), &moves), more)).stroke(s).map(|stroke| stroke.offset()).expect("a stroke")
+    };
+    assert_eq!(offset(&[]), Vec3::ONE);
+    assert_eq!(offset(&[undo(B)]), Vec3::new(1.0, 0.0, 1.0));
+    assert_eq!(offset(&[undo(A), undo(A)]), Vec3::Y);
+    assert_eq!(offset(&[undo(A), undo(A), undo(B), redo(A)]), Vec3::X);
+    assert_eq!(offset(&[undo(A), undo(A), undo(B), redo(A), redo(B), redo(A)]), Vec3::ONE);
+}
+
+#[test]
+fn of_placings_groupings_and_layers_the_last_active_one_counts() {
+    let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
+    let both = and(&two(), &[grouped(A, g, &[s], None), grouped(B, h, &[s], None)]);
+    let groups = |more: &[Event]| {
+        let scene = scene_of(and(&both, more));
+        scene.groups_of(scene.stroke(s).expect("a stroke"))
+    };
+    assert_eq!(groups(&[]), [h]);
+    assert_eq!(groups(&[undo(A)]), [h]);
+    assert_eq!(groups(&[undo(B)]), [g]);
+    assert_eq!(groups(&[undo(A), undo(B)]), []);
+    assert_eq!(groups(&[undo(A), undo(B), redo(A)]), [g]);
+    let places = and(&both, &[placed(A, g, 1.0), placed(B, g, 2.0), placed(A, g, 3.0)]);
+    let x = |more: &[Event]| scene_of(and(&places, more)).group_transform(g).expect("a group").p.x;
+    assert_eq!([x(&[]), x(&[undo(B)]), x(&[undo(A)])], [3.0, 3.0, 2.0]);
+    assert_eq!(x(&[undo(B), undo(A)]), 1.0);
+    assert_eq!(x(&[undo(B), undo(A), redo(B)]), 2.0);
+    let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
+    let layers = and(&two(), &[assign(A, 1), assign(B, 2)]);
+    let layer = |more: &[Event]| scene_of(and(&layers, more)).stroke(s).expect("a stroke").layer();
+    assert_eq!([layer(&[]), layer(&[undo(A)]), layer(&[undo(B)])], [2, 2, 1]);
+    assert_eq!(layer(&[undo(A), undo(B)]), 0);
+}
+
+#[test]
+fn a_stroke_is_erased_as_long_as_anybody_has_erased_it() {
+    let s = id(A, 0);
+    let erased = and(&two(), &[erase(A, s), erase(B, s)]);
+    let is_erased = |more: &[Event]| {
+        let scene = scene_of(and(&erased, more));
+        assert_eq!(scene.counts().ignored_events, 0);
+        assert_eq!(
+            scene.counts().erased_strokes,
+            u64::from(scene.stroke(s).expect("a stroke").is_taken_away())
+        );
+        scene.stroke(s).expect("a stroke").is_taken_away()
+    };
+    assert!(is_erased(&[]) && is_erased(&[undo(A)]) && is_erased(&[undo(B)]));
+    assert!(!is_erased(&[undo(A), undo(B)]) && is_erased(&[undo(A), undo(B), redo(A)]));
+    // The same author erases once.
+    assert_eq!(scene_of(and(&erased, &[erase(A, s)])).counts().ignored_events, 1);
+}
+
+#[test]
+fn steps_are_the_authors_own() {
+    let step = |author, edits| Event::Step { t: 0.0, author, edits };
+    let (a, b) = (id(A, 0), id(B, 0));
+    let events =
+        [step(A, 3), moved(A, a, Vec3::X), moved(B, b, Vec3::X), moved(A, a, Vec3::X), moved(B, b, Vec3::X)];
+    let mut scene = scene_of(and(&two(), &events));
+    assert!(scene.is_step_open_of(A) && !scene.is_step_open_of(B) && !scene.is_step_open());
+    super::play(&mut scene, &[undo(A), undo(B)]);
+    let offset = |scene: &Scene, id| scene.stroke(id).expect("a stroke").offset();
+    assert_eq!((offset(&scene, a), offset(&scene, b)), (Vec3::ZERO, Vec3::X));
+    assert!(!scene.can_redo() && scene.can_redo_of(A) && scene.can_undo_of(B) && !scene.is_step_open_of(A));
+}
+
+#[test]
+fn who_leaves_ends_strokes_and_can_do_nothing_any_more() {
+    let mut events = and(&two(), &stroke(A, 1)[..2]);
+    events.extend([erase(A, id(B, 0)), leave(A), undo(A), moved(A, id(A, 0), Vec3::X)]);
+    events.push(Event::Point { t: 0.0, stroke: id(A, 1), p: Vec3::Y, q: Quat::IDENTITY, pressure: 1.0 });
+    let mut scene = scene_of(events);
+    assert_eq!(scene.counts().ignored_events, 3);
+    assert!(!scene.stroke(id(A, 1)).expect("A's").is_open());
+    // What A erased, nobody brings back: its number stays used.
+    assert!(scene.stroke(id(B, 0)).is_none() && scene.is_used(id(B, 0)));
+    let left: Vec<_> = scene.authors().map(|(author, info)| (author, info.left_secs)).collect();
+    assert_eq!(left, [(A, Some(9.0)), (B, None)]);
+    super::play(&mut scene, &[undo(B)]);
+    assert!(scene.stroke(id(A, 0)).expect("A's").is_visible());
+}
+
+#[test]
+fn numbers_are_those_of_the_author() {
+    let theirs = stroke(B, 5);
+    let theirs = theirs.iter().cloned().map(|event| match event {
+        Event::Begin { t, stroke, tool, width, color, normal, thinnest, paint, .. } => {
+            Event::Begin { t, author: A, stroke, tool, width, color, normal, thinnest, paint }
+        }
+        other => other,
+    });
+    let mut events = two();
+    events.extend(theirs);
+    events.push(grouped(A, group_id(B, 1), &[], None));
+    let polygon = Event::Polygon {
+        t: 0.0,
+        author: A,
+        stroke: Some(id(B, 0)),
+        vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        color: (1.0, 1.0, 1.0, 1.0),
+    };
+    events.push(polygon);
+    // Nobody has joined as the third, and none as one too many.
+    events.extend([undo(Author(3)), join(A), join(Author(Author::MAX)), undo(Author(u32::MAX))]);
+    let scene = scene_of(events);
+    // The stroke with its three points and its end.
+    assert_eq!(scene.counts().ignored_events, 5 + 1 + 1 + 4);
+    assert!(!scene.is_used(id(B, 5)) && scene.group_name(group_id(B, 1)).is_none());
+}
+
+#[test]
+fn groups_never_form_a_circle() {
+    let (g, h) = (group_id(A, 0), group_id(B, 0));
+    let made = and(&two(), &[grouped(A, g, &[], None), grouped(B, h, &[], None)]);
+    let (under, over) = (grouped(A, g, &[id(A, 0)], Some(h)), grouped(B, h, &[], Some(g)));
+    let parents = |more: &[Event]| {
+        let mut scene = scene_of(and(&made, more));
+        assert_eq!(scene.group_tree().len(), 2, "all are in the tree");
+        (scene.parent_of(g), scene.parent_of(h))
+    };
+    let both = [under.clone(), undo(A), over];
+    assert_eq!(parents(&both), (None, Some(g)));
+    // Made again, A's comes first in the session: B's would close the circle and hangs nothing, until A's is taken back.
+    assert_eq!(parents(&and(&both, &[redo(A)])), (Some(h), None));
+    assert_eq!(parents(&and(&both, &[redo(A), undo(A)])), (None, Some(g)));
+    assert_eq!(parents(&and(&both, &[redo(A), undo(B)])), (Some(h), None));
+    assert_eq!(parents(&and(&both, &[redo(A), undo(B), undo(A), redo(B)])), (None, Some(g)));
+}
+
+/// A grouping that nobody can take back any more comes before all others. What it says of where a group hangs stands against
+/// earlier ones that are made again, unless it never had an effect.
+#[test]
+fn a_forgotten_grouping_stands_only_if_it_had_an_effect() {
+    const C: Author = Author(3);
+    let (g, h, k) = (group_id(A, 0), group_id(B, 0), group_id(C, 0));
+    let made = [grouped(A, g, &[], None), grouped(B, h, &[], None), grouped(C, k, &[], None)];
+    let made = [two(), vec![join(C)], made.to_vec()].concat();
+    // A's is taken back; B, who hangs the same group elsewhere, leaves; A's is made again.
+    let events = [grouped(A, g, &[], Some(h)), undo(A), grouped(B, g, &[], Some(k)), leave(B), redo(A)];
+    assert_eq!(scene_of(and(&made, &events)).parent_of(g), Some(k));
+    // B's has no effect when B leaves, as it would close a circle: C's earlier one has its say.
+    let refused = [
+        grouped(C, h, &[], Some(k)),
+        undo(C),
+        grouped(A, g, &[], Some(h)),
+        undo(A),
+        grouped(B, h, &[], Some(g)),
+        redo(A),
+        leave(B),
+    ];
+    let mut scene = scene_of(and(&made, &refused));
+    assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), None));
+    super::play(&mut scene, &[redo(C)]);
+    assert_eq!((scene.parent_of(g), scene.parent_of(h)), (Some(h), Some(k)));
+}
+
+/// Edits that undo does not reach any more stay, whatever others take back that was before or after.
+#[test]
+fn what_is_forgotten_stays() {
+    let (s, g) = (id(A, 0), group_id(A, 0));
+    let mut events = and(&two(), &[grouped(A, g, &[s], None)]);
+    // B's are first, then A's are forgotten.
+    events.extend([moved(B, s, Vec3::Y), placed(B, g, 5.0)]);
+    events.extend([moved(A, s, Vec3::X), placed(A, g, 7.0)]);
+    let other = id(B, 0);
+    events.extend((0..1100).map(|_| moved(A, other, Vec3::X)));
+    let mut scene = scene_of(events);
+    let state = |scene: &Scene| {
+        (scene.stroke(s).expect("a stroke").offset(), scene.group_transform(g).expect("a group").p.x)
+    };
+    assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
+    super::play(&mut scene, &[undo(B), undo(B)]);
+    assert_eq!(state(&scene), (Vec3::X, 7.0));
+    super::play(&mut scene, &[redo(B), redo(B)]);
+    assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
+    for _ in 0..1200 {
+        super::play(&mut scene, &[undo(A)]);
+    }
+    assert_eq!(scene.stroke(other).expect("a stroke").offset(), Vec3::X * 100.0);
+    assert_eq!(state(&scene), (Vec3::X + Vec3::Y, 7.0));
+}
+
+/// However many they are, what all can take back together is bounded.
+#[test]
+fn all_together_remember_so_much() {
+    let mut scene = Scene::new();
+    let count = 70;
+    let authors: Vec<Author> = (1..=count).map(Author).collect();
+    for &author in &authors {
+        super::play(&mut scene, &[join(author)]);
+    }
+    for n in 0..1000 {
+        for &author in &authors {
+            super::play(&mut scene, &stroke(author, n)[..1]);
+        }
+    }
+    let mut reach = vec![0; authors.len()];
+    for (&author, reach) in authors.iter().zip(&mut reach) {
+        while scene.can_undo_of(author) {
+            super::play(&mut scene, &[undo(author)]);
+            *reach += 1;
+        }
+    }
+    assert_eq!(reach.iter().sum::<usize>(), 1 << 16, "{reach:?}");
+    assert!(reach.iter().all(|reach| (900..=1000).contains(reach)), "{reach:?}");
+}
+
+/// What an author makes again applies before later edits of another author who is gone and can take nothing back.
+#[test]
+fn what_is_made_again_comes_before_what_is_forgotten() {
+    let (s, g, h) = (id(A, 0), group_id(A, 0), group_id(B, 0));
+    let named = |author, group, name: &str| Event::Group {
+        t: 0.0,
+        author,
+        group,
+        strokes: vec![],
+        parent: None,
+        name: Some(name.to_owned()),
+    };
+    let assign = |author, layer| Event::Assign { t: 0.0, author, layer, strokes: vec![s] };
+    let of_a = [grouped(A, g, &[s], None), named(A, g, "A's"), assign(A, 1)];
+    let of_b = [grouped(B, h, &[s], None), named(B, g, "B's"), assign(B, 2)];
+    let events = [two(), of_a.to_vec(), vec![undo(A), undo(A), undo(A)]].concat();
+    let events = [events, of_b.to_vec(), vec![leave(B), redo(A), redo(A), redo(A)]].concat();
+    let scene = scene_of(events);
+    let stroke = scene.stroke(s).expect("a stroke");
+    assert_eq!((scene.groups_of(stroke), scene.group_name(g), stroke.layer()), (vec![h], Some("B's"), 2));
+}

@@ -1,0 +1,203 @@
+//! Groupings of many authors: to take one back costs what depends on it, not what there is.
+
+use glam::{Quat, Vec3};
+use osp_session::{
+    recording::{Author, Event, GroupId, StrokeId, Transform},
+    scene::Scene,
+};
+
+use super::authors::{group_id, id, join, redo, stroke, undo};
+
+/// The first author has the group that all others hang under.
+const ROOT: Author = Author(1);
+const A: Author = Author(2);
+const B: Author = Author(3);
+
+fn grouped(author: Author, group: GroupId, strokes: &[StrokeId], parent: Option<GroupId>) -> Event {
+    Event::Group { t: 0.0, author, group, strokes: strokes.to_vec(), parent, name: None }
+}
+
+/// So many hierarchies of other authors under the root, each hung elsewhere and back.
+fn hierarchies(count: u32) -> Vec<Event> {
+    let root = Some(group_id(ROOT, 0));
+    let mut events = Vec::new();
+    for hierarchy in 0..count {
+        let author = Author(10 + hierarchy % 50);
+        if hierarchy < 50 {
+            events.push(join(author));
+        }
+        let group = |n: u32| group_id(author, 3 * (hierarchy / 50) + n);
+        events.extend(stroke(author, hierarchy / 50));
+        events.push(grouped(author, group(0), &[], root));
+        events.push(grouped(author, group(1), &[], Some(group(0))));
+        events.push(grouped(author, group(2), &[id(author, hierarchy / 50)], Some(group(1))));
+        events.push(grouped(author, group(1), &[], None));
+        events.push(grouped(author, group(1), &[], Some(group(0))));
+    }
+    events
+}
+
+/// What an event costs.
+fn cost(scene: &mut Scene, event: Event) -> u64 {
+    let before = scene.work().total();
+    scene.apply(&event, &mut Vec::new());
+    scene.work().total() - before
+}
+
+fn parent(scene: &Scene, group: GroupId) -> Option<GroupId> {
+    scene.parent_of(group)
+}
+
+#[test]
+fn an_undo_costs_what_depends_on_it() {
+    let (root, a, b, below) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0), group_id(B, 1));
+    let costs = [50, 400].map(|count| {
+        let mut scene = Scene::new();
+        let mut events = vec![join(ROOT), join(A), join(B), grouped(ROOT, root, &[], None)];
+        events.extend([stroke(A, 0), stroke(B, 0)].concat());
+        events.push(grouped(B, b, &[], Some(root)));
+        events.push(grouped(A, a, &[id(A, 0)], Some(root)));
+        // This one is taken back: two later ones depend on it, one of them is refused.
+        events.push(grouped(A, a, &[id(B, 0)], Some(b)));
+        events.push(grouped(B, below, &[id(B, 0)], Some(a)));
+        events.extend(hierarchies(count));
+        scene.apply_all(&events, &mut Vec::new());
+        assert_eq!(scene.counts().ignored_events, 0);
+        let undone = cost(&mut scene, undo(A));
+        assert_eq!([a, b, below].map(|group| parent(&scene, group)), [Some(root), Some(root), Some(a)]);
+        let made_again = cost(&mut scene, redo(A));
+        assert_eq!([a, b, below].map(|group| parent(&scene, group)), [Some(b), Some(root), Some(a)]);
+        [undone, made_again]
+    });
+    assert_eq!(costs[0], costs[1], "however many groupings others have made");
+}
+
+/// From where a group hangs again as it did, nothing depends on what was taken back.
+#[test]
+fn an_undo_costs_what_depends_on_it_until_somebody_else_decides() {
+    let (root, a, b) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0));
+    let costs = [0, 400].map(|count| {
+        let mut scene = Scene::new();
+        let mut events = vec![join(ROOT), join(A), join(B)];
+        events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
+        let below = |n: u32| group_id(B, 1 + n % 20);
+        events.extend((0..20).map(|n| grouped(B, below(n), &[], Some(a))));
+        // The second one is taken back; the last one is there all the same.
+        events.extend([grouped(A, a, &[], Some(root)), grouped(A, a, &[], Some(b))]);
+        events.push(grouped(B, a, &[], Some(root)));
+        for n in 0..count {
+            events.extend([grouped(B, below(n), &[], None), grouped(B, below(n), &[], Some(a))]);
+        }
+        scene.apply_all(&events, &mut Vec::new());
+        assert_eq!(scene.counts().ignored_events, 0);
+        let costs = [undo(A), redo(A)].map(|event| cost(&mut scene, event));
+        assert_eq!(parent(&scene, a), Some(root));
+        costs
+    });
+    assert_eq!(costs[0], costs[1], "however many are hung under it later");
+}
+
+/// The same where that is a grouping under another group that hung elsewhere meanwhile.
+#[test]
+fn a_redo_costs_what_depends_on_it_until_two_groups_hang_as_they_did() {
+    let (root, a, b) = (group_id(ROOT, 0), group_id(A, 0), group_id(B, 0));
+    let costs = [20, 400].map(|count| {
+        let mut scene = Scene::new();
+        let mut events = vec![join(ROOT), join(A), join(B)];
+        events.extend([grouped(ROOT, root, &[], None), grouped(B, b, &[], None), grouped(A, a, &[], None)]);
+        // Made again, the first one refuses the second.
+        events.extend([grouped(A, a, &[], Some(b)), undo(A), grouped(B, b, &[], Some(a))]);
+        events.extend([grouped(B, b, &[], Some(root)), grouped(B, a, &[], Some(b))]);
+        for n in 0..count {
+            let below = group_id(B, 1 + n % 20);
+            events.extend([grouped(B, below, &[], Some(b)), grouped(B, below, &[], None)]);
+        }
+        scene.apply_all(&events, &mut Vec::new());
+        assert_eq!(scene.counts().ignored_events, 0);
+        let costs = [redo(A), undo(A)].map(|event| cost(&mut scene, event));
+        assert_eq!([a, b].map(|group| parent(&scene, group)), [Some(b), Some(root)]);
+        costs
+    });
+    assert_eq!(costs[0], costs[1], "however many are hung under the other later");
+}
+
+/// The same of moves, placings, names and layers, and of edits that undo does not reach any more.
+#[test]
+fn an_undo_of_any_arrangement_costs_what_depends_on_it() {
+    let (a, s) = (group_id(A, 0), id(A, 0));
+    let arrangements = |author: Author, group: GroupId, stroke: StrokeId| {
+        let to = Transform { p: Vec3::X, q: Quat::IDENTITY, s: 1.0 };
+        let name = Some("a name".to_owned());
+        vec![
+            Event::Group { t: 0.0, author, group, strokes: vec![stroke], parent: None, name },
+            Event::Move { t: 0.0, author, strokes: vec![stroke], by: Vec3::Y },
+            Event::Place { t: 0.0, author, group, to },
+            Event::Assign { t: 0.0, author, layer: 1, strokes: vec![stroke] },
+        ]
+    };
+    let costs = [50, 400].map(|count| {
+        let mut scene = Scene::new();
+        let mut events = vec![join(A), join(B), grouped(A, a, &[], None)];
+        events.extend(stroke(A, 0));
+        events.extend(arrangements(A, a, s));
+        // B does the same after A.
+        events.extend(arrangements(B, a, s));
+        for n in 0..count {
+            let author = Author(10 + n % 50);
+            if n < 50 {
+                events.push(join(author));
+            }
+            events.extend(stroke(author, n / 50));
+            events.extend(arrangements(author, group_id(author, n / 50), id(author, n / 50)));
+        }
+        scene.apply_all(&events, &mut Vec::new());
+        assert_eq!(scene.counts().ignored_events, 0);
+        let undone: Vec<u64> = (0..4).map(|_| cost(&mut scene, undo(A))).collect();
+        let made_again: Vec<u64> = (0..4).map(|_| cost(&mut scene, redo(A))).collect();
+        // Undo does not reach A's first edits any more.
+        let other = group_id(A, 1);
+        let beyond: Vec<Event> = (0..Scene::UNDO_DEPTH).map(|_| grouped(A, other, &[], None)).collect();
+        let forgotten = beyond.into_iter().map(|event| cost(&mut scene, event)).max();
+        (undone, made_again, forgotten)
+    });
+    assert_eq!(costs[0], costs[1], "however much others have arranged");
+}
+
+/// Authors with a group each, under the group of an author who is one round farther on with each round.
+fn tangle(authors: u32, rounds: u32) -> Vec<Event> {
+    let author = |n: u32| Author(1 + n % authors);
+    let mut events: Vec<Event> = (0..authors).map(|n| join(author(n))).collect();
+    events.extend((0..authors).map(|n| grouped(author(n), group_id(author(n), 0), &[], None)));
+    for round in 1..=rounds {
+        let parent = |n: u32| Some(group_id(author(n + round), 0));
+        events.extend((0..authors).map(|n| grouped(author(n), group_id(author(n), 0), &[], parent(n))));
+    }
+    events
+}
+
+/// A way in the world's space needs no parents, whether in the frame of an undo or of an edit that is forgotten.
+#[test]
+fn moves_of_strokes_in_no_group_leave_parents_to_the_end_of_the_frame() {
+    let mover = Author(100);
+    let moved = |n: u32| Event::Move { t: 0.0, author: mover, strokes: vec![id(mover, n)], by: Vec3::X };
+    let steps = |moves: u32, before: u32, member: Option<GroupId>| {
+        let mut scene = Scene::new();
+        scene.apply_all(&tangle(16, 20), &mut Vec::new());
+        let mut events = vec![join(mover)];
+        events.extend(stroke(mover, 0));
+        events.extend(member.map(|group| grouped(mover, group, &[id(mover, 0)], None)));
+        events.extend((0..before).map(|_| moved(0)));
+        scene.apply_all(&events, &mut Vec::new());
+        let before = scene.work().group_steps;
+        let undone =
+            (0..8).flat_map(|n| [undo(Author(1 + n)), moved(0)].into_iter().take(1 + moves as usize));
+        scene.apply_all(&undone.collect::<Vec<_>>(), &mut Vec::new());
+        scene.work().group_steps - before
+    };
+    let alone = steps(0, 0, None);
+    assert!(alone > 100, "{alone}");
+    assert_eq!(steps(1, 0, None), alone);
+    assert_eq!(steps(1, Scene::UNDO_DEPTH as u32, None), alone);
+    let in_a_group = steps(1, 0, Some(group_id(mover, 0)));
+    assert!(in_a_group > 2 * alone, "{in_a_group} and {alone}");
+}

@@ -1,0 +1,201 @@
+//! How far undo reaches, and what is gone beyond.
+
+use super::{begin, end, play, point, straight};
+use glam::{Quat, Vec3};
+use osp::polygon::{Change, PolygonId};
+use osp_session::{
+    recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool},
+    scene::Scene,
+};
+use osp_testkit::events::polygon;
+
+fn undo() -> Event {
+    Event::Undo { author: Author::SOLE, t: 0.0 }
+}
+
+fn redo() -> Event {
+    Event::Redo { author: Author::SOLE, t: 0.0 }
+}
+
+fn erase(stroke: u32) -> Event {
+    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
+}
+
+fn moved(strokes: &[u32]) -> Event {
+    Event::Move {
+        author: Author::SOLE,
+        t: 0.0,
+        strokes: strokes.iter().map(|&s| StrokeId(s)).collect(),
+        by: Vec3::Y,
+    }
+}
+
+fn ignored(scene: &Scene) -> u64 {
+    scene.counts().ignored_events
+}
+
+#[test]
+fn undo_reaches_a_thousand_edits_back_and_redo_forth_again() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 2, NormalRule::LocalX));
+    let height = |scene: &Scene| scene.bounds(PolygonId(0)).min.y;
+    // The stroke's own edit is one: with so many moves it is just out of reach.
+    for _ in 0..Scene::UNDO_DEPTH {
+        play(&mut scene, &[moved(&[1])]);
+    }
+    assert_eq!(height(&scene), 1000.0);
+    for _ in 0..Scene::UNDO_DEPTH {
+        play(&mut scene, &[undo()]);
+    }
+    assert_eq!((height(&scene), ignored(&scene), scene.can_undo()), (0.0, 0, false));
+    play(&mut scene, &[undo()]);
+    assert_eq!((ignored(&scene), scene.is_visible(PolygonId(0))), (1, true));
+    for _ in 0..Scene::UNDO_DEPTH {
+        play(&mut scene, &[redo()]);
+    }
+    assert_eq!((height(&scene), ignored(&scene), scene.can_redo()), (1000.0, 1, false));
+}
+
+#[test]
+fn what_was_erased_before_that_is_gone_and_its_number_stays_used() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 3, NormalRule::LocalX));
+    play(&mut scene, &straight(2, 3, NormalRule::LocalX));
+    play(&mut scene, &[begin(3, Tool::Ribbon, NormalRule::LocalX), point(3, Vec3::ZERO, Quat::IDENTITY)]);
+    play(&mut scene, &[erase(1), erase(3)]);
+    for _ in 0..Scene::UNDO_DEPTH - 2 {
+        play(&mut scene, &[moved(&[2])]);
+    }
+    // Both erasures can still be taken back.
+    let mut whole = scene.clone();
+    assert_eq!(whole.counts().erased_strokes, 2);
+    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut whole, &[undo()])));
+    assert_eq!((whole.counts().visible, whole.counts().erased_strokes, ignored(&whole)), (4, 0, 0));
+    // One more, and the older one cannot; what was freed is told by nobody.
+    assert_eq!(play(&mut scene, &[moved(&[2])]).len(), 2);
+    let mut less = scene.clone();
+    (0..Scene::UNDO_DEPTH).for_each(|_| drop(play(&mut less, &[undo()])));
+    assert_eq!((less.counts().visible, ignored(&less)), (2, 0));
+    assert!(less.stroke(StrokeId(1)).is_none() && less.stroke(StrokeId(3)).is_some());
+    // And the last.
+    play(&mut scene, &[moved(&[2])]);
+    assert_eq!(ignored(&scene), 0);
+    let of_gone = [
+        point(3, Vec3::X, Quat::IDENTITY),
+        end(3),
+        erase(1),
+        moved(&[1, 3]),
+        begin(1, Tool::Ribbon, NormalRule::LocalX),
+        polygon(Some(StrokeId(1)), [Vec3::ZERO, Vec3::X, Vec3::Y], (1.0, 1.0, 1.0, 1.0)),
+    ];
+    for let_go in [false, true] {
+        assert!(play(&mut scene, &of_gone).is_empty());
+        assert_eq!(ignored(&scene), of_gone.len() as u64 * (1 + u64::from(let_go)));
+        assert!(scene.is_used(StrokeId(1)) && scene.is_used(StrokeId(3)) && !scene.is_used(StrokeId(4)));
+        assert_eq!((scene.counts().strokes, scene.counts().erased_strokes), (3, 2));
+        assert_eq!(scene.visible_ids().collect::<Vec<_>>(), [PolygonId(2), PolygonId(3)]);
+        (0..2).for_each(|_| scene.let_go());
+    }
+    assert_eq!(scene.strokes().iter().count(), 1);
+    // Groups only take what is there, and numbers go on.
+    let all = [1, 2, 3].map(StrokeId).to_vec();
+    play(
+        &mut scene,
+        &[Event::Group {
+            author: Author::SOLE,
+            t: 0.0,
+            group: GroupId(1),
+            strokes: all,
+            parent: None,
+            name: None,
+        }],
+    );
+    let changes = play(&mut scene, &straight(4, 2, NormalRule::LocalX));
+    assert_eq!(changes, [Change::Insert(PolygonId(4))]);
+}
+
+#[test]
+fn what_was_taken_back_and_drawn_over_is_gone() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 3, NormalRule::LocalX));
+    play(&mut scene, &[undo()]);
+    let changes = play(&mut scene, &straight(2, 3, NormalRule::LocalX));
+    assert_eq!(changes, [2, 3].map(|id| Change::Insert(PolygonId(id))));
+    assert!(scene.stroke(StrokeId(1)).is_none() && scene.is_used(StrokeId(1)));
+    // Who follows the changes of this frame may still ask.
+    for _ in 0..2 {
+        assert_eq!(scene.polygon(PolygonId(0)).vertices().len(), 4);
+        assert!(scene.bounds(PolygonId(1)).is_valid() && !scene.is_visible(PolygonId(0)));
+        scene.let_go();
+    }
+    assert!(scene.bounds(PolygonId(0)).is_empty() && !scene.is_visible(PolygonId(0)));
+    assert_eq!(scene.polygon(PolygonId(1)).area_m2(), 0.0);
+    assert!(!scene.stroke_of(PolygonId(1)).is_visible());
+    // Taken back with its erasure: that is of no use any more either.
+    play(&mut scene, &[erase(2), undo(), undo()]);
+    play(&mut scene, &straight(3, 3, NormalRule::LocalX));
+    assert!(scene.stroke(StrokeId(2)).is_none());
+    play(&mut scene, &[undo(), undo(), redo(), redo()]);
+    assert_eq!(scene.visible_ids().collect::<Vec<_>>(), [PolygonId(4), PolygonId(5)]);
+    assert_eq!(ignored(&scene), 2);
+}
+
+#[test]
+fn when_it_is_let_go_makes_no_difference() {
+    for seed in 0..12 {
+        let mut editor = osp_testkit::Editor::new(seed);
+        let (mut kept, mut freed) = (Scene::new(), Scene::new());
+        let mut events = editor.start();
+        for _ in 0..700 {
+            let changes = (play(&mut kept, &events), play(&mut freed, &events));
+            assert_eq!(changes.0, changes.1, "seed {seed}");
+            if editor.below(3) > 0 {
+                freed.let_go();
+            }
+            assert_eq!(kept.counts(), freed.counts());
+            events = editor.edit();
+        }
+        let ids: Vec<PolygonId> = kept.visible_ids().collect();
+        assert_eq!(ids, freed.visible_ids().collect::<Vec<_>>());
+        assert!(ids.iter().all(|&id| kept.polygon(id) == freed.polygon(id)));
+        assert!(freed.strokes().iter().count() < kept.strokes().iter().count(), "something was let go");
+    }
+}
+
+#[test]
+fn edits_of_many_strokes_are_remembered_less_long() {
+    // 4,096 strokes of one polygon each; 256 moves of all of them are all that is remembered.
+    const STROKES: u32 = 4096;
+    let mut scene = Scene::new();
+    let vertices = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    for stroke in 0..STROKES {
+        let (stroke, vertices) = (Some(StrokeId(stroke)), vertices.clone());
+        play(
+            &mut scene,
+            &[Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color: (1.0, 1.0, 1.0, 1.0) }],
+        );
+    }
+    let all: Vec<u32> = (0..STROKES).collect();
+    let moves: Vec<Event> = (0..300).map(|_| moved(&all)).collect();
+    scene.apply_all(&moves, &mut Vec::new());
+    let mut reached = 0;
+    while scene.can_undo() {
+        scene.apply_all(&[undo()], &mut Vec::new());
+        reached += 1;
+    }
+    assert_eq!(reached, (1 << 20) / STROKES);
+    assert_eq!(scene.bounds(PolygonId(0)).min.y, 300.0 - reached as f32);
+    // What was taken back and is lost counts no more.
+    for _ in 0..300 {
+        scene.apply_all(&[moved(&all), undo()], &mut Vec::new());
+    }
+    for _ in 0..200 {
+        scene.apply_all(&[moved(&all)], &mut Vec::new());
+    }
+    reached = 0;
+    while scene.can_undo() {
+        scene.apply_all(&[undo()], &mut Vec::new());
+        reached += 1;
+    }
+    assert_eq!(reached, 200);
+}

@@ -1,0 +1,154 @@
+//! Several edits that are one step for undo, and layers.
+
+use super::{play, straight};
+use glam::Vec3;
+use osp::polygon::Change;
+use osp_session::{
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    scene::Scene,
+};
+
+const UNDO: Event = Event::Undo { author: Author::SOLE, t: 0.0 };
+const REDO: Event = Event::Redo { author: Author::SOLE, t: 0.0 };
+
+fn step(edits: u32) -> Event {
+    Event::Step { author: Author::SOLE, t: 0.0, edits }
+}
+
+fn erase(stroke: u32) -> Event {
+    Event::Erase { author: Author::SOLE, t: 0.0, stroke: StrokeId(stroke) }
+}
+
+fn moved(stroke: u32) -> Event {
+    Event::Move { author: Author::SOLE, t: 0.0, strokes: vec![StrokeId(stroke)], by: Vec3::Y }
+}
+
+fn visible(scene: &Scene) -> Vec<u32> {
+    let strokes = scene.strokes().iter().filter(|stroke| stroke.is_visible());
+    strokes.filter_map(|stroke| Some(stroke.id()?.0)).collect()
+}
+
+#[test]
+fn more_edits_than_undo_reaches_are_taken_back_as_one_step_and_made_again() {
+    let mut scene = Scene::new();
+    let count = Scene::UNDO_DEPTH as u32 + 300;
+    (0..count).for_each(|stroke| drop(play(&mut scene, &straight(stroke, 2, NormalRule::LocalX))));
+    play(&mut scene, &[step(2 * count)]);
+    for stroke in 0..count {
+        play(&mut scene, &straight(count + stroke, 2, NormalRule::LocalX));
+    }
+    (0..count).for_each(|stroke| drop(play(&mut scene, &[erase(stroke)])));
+    assert!(!scene.is_step_open());
+    let (old, new): (Vec<u32>, Vec<u32>) = ((0..count).collect(), (count..2 * count).collect());
+    assert_eq!(visible(&scene), new);
+    play(&mut scene, &[UNDO]);
+    assert_eq!(visible(&scene), old);
+    play(&mut scene, &[REDO]);
+    assert_eq!(visible(&scene), new);
+    // A new edit after an undo puts the copies out of reach, the old ones not.
+    play(&mut scene, &[UNDO, moved(0)]);
+    scene.let_go();
+    scene.let_go();
+    assert_eq!(visible(&scene), old);
+    assert!(scene.stroke(StrokeId(count)).is_none() && scene.is_used(StrokeId(count)));
+    assert_eq!(scene.counts().ignored_events, 0);
+}
+
+#[test]
+fn a_step_ends_with_its_edits_with_an_undo_and_with_the_next_step() {
+    let mut scene = Scene::new();
+    play(&mut scene, &straight(1, 2, NormalRule::LocalX));
+    let height = |scene: &Scene| scene.stroke(StrokeId(1)).expect("a stroke").offset().y;
+    // Two of three moves are the step.
+    play(&mut scene, &[step(2), moved(1), moved(1), moved(1)]);
+    play(&mut scene, &[UNDO]);
+    assert_eq!(height(&scene), 2.0);
+    play(&mut scene, &[UNDO]);
+    assert_eq!(height(&scene), 0.0);
+    play(&mut scene, &[REDO]);
+    assert_eq!(height(&scene), 2.0);
+    // Taken back while it is open: what follows is no part of it.
+    play(&mut scene, &[step(5), moved(1), moved(1), UNDO]);
+    assert_eq!(height(&scene), 2.0);
+    play(&mut scene, &[moved(1), UNDO]);
+    assert_eq!(height(&scene), 2.0);
+    // Ended by another, and by none.
+    play(&mut scene, &[step(5), moved(1), step(2), moved(1), moved(1), UNDO]);
+    assert_eq!(height(&scene), 3.0);
+    play(&mut scene, &[step(5), moved(1), step(0), moved(1), UNDO]);
+    assert_eq!((height(&scene), scene.is_step_open()), (4.0, false));
+    assert_eq!(scene.counts().ignored_events, 0);
+}
+
+#[test]
+fn an_undo_or_redo_of_nothing_ends_no_step() {
+    for nothing in [UNDO, REDO] {
+        let mut scene = Scene::new();
+        play(&mut scene, &[step(2), nothing]);
+        assert_eq!((scene.counts().ignored_events, scene.is_step_open()), (1, true));
+        play(&mut scene, &straight(1, 2, NormalRule::LocalX));
+        play(&mut scene, &straight(2, 2, NormalRule::LocalX));
+        assert!(!scene.is_step_open());
+        play(&mut scene, &[UNDO]);
+        assert_eq!(visible(&scene), [0u32; 0], "both strokes are the step");
+        play(&mut scene, &[REDO]);
+        assert_eq!(visible(&scene), [1, 2]);
+    }
+}
+
+fn layer(layer: u32, hidden: Option<bool>) -> Event {
+    Event::Layer { author: Author::SOLE, t: 0.0, layer, name: None, hidden, locked: None, mine: None }
+}
+
+fn assign(layer: u32, strokes: &[u32]) -> Event {
+    Event::Assign {
+        author: Author::SOLE,
+        t: 0.0,
+        layer,
+        strokes: strokes.iter().map(|&stroke| StrokeId(stroke)).collect(),
+    }
+}
+
+#[test]
+fn a_layer_hides_its_strokes_those_that_come_and_those_that_are_brought() {
+    let mut scene = Scene::new();
+    for stroke in [1, 2, 3] {
+        play(&mut scene, &straight(stroke, 3, NormalRule::LocalX));
+    }
+    play(&mut scene, &[assign(2, &[2, 3, 3])]);
+    let changes: Vec<Change> = play(&mut scene, &[layer(2, Some(true))]);
+    assert_eq!((visible(&scene), changes.len()), (vec![1], 4));
+    play(&mut scene, &[UNDO]);
+    assert_eq!(visible(&scene), [1, 2, 3], "back on the layer that is not hidden");
+    play(&mut scene, &[REDO]);
+    assert_eq!(visible(&scene), [1]);
+    // One that begins on the hidden layer, and one that says itself that it is hidden.
+    let mut drawn = straight(4, 3, NormalRule::LocalX);
+    let Event::Begin { paint, .. } = &mut drawn[0] else { panic!("a beginning") };
+    *paint = Some(Box::new(Paint { layer: 2, ..Paint::new("", 0) }));
+    play(&mut scene, &drawn);
+    let mut drawn = straight(5, 3, NormalRule::LocalX);
+    let Event::Begin { paint, tool, .. } = &mut drawn[0] else { panic!("a beginning") };
+    *paint = Some(Box::new(Paint { layer: 7, hidden: true, ..Paint::new("", 0) }));
+    assert_eq!(*tool, Tool::Ribbon);
+    play(&mut scene, &drawn);
+    assert_eq!(visible(&scene), [1]);
+    play(&mut scene, &[layer(2, Some(false)), layer(7, Some(false))]);
+    assert_eq!(visible(&scene), [1, 2, 3, 4, 5]);
+    play(&mut scene, &[layer(2, None), layer(0, Some(true))]);
+    assert_eq!(visible(&scene), [2, 3, 4, 5]);
+    assert_eq!(scene.counts().visible, 8);
+    let locked = Event::Layer {
+        author: Author::SOLE,
+        t: 0.0,
+        layer: 7,
+        name: Some("sky".into()),
+        hidden: None,
+        locked: Some(true),
+        mine: None,
+    };
+    play(&mut scene, &[locked, layer(7, Some(true))]);
+    let state = &scene.layer_states()[&7];
+    assert_eq!((state.name.as_deref(), state.hidden, scene.is_locked(7)), (Some("sky"), Some(true), true));
+    assert_eq!(scene.counts().ignored_events, 0);
+}

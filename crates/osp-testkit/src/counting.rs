@@ -1,0 +1,71 @@
+//! An allocator that counts what each thread allocates and holds.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    static HELD_BYTES: Cell<i64> = const { Cell::new(0) };
+    static PEAK_BYTES: Cell<i64> = const { Cell::new(0) };
+}
+
+fn note(allocations: u64, bytes: i64) {
+    // Fails only while the thread is being torn down.
+    let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + allocations));
+    let _ = HELD_BYTES.try_with(|held| {
+        held.set(held.get() + bytes);
+        let _ = PEAK_BYTES.try_with(|peak| peak.set(peak.get().max(held.get())));
+    });
+}
+
+/// The system's allocator with counts. A test binary makes it its own: `#[global_allocator] static COUNTING: Counting = Counting;`.
+#[derive(Debug)]
+pub struct Counting;
+
+#[allow(unsafe_code, reason = "a global allocator cannot be written without; it only counts and passes on")]
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        note(1, layout.size() as i64);
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        note(1, layout.size() as i64);
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, ptr: *mut u8, layout: Layout) {
+        note(0, -(layout.size() as i64));
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.dealloc(ptr, layout) }
+    }
+
+    unsafe fn realloc(&self, ptr: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        note(1, new_size as i64 - layout.size() as i64);
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.realloc(ptr, layout, new_size) }
+    }
+}
+
+/// Allocations of this thread so far.
+pub fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
+}
+
+/// Bytes that this thread has allocated and not freed; what it freed of others counts, too.
+pub fn held_bytes() -> i64 {
+    HELD_BYTES.with(Cell::get)
+}
+
+/// Runs something, and gives the most bytes that this thread held for it at a time.
+pub fn peak_of<T>(run: impl FnOnce() -> T) -> (T, i64) {
+    let before = HELD_BYTES.get();
+    PEAK_BYTES.set(before);
+    let outcome = run();
+    (outcome, PEAK_BYTES.get() - before)
+}

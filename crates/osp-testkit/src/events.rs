@@ -1,0 +1,71 @@
+//! Events of a session, without the fields that a test does not care for.
+
+use glam::{Quat, Vec3};
+use osp_session::{
+    recording::{Author, Event, NormalRule, Paint, StrokeId, Tool},
+    scene::Scene,
+};
+
+/// The beginning of a stroke: `Begin { width: 0.2, ..Begin::of(stroke) }.event()`.
+#[derive(Clone, Debug)]
+pub struct Begin {
+    /// Who draws; the only author.
+    pub author: Author,
+    /// The stroke's number.
+    pub stroke: StrokeId,
+    /// A ribbon.
+    pub tool: Tool,
+    /// Metres; 0.1.
+    pub width: f32,
+    /// White.
+    pub color: (f32, f32, f32, f32),
+    /// [`NormalRule::Transport`].
+    pub normal: NormalRule,
+    /// The share of the width without pressure; 1.
+    pub thinnest: f32,
+    /// None.
+    pub paint: Option<Box<Paint>>,
+}
+
+impl Begin {
+    /// Of a plain ribbon.
+    pub fn of(stroke: StrokeId) -> Self {
+        Self {
+            author: Author::SOLE,
+            stroke,
+            tool: Tool::Ribbon,
+            width: 0.1,
+            color: (1.0, 1.0, 1.0, 1.0),
+            normal: NormalRule::Transport,
+            thinnest: 1.0,
+            paint: None,
+        }
+    }
+
+    /// The event, at the time 0.
+    pub fn event(self) -> Event {
+        let Self { author, stroke, tool, width, color, normal, thinnest, paint } = self;
+        Event::Begin { author, t: 0.0, stroke, tool, width, color, normal, thinnest, paint }
+    }
+}
+
+/// A sample of a stroke, pressed fully.
+pub fn point(stroke: StrokeId, p: Vec3) -> Event {
+    Event::Point { t: 0.0, stroke, p, q: Quat::IDENTITY, pressure: 1.0 }
+}
+
+/// A polygon of the only author.
+pub fn polygon(
+    stroke: Option<StrokeId>,
+    vertices: impl Into<Vec<Vec3>>,
+    color: (f32, f32, f32, f32),
+) -> Event {
+    Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices: vertices.into(), color }
+}
+
+/// What a session comes to.
+pub fn scene_of<'a>(events: impl IntoIterator<Item = &'a Event>) -> Scene {
+    let mut scene = Scene::new();
+    scene.apply_all(events, &mut Vec::new());
+    scene
+}

@@ -1,0 +1,147 @@
+//! The program, run as a user runs it.
+
+use std::{
+    ffi::OsStr,
+    path::Path,
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::ROOT;
+
+/// A program to test: `Program(env!("CARGO_BIN_EXE_osp"))`. Methods without a folder run it in the repository.
+#[derive(Clone, Copy, Debug)]
+pub struct Program(pub &'static str);
+
+impl Program {
+    /// The program with arguments, in a folder.
+    pub fn command_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Command {
+        let mut command = Command::new(self.0);
+        // Some graphics drivers complain if there is none.
+        command.args(args).current_dir(folder).env("XDG_RUNTIME_DIR", std::env::temp_dir());
+        command
+    }
+
+    /// See [`Self::command_in`].
+    pub fn command<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Command {
+        self.command_in(ROOT, args)
+    }
+
+    /// How it ends and what it prints.
+    ///
+    /// # Panics
+    ///
+    /// Panics if it does not start.
+    pub fn run_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Output {
+        self.command_in(folder, args).output().expect("the program starts")
+    }
+
+    /// See [`Self::run_in`].
+    pub fn run<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Output {
+        self.run_in(ROOT, args)
+    }
+
+    /// What it prints where it has to succeed.
+    ///
+    /// # Panics
+    ///
+    /// Panics with its complaint if it fails.
+    pub fn done_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> String {
+        let mut command = self.command_in(folder, args);
+        let output = command.output().expect("the program starts");
+        assert!(output.status.success(), "{command:?}: {}", stderr(&output));
+        stdout(&output)
+    }
+
+    /// See [`Self::done_in`].
+    pub fn done<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.done_in(ROOT, args)
+    }
+
+    /// What it complains of where it has to refuse, with the exit code 2.
+    ///
+    /// # Panics
+    ///
+    /// Panics if it ends otherwise.
+    pub fn refused_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> String {
+        let mut command = self.command_in(folder, args);
+        let output = command.output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {}", stderr(&output));
+        stderr(&output)
+    }
+
+    /// See [`Self::refused_in`].
+    pub fn refused<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> String {
+        self.refused_in(ROOT, args)
+    }
+
+    /// The JSON that it prints where it has to succeed.
+    ///
+    /// # Panics
+    ///
+    /// Panics if it fails, and if that is not one JSON value.
+    pub fn json_in<S: AsRef<OsStr>>(
+        self,
+        folder: impl AsRef<Path>,
+        args: impl IntoIterator<Item = S>,
+    ) -> Value {
+        serde_json::from_str(&self.done_in(folder, args)).expect("one JSON value")
+    }
+
+    /// See [`Self::json_in`].
+    pub fn json<S: AsRef<OsStr>>(self, args: impl IntoIterator<Item = S>) -> Value {
+        self.json_in(ROOT, args)
+    }
+}
+
+/// What a program printed.
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// What a program complained of.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The JSON that a program printed where it has to succeed.
+///
+/// # Panics
+///
+/// Panics with its complaint if it failed, and if that is not one JSON value.
+pub fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).expect("one JSON value")
+}
+
+/// A folder that is gone after the test.
+///
+/// # Panics
+///
+/// Panics if none can be made.
+pub fn temp() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// The path of a shipped session: `room` for `recordings/room.ron`.
+pub fn shipped_session(name: &str) -> String {
+    format!("{ROOT}/recordings/{name}.ron")
+}

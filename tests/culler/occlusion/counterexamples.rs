@@ -1,0 +1,325 @@
+//! Small scenes in which the paper's rules hide what is visible, and what a culler must not hide in general.
+
+use super::{
+    judge::{is_blocked, is_in_window},
+    random::{Polygon, Random, window},
+};
+use glam::{DVec3, Vec3};
+use osp::{
+    math::{Aabb, Sphere},
+    occlusion::{NotAnOccluder, Occlusion, OcclusionCuller, ShadowVolume, Soundness, Verdict},
+    view::ViewWindow,
+};
+use osp_lab::Method;
+use osp_rivals::{
+    RivalOcclusion,
+    occlusion::{MsvbspPaper, PaperCaps},
+};
+
+/// From the origin along +z; the window reaches from -2 to 2 at distance 1.
+fn straight() -> ViewWindow {
+    window(DVec3::ZERO, DVec3::Z, DVec3::Y, [2.0, 2.0], [0.0, 0.0], 0.01)
+}
+
+/// A polygon in the plane z = `distance`, given by where it is seen in the plane z = 1.
+fn seen_at(distance: f32, outline: &[(f32, f32)]) -> Polygon {
+    outline.iter().map(|&(x, y)| Vec3::new(x, y, 1.0) * distance).collect()
+}
+
+fn square(distance: f32, x: [f32; 2], y: [f32; 2]) -> Polygon {
+    seen_at(distance, &[(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])])
+}
+
+fn shadows(window: &ViewWindow, polygons: &[Polygon]) -> Vec<ShadowVolume> {
+    let mut shadows = Vec::new();
+    for polygon in polygons {
+        ShadowVolume::push_polygon(polygon, window, &mut shadows);
+    }
+    assert!(!shadows.is_empty());
+    shadows
+}
+
+/// Tiny balls at twice the distance, all over the window: how many of those that can be seen are called hidden, in
+/// per mille of the visible ones.
+fn wrongly_hidden_per_mille(
+    culler: &mut dyn OcclusionCuller,
+    window: &ViewWindow,
+    polygons: &[Polygon],
+    distance: f64,
+) -> u64 {
+    culler.build(window, &shadows(window, polygons));
+    let mut random = Random::new(7);
+    let (mut visible, mut wrong) = (0, 0);
+    for _ in 0..20_000 {
+        let x = DVec3::new(random.range(-2.0, 2.0), random.range(-2.0, 2.0), 1.0) * distance;
+        if !is_in_window(window, x) || is_blocked(window, polygons, x) {
+            continue;
+        }
+        visible += 1;
+        let ball = Sphere { center: (x + window.eye_in_world()).as_vec3(), radius_m: 1.0e-4 };
+        wrong += u64::from(culler.test_sphere(&ball).verdict == Verdict::Hidden);
+    }
+    wrong * 1000 / visible
+}
+
+fn assert_only_the_paper_is_wrong(window: &ViewWindow, polygons: &[Polygon], paper_at_least_per_mille: u64) {
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        let wrong = wrongly_hidden_per_mille(&mut *culler, window, polygons, 6.0);
+        match culler.soundness() {
+            Soundness::Conservative => assert_eq!(wrong, 0, "{}", culler.name()),
+            Soundness::Unsound(_) if *kind != RivalOcclusion::DepthCenters.into() => {
+                assert!(wrong >= paper_at_least_per_mille, "{}: {wrong}", culler.name());
+            }
+            Soundness::Unsound(_) => {}
+        }
+    }
+}
+
+/// Rule 2: the triangle never reaches the quadrant x < 0, y < 0, but one of its planes is all that is left there.
+#[test]
+fn rule_2_sorting_uncut_edges_loses_planes() {
+    let a = square(2.0, [-2.0, 0.0], [0.0, 2.0]);
+    // The paper's splitters have to be x = 0, then y = 0: start the outline there.
+    let a = vec![a[1], a[2], a[3], a[0]];
+    let b = seen_at(3.0, &[(-1.0, 1.0), (0.1, 0.1), (2.0, -1.0)]);
+    assert_only_the_paper_is_wrong(&straight(), &[a, b], 100);
+}
+
+/// Rule 6: the worse square loses its left side also below the better one, where nobody else has that plane.
+#[test]
+fn rule_6_deleting_the_worse_plane_opens_the_shadow() {
+    let a = square(2.0, [0.0, 1.0], [0.0, 1.0]);
+    let b = square(2.0, [1.0, 2.0], [-0.5, 0.5]);
+    assert_only_the_paper_is_wrong(&straight(), &[a, b], 20);
+}
+
+/// Rule 5: a united outline is not convex any more; what a cell keeps of it need not be what reaches the cell.
+#[test]
+fn rule_5_uniting_groups_is_no_worse_than_rule_2() {
+    // Two squares with a common edge, and a third whose planes sort into the wrong cells.
+    let a = square(2.0, [-1.0, 0.0], [0.0, 1.0]);
+    let b = square(2.0, [0.0, 1.0], [0.0, 1.0]);
+    let c = seen_at(3.0, &[(-1.5, 0.5), (-0.9, -0.9), (1.5, -1.5)]);
+    let window = straight();
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        let wrong = wrongly_hidden_per_mille(&mut *culler, &window, &[a.clone(), b.clone(), c.clone()], 6.0);
+        if culler.soundness() == Soundness::Conservative {
+            assert_eq!(wrong, 0, "{}", culler.name());
+        }
+    }
+}
+
+/// Without a cap everything between the eye and the occluder is culled.
+#[test]
+fn what_is_before_its_occluder_is_visible() {
+    let wall = square(5.0, [-1.0, 1.0], [-1.0, 1.0]);
+    let window = straight();
+    let before = Aabb::cube(Vec3::new(0.0, 0.0, 3.0), 0.5);
+    let behind = Aabb::cube(Vec3::new(0.0, 0.0, 9.0), 0.5);
+    let through = Aabb::cube(Vec3::new(0.0, 0.0, 5.0), 0.5);
+    let mut capless = MsvbspPaper::new(PaperCaps::None, 512);
+    capless.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
+    assert_eq!(capless.test_box(&before).verdict, Verdict::Hidden);
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        culler.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
+        let before = culler.test_box(&before).verdict;
+        match kind {
+            &Method::NONE => {}
+            _ => {
+                assert_eq!(before, Verdict::Unoccluded, "{}", kind.name());
+                assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
+                assert_eq!(culler.test_box(&through).verdict, Verdict::PartlyHidden, "{}", kind.name());
+            }
+        }
+    }
+}
+
+/// Fig. 14, left: a box whose eight corners are hidden one by one, in the shadows of different walls, shows between them.
+#[test]
+fn the_eight_corners_of_a_box_do_not_decide() {
+    let window = straight();
+    let walls = [square(2.0, [-1.0, -0.2], [-1.0, 1.0]), square(2.0, [0.2, 1.0], [-1.0, 1.0])];
+    let bounds = Aabb::new(Vec3::new(-2.0, -1.0, 8.0), Vec3::new(2.0, 1.0, 9.0));
+    let mut culler = Occlusion::Msvbsp.create(16);
+    culler.build(&window, &shadows(&window, &walls));
+    // The paper's first test: each corner as a point.
+    let corner_is_hidden =
+        |p: Vec3| culler.test_sphere(&Sphere { center: p, radius_m: 0.0 }).verdict == Verdict::Hidden;
+    assert!(bounds.corners().into_iter().all(corner_is_hidden), "so the test would cull the box");
+    let middle = window.from_eye(bounds.center());
+    assert!(!is_blocked(&window, &walls, middle), "but its middle can be seen");
+    assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden);
+    assert_ne!(culler.test_outline(&bounds).verdict, Verdict::Hidden);
+}
+
+/// A box behind two walls that meet is hidden only by both together: that is what the trees are for.
+#[test]
+fn walls_that_meet_hide_together_what_none_hides_alone() {
+    let window = straight();
+    let walls = [square(2.0, [-1.0, 0.0], [-1.0, 1.0]), square(2.0, [0.0, 1.0], [-1.0, 1.0])];
+    let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
+    for (kind, verdict) in [
+        (RivalOcclusion::Frusta.into(), Verdict::PartlyHidden),
+        (RivalOcclusion::Svbsp.into(), Verdict::Hidden),
+        (Method::Own(Occlusion::Msvbsp), Verdict::Hidden),
+    ] {
+        let mut culler = kind.create(16);
+        culler.build(&window, &shadows(&window, &walls));
+        assert_eq!(culler.test_box(&behind).verdict, verdict, "{}", kind.name());
+    }
+}
+
+/// A gap a hundredth of a degree wide.
+#[test]
+fn a_thin_gap_between_walls_stays_open() {
+    let window = straight();
+    let walls = [square(2.0, [-1.0, -1.0e-4], [-1.0, 1.0]), square(2.0, [1.0e-4, 1.0], [-1.0, 1.0])];
+    let behind = Aabb::cube(Vec3::new(0.0, 0.0, 6.0), 1.0);
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        if culler.soundness() == Soundness::Conservative {
+            culler.build(&window, &shadows(&window, &walls));
+            assert_ne!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", kind.name());
+        }
+    }
+}
+
+/// The eye inside a box, a box around everything, a box behind the eye, boxes that are no boxes.
+#[test]
+fn boxes_without_an_outline_are_never_hidden() {
+    let window = straight();
+    let wall = square(5.0, [-2.5, 2.5], [-2.5, 2.5]);
+    let nan = f32::NAN;
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        if matches!(culler.soundness(), Soundness::Unsound(_)) {
+            continue;
+        }
+        culler.build(&window, &shadows(&window, std::slice::from_ref(&wall)));
+        for bounds in [
+            Aabb::cube(Vec3::ZERO, 1.0),
+            Aabb::cube(Vec3::ZERO, 1.0e30),
+            Aabb::new(Vec3::NEG_INFINITY, Vec3::INFINITY),
+            Aabb::EMPTY,
+            Aabb::new(Vec3::splat(nan), Vec3::splat(nan)),
+            Aabb::new(Vec3::new(-1.0, -1.0, nan), Vec3::new(1.0, 1.0, 20.0)),
+        ] {
+            assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{} {bounds:?}", kind.name());
+            assert_ne!(culler.test_outline(&bounds).verdict, Verdict::Hidden, "{} {bounds:?}", kind.name());
+            let ball = Sphere::around(&bounds);
+            assert_ne!(culler.test_sphere(&ball).verdict, Verdict::Hidden, "{} {ball:?}", kind.name());
+        }
+    }
+}
+
+/// An occluder does not hide itself, nor what touches it.
+#[test]
+fn an_occluder_does_not_hide_itself() {
+    let window = straight();
+    let tilted = vec![
+        Vec3::new(-3.0, -3.0, 4.0),
+        Vec3::new(3.0, -3.0, 5.0),
+        Vec3::new(3.0, 3.0, 7.0),
+        Vec3::new(-3.0, 3.0, 6.0),
+    ];
+    let bounds = Aabb::from_points(&tilted);
+    for kind in Method::CULLERS {
+        let mut culler = kind.create(16);
+        culler.build(&window, &shadows(&window, std::slice::from_ref(&tilted)));
+        assert_ne!(culler.test_box(&bounds).verdict, Verdict::Hidden, "{}", kind.name());
+        for corner in &tilted {
+            let touching = Aabb::new(*corner, *corner);
+            assert_ne!(culler.test_box(&touching).verdict, Verdict::Hidden, "{}", kind.name());
+        }
+    }
+}
+
+/// What sticks out of the window's edge is judged by its part inside only.
+#[test]
+fn a_box_across_the_windows_edge_is_judged_by_what_is_inside() {
+    let window = straight();
+    let wall = square(5.0, [-2.5, 2.5], [-2.5, 2.5]);
+    let mut culler = Occlusion::Msvbsp.create(16);
+    culler.build(&window, &shadows(&window, &[wall]));
+    let across = Aabb::cube(Vec3::new(20.0, 0.0, 10.0), 6.0);
+    assert_eq!(culler.test_box(&across).verdict, Verdict::Hidden);
+}
+
+/// A wall that reaches to the eye's own plane: what is nearer than the near plane is not drawn and hides nothing.
+#[test]
+fn what_the_near_plane_cuts_off_hides_nothing() {
+    let window = window(DVec3::ZERO, DVec3::Z, DVec3::Y, [2.0, 2.0], [0.0, 0.0], 1.0);
+    // A wall at the right, along the view, from beside the eye to far away.
+    let wall = vec![
+        Vec3::new(1.0, -5.0, 0.0),
+        Vec3::new(1.0, -5.0, 20.0),
+        Vec3::new(1.0, 5.0, 20.0),
+        Vec3::new(1.0, 5.0, 0.0),
+    ];
+    assert_eq!(ShadowVolume::of_polygon(&wall, &window), Err(NotAnOccluder::CutByNear));
+    let halves = shadows(&window, std::slice::from_ref(&wall));
+    assert_eq!(halves.len(), 2);
+    for half in halves {
+        assert!(half.corners().iter().all(|v| v.z >= 1.0 - 1.0e-12), "{half:?}");
+    }
+    let own = [Occlusion::Msvbsp, Occlusion::Depth].map(Method::Own);
+    for kind in [RivalOcclusion::Svbsp, RivalOcclusion::Frusta].map(Method::Rival).into_iter().chain(own) {
+        let mut culler = kind.create(16);
+        // At the window's right edge the wall is nearer than the near plane.
+        let wrong = wrongly_hidden_per_mille(&mut *culler, &window, std::slice::from_ref(&wall), 6.0);
+        assert_eq!(wrong, 0, "{}", kind.name());
+    }
+}
+
+/// All of the window lies behind one plane of an occluder beside it.
+#[test]
+fn an_occluder_beside_the_window_hides_nothing_in_it() {
+    let window = straight();
+    let (beside, across) = ([2.5, 3.5], [-1.0, 1.0]);
+    let (left, below) = ([-3.5, -2.5], [-3.5, -2.5]);
+    let occluders = [
+        square(2.0, beside, across),
+        square(2.0, left, across),
+        square(2.0, across, beside),
+        square(2.0, across, below),
+        square(2.0, beside, below),
+    ];
+    // One that divides the window comes first: cells, too, lie behind a plane of what is beside them.
+    let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
+    for kind in Method::conservative_cullers() {
+        for occluder in &occluders {
+            for polygons in [vec![occluder.clone()], vec![wall.clone(), occluder.clone()]] {
+                let mut culler = kind.create(16);
+                culler.build(&window, &shadows(&window, &polygons));
+                for i in 0..25 {
+                    let at = Vec3::new((i % 5) as f32 * 0.5 - 0.5, (i / 5) as f32 * 0.8 - 1.6, 1.0) * 6.0;
+                    let bounds = Aabb::cube(at, 0.1);
+                    assert!(!is_blocked(&window, &polygons, window.from_eye(at)));
+                    let verdict = culler.test_box(&bounds).verdict;
+                    assert_ne!(verdict, Verdict::Hidden, "{}: {at} by {occluder:?}", culler.name());
+                }
+            }
+        }
+    }
+}
+
+/// What an occluder's planes leave of the window, or of a cell, may be a triangle.
+#[test]
+fn an_occluder_over_a_corner_of_the_window_hides_what_is_behind_it() {
+    let window = straight();
+    let corner = seen_at(2.0, &[(3.5, -0.5), (5.0, 5.0), (-0.5, 3.5)]);
+    let wall = square(1.5, [-1.9, -1.0], [-1.9, 1.9]);
+    for kind in Method::conservative_cullers() {
+        for polygons in [vec![corner.clone()], vec![wall.clone(), corner.clone()]] {
+            let mut culler = kind.create(16);
+            culler.build(&window, &shadows(&window, &polygons));
+            let behind = Aabb::cube(Vec3::new(1.8, 1.8, 1.0) * 6.0, 0.2);
+            assert_eq!(culler.test_box(&behind).verdict, Verdict::Hidden, "{}", culler.name());
+            let beside = Aabb::cube(Vec3::new(1.4, 1.4, 1.0) * 6.0, 0.2);
+            assert_ne!(culler.test_box(&beside).verdict, Verdict::Hidden, "{}", culler.name());
+        }
+    }
+}

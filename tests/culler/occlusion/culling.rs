@@ -1,0 +1,204 @@
+//! Culling an index: every index, every test, each polygon once.
+
+use std::collections::BTreeSet;
+
+use super::{
+    random::Random,
+    session::{Told, polygon, ribbon, view},
+};
+use glam::Vec3;
+use osp::{
+    index::{DrawList, IndexConfig, SpatialIndex},
+    occlusion::{
+        CullConfig, NodeTest, Occlusion, OcclusionConfig, OcclusionStage, OcclusionVisitor, PolygonTest,
+        SelectConfig, ViewInput,
+    },
+    polygon::{Change, Geometry, PolygonId, VisibleBlocks},
+    view::View,
+};
+use osp_lab::Method;
+use osp_lab::oracle::{Oracle, OracleConfig, Sight, Subject};
+use osp_rivals::IndexKind;
+use osp_session::scene::Scene;
+use osp_testkit::allocations;
+
+fn filed(kind: IndexKind, told: &Told) -> Box<dyn SpatialIndex> {
+    let mut index = kind.create(&IndexConfig::default());
+    file(&mut *index, &told.scene, &told.changes);
+    index
+}
+
+fn file(index: &mut dyn SpatialIndex, scene: &Scene, changes: &[Change]) {
+    for change in changes {
+        match *change {
+            Change::Insert(id) => index.insert(id, &scene.bounds(id)),
+            Change::Remove(id) => index.remove(id),
+            Change::Repaint(_) | Change::Place(_) => Ok(()),
+            Change::Update(id) => index.update(id, &scene.bounds(id)),
+        }
+        .expect("the index follows");
+    }
+    index.commit();
+}
+
+/// A wall of four by three metres at z = -1, some panels, and much behind and before it.
+fn hall() -> Told {
+    let mut told = Told::default();
+    let mut random = Random::new(11);
+    let mut events = vec![polygon(
+        &[
+            Vec3::new(-2.0, -1.5, -1.0),
+            Vec3::new(2.0, -1.5, -1.0),
+            Vec3::new(2.0, 1.5, -1.0),
+            Vec3::new(-2.0, 1.5, -1.0),
+        ],
+        1.0,
+    )];
+    for stroke in 0..60 {
+        events.extend(ribbon(stroke, 30, 0.03, &mut random));
+    }
+    told.tell(&events);
+    told
+}
+
+fn views() -> Vec<View> {
+    let mut random = Random::new(12);
+    let mut views =
+        vec![view(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO), view(Vec3::new(0.0, 0.0, -0.5), Vec3::NEG_Z)];
+    views.extend((0..8).map(|_| view(random.direction().as_vec3() * 4.0, random.in_cube().as_vec3())));
+    views
+}
+
+fn ids(list: &DrawList) -> Vec<u32> {
+    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    ids.sort_unstable();
+    ids
+}
+
+fn truth(told: &Told, view: &View, in_view: &DrawList) -> Vec<(PolygonId, Sight)> {
+    let subjects = in_view.ids().iter().map(|&id| Subject {
+        id,
+        polygon: told.scene.polygon(id),
+        occluder: Geometry::occluder(&told.scene, id),
+    });
+    let config = OracleConfig { width: 480, height: 320 };
+    Oracle::new(&view.window().expect("a window"), subjects, config).answers().collect()
+}
+
+#[test]
+fn every_index_and_culler_draws_each_visible_polygon_once() {
+    let told = hall();
+    let mut culled = 0;
+    // Many combinations: fewer views where the tests themselves are slow.
+    let count = if cfg!(debug_assertions) { 4 } else { usize::MAX };
+    for view in views().into_iter().take(count) {
+        let mut all = DrawList::new();
+        filed(IndexKind::BruteForce, &told).frustum_cull(&view.frustum(), &mut all);
+        let truth = truth(&told, &view, &all);
+        let visible: BTreeSet<u32> =
+            truth.iter().filter(|(_, sight)| *sight == Sight::Visible).map(|(id, _)| id.0).collect();
+        for index_kind in IndexKind::ALL {
+            let index = filed(*index_kind, &told);
+            for kind in Method::conservative_cullers() {
+                for node_test in [NodeTest::Sphere, NodeTest::Box, NodeTest::Outline] {
+                    for (polygon_test, least_polygons) in [
+                        (PolygonTest::Never, 1),
+                        (PolygonTest::InPartlyHiddenLeaves, 1),
+                        (PolygonTest::Never, 40),
+                    ] {
+                        let cull = CullConfig { node_test, polygon_test, least_polygons };
+                        let config = OcclusionConfig { cull, ..OcclusionConfig::default() };
+                        let mut stage = OcclusionStage::with_culler(kind.create(64), config);
+                        stage.follow(&told.scene, &told.changes);
+                        let mut in_view = VisibleBlocks::new();
+                        index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                        let (input, mut left) =
+                            (input(&*index, &told, &view, &in_view), VisibleBlocks::new());
+                        let thinned = stage.cull(&input, &mut left).cull;
+                        // A walk of the whole index.
+                        let mut drawn = DrawList::new();
+                        let culler = stage.view().culler();
+                        let mut visitor = OcclusionVisitor::new(culler, &told.scene, cull, &mut drawn);
+                        index.traverse(&view.frustum(), &mut visitor);
+                        let counts = visitor.counts();
+                        let drawn = ids(&drawn);
+                        let name = format!("{} {} {cull:?}", index_kind.name(), kind.name());
+                        assert!(drawn.windows(2).all(|w| w[0] < w[1]), "{name}: twice the same");
+                        let all = ids(&all);
+                        assert!(
+                            drawn.iter().all(|id| all.binary_search(id).is_ok()),
+                            "{name}: outside the view"
+                        );
+                        for id in &visible {
+                            assert!(drawn.binary_search(id).is_ok(), "{name}: {id} is visible; {counts:?}");
+                        }
+                        assert!(left.ids().map(|id| id.0).eq(drawn.iter().copied()), "{name}: thinned out");
+                        assert!(thinned.node_tests <= counts.node_tests, "{name}: {thinned:?} {counts:?}");
+                        culled += all.len() - drawn.len();
+                    }
+                }
+            }
+        }
+    }
+    assert!(culled > 0);
+}
+
+fn input<'a>(
+    index: &'a dyn SpatialIndex,
+    told: &'a Told,
+    view: &'a View,
+    in_view: &'a VisibleBlocks,
+) -> ViewInput<'a> {
+    ViewInput { index, geometry: &told.scene, view, in_view, spaces: None }
+}
+
+#[test]
+fn a_box_test_hides_at_least_what_a_sphere_test_hides() {
+    let told = hall();
+    let index = filed(IndexKind::Osp, &told);
+    let mut drawn_by = [0, 0];
+    for view in views() {
+        for (i, node_test) in [NodeTest::Sphere, NodeTest::Box].into_iter().enumerate() {
+            let cull = CullConfig { node_test, polygon_test: PolygonTest::Never, ..CullConfig::default() };
+            let mut stage = OcclusionStage::new(
+                Occlusion::Msvbsp,
+                OcclusionConfig { cull, ..OcclusionConfig::default() },
+            );
+            stage.follow(&told.scene, &told.changes);
+            let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::new());
+            index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+            stage.cull(&input(&*index, &told, &view, &in_view), &mut drawn);
+            drawn_by[i] += drawn.len();
+        }
+    }
+    assert!(drawn_by[1] < drawn_by[0], "{drawn_by:?}");
+}
+
+#[test]
+fn steady_frames_allocate_nothing() {
+    let told = hall();
+    let index = filed(IndexKind::Osp, &told);
+    for kind in Method::CULLERS {
+        let config = OcclusionConfig {
+            select: SelectConfig { occluders: 32, ..SelectConfig::default() },
+            ..OcclusionConfig::default()
+        };
+        let mut stage = OcclusionStage::with_culler(kind.create(32), config);
+        stage.follow(&told.scene, &told.changes);
+        let [mut in_view, mut drawn] = [(); 2].map(|()| VisibleBlocks::with_capacity(10_000));
+        let views = views();
+        let mut before = 0;
+        for round in 0..3 {
+            if round == 1 {
+                before = allocations();
+            }
+            for view in &views {
+                stage.follow(&told.scene, &[]);
+                in_view.clear();
+                index.frustum_cull_blocks(&view.frustum(), &mut in_view);
+                stage.cull(&input(&*index, &told, view, &in_view), &mut drawn);
+            }
+        }
+        assert_eq!(allocations() - before, 0, "{}", kind.name());
+    }
+}

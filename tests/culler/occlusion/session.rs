@@ -1,0 +1,58 @@
+//! Scenes made by events, and what follows them.
+
+use super::random::Random;
+use glam::{Quat, Vec3};
+use osp::{
+    polygon::Change,
+    view::{Projection, View},
+};
+use osp_session::{
+    recording::{Event, StrokeId},
+    scene::Scene,
+};
+use osp_testkit::events::{self, Begin};
+
+/// A scene that is told events, and the changes of the last ones.
+#[derive(Default)]
+pub(crate) struct Told {
+    pub(crate) scene: Scene,
+    pub(crate) changes: Vec<Change>,
+}
+
+impl Told {
+    pub(crate) fn tell(&mut self, events: &[Event]) -> &[Change] {
+        self.changes.clear();
+        for event in events {
+            self.scene.apply(event, &mut self.changes);
+        }
+        &self.changes
+    }
+}
+
+pub(crate) fn polygon(vertices: &[Vec3], opacity: f32) -> Event {
+    events::polygon(None, vertices, (0.5, 0.5, 0.5, opacity))
+}
+
+pub(crate) fn polygon_of(stroke: u32, vertices: &[Vec3]) -> Event {
+    let color = (0.5, 0.5, 0.5, 1.0);
+    events::polygon(Some(StrokeId(stroke)), vertices, color)
+}
+
+/// A wandering ribbon in the cube from -2 to 2.
+pub(crate) fn ribbon(stroke: u32, points: usize, width: f32, random: &mut Random) -> Vec<Event> {
+    let stroke = StrokeId(stroke);
+    let mut events = vec![Begin { width, color: (0.5, 0.5, 0.5, 1.0), ..Begin::of(stroke) }.event()];
+    let mut at = random.in_cube() * 2.0;
+    let mut travel = random.direction();
+    for _ in 0..points {
+        events.push(Event::Point { t: 0.0, stroke, p: at.as_vec3(), q: Quat::IDENTITY, pressure: 1.0 });
+        travel = (travel + random.direction() * 0.25).normalize_or(travel);
+        at += travel * 0.04;
+    }
+    events.push(Event::End { t: 0.0, stroke });
+    events
+}
+
+pub(crate) fn view(eye: Vec3, target: Vec3) -> View {
+    View::look_at(eye, target, Projection::symmetric(60.0, 1.5, 0.01, 1000.0))
+}

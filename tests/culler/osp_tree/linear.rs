@@ -1,0 +1,214 @@
+//! The linear form: few polygons are a plain list, and the change to a tree and back loses nothing.
+
+use super::{assert_same, backends, config, cull, tree};
+use glam::Vec3;
+use osp::{
+    index::{BruteForce, DrawList, IndexError, Osp, SpatialIndex, Thinner, Visit},
+    math::{Aabb, Frustum, Ray, Sphere},
+    polygon::{PolygonId, VisibleBlocks},
+};
+use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
+
+/// Whether the index is a plain list now: no node is above a block.
+fn is_linear(osp: &Osp) -> bool {
+    struct Deepest(u32);
+    impl osp::index::Visitor for Deepest {
+        fn node(&mut self, node: &osp::index::Node<'_>) -> Visit {
+            self.0 = self.0.max(node.depth);
+            Visit::Descend
+        }
+
+        fn polygons(&mut self, _ids: &[PolygonId], _asked: Visit) {}
+    }
+    let mut deepest = Deepest(0);
+    osp.traverse(&Frustum::everything(), &mut deepest);
+    deepest.0 == 0
+}
+
+/// Hides what lies in a half of the root cube, as nodes and one by one.
+struct HalfHidden;
+
+impl HalfHidden {
+    fn hides(bounds: &Aabb) -> bool {
+        bounds.max.x < root().center().x
+    }
+}
+
+impl Thinner for HalfHidden {
+    fn least_polygons(&self) -> usize {
+        1
+    }
+
+    fn asks_polygons(&self) -> bool {
+        true
+    }
+
+    fn node(&mut self, bounds: &Aabb, _polygons: usize) -> Visit {
+        if Self::hides(bounds) { Visit::Skip } else { Visit::Descend }
+    }
+
+    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
+        Self::hides(bounds)
+    }
+}
+
+/// Every query, against brute force.
+pub(crate) fn assert_all_same(osp: &Osp, reference: &BruteForce, boxes: &[Aabb], seed: u64) {
+    osp.validate().expect("a sound index");
+    let mut frusta = views(&root(), 2, Place::Outside, seed);
+    frusta.extend(views(&root(), 3, Place::Inside, seed + 1));
+    assert_same(osp, reference, &frusta);
+    let mut rng = Rng(seed);
+    for frustum in &frusta {
+        let expected = cull(reference, frustum);
+        let mut visible = VisibleBlocks::new();
+        let work = osp.frustum_cull_blocks(frustum, &mut visible);
+        assert!(visible.ids().map(|id| id.0).eq(expected.iter().copied()));
+        assert_eq!(work.reported as usize, expected.len());
+        assert!(osp.thin_out(frustum, &mut visible, &mut HalfHidden));
+        let left = expected.iter().filter(|&&id| !HalfHidden::hides(&boxes[id as usize]));
+        assert!(visible.ids().map(|id| id.0).eq(left.copied()), "thinned out");
+
+        let (point, direction) = (rng.point(&root()), rng.direction());
+        let ray = Ray::new(point, direction);
+        let mut hit = |id: PolygonId| ray.enter_box(&boxes[id.index()], f32::INFINITY);
+        assert_eq!(osp.ray_nearest(&ray, 10.0, &mut hit), reference.ray_nearest(&ray, 10.0, &mut hit));
+        assert_eq!(
+            osp.ray_any(&ray, 10.0, &mut hit).is_some(),
+            reference.ray_any(&ray, 10.0, &mut hit).is_some()
+        );
+        let (mut near, mut expected) = (Vec::new(), Vec::new());
+        let mut distance_m = |id: PolygonId| boxes[id.index()].distance_squared(point).sqrt();
+        osp.nearest(point, 9, &mut distance_m, &mut near);
+        reference.nearest(point, 9, &mut distance_m, &mut expected);
+        assert_eq!(near, expected);
+        let sphere = Sphere { center: point, radius_m: 0.5 };
+        let around = Aabb::cube(point, 0.8);
+        let (mut found, mut expected) = (Vec::new(), Vec::new());
+        osp.sphere_query(&sphere, &mut |_| true, &mut found);
+        // Boxes alone decide where the polygons are not asked: the index may ask about more.
+        found.retain(|id| boxes[id.index()].distance_squared(point) <= 0.25);
+        reference.sphere_query(&sphere, &mut |_| true, &mut expected);
+        expected.retain(|id: &PolygonId| boxes[id.index()].distance_squared(point) <= 0.25);
+        osp.box_query(&around, &mut found);
+        reference.box_query(&around, &mut expected);
+        found.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(found, expected);
+    }
+}
+
+/// Draws until there is a tree, erases until there is none, in several orders and on every instruction set.
+#[test]
+fn a_list_becomes_a_tree_and_a_list_again() {
+    for (round, backend) in backends().into_iter().enumerate() {
+        for (kind, mut boxes) in [drawn(4_000, 51), shuffled(drawn(4_000, 52), 53)].into_iter().enumerate() {
+            let seed = (round * 10 + kind) as u64 * 100;
+            let mut rng = Rng(seed + 7);
+            let (mut osp, mut reference) = (tree(backend), BruteForce::new());
+            let (mut was_linear, mut was_tree) = (false, false);
+            for turn in 0..2 {
+                for i in 0..boxes.len() {
+                    let id = PolygonId(i as u32);
+                    osp.insert(id, &boxes[i]).unwrap();
+                    reference.insert(id, &boxes[i]).unwrap();
+                    assert_eq!(osp.insert(id, &boxes[i]), Err(IndexError::Duplicate(id)));
+                    if i % 9 == 8 {
+                        // One of those before moves, or goes and comes back.
+                        let other = rng.below(i + 1);
+                        let id = PolygonId(other as u32);
+                        let by = rng.direction() * 0.1;
+                        boxes[other] = Aabb::new(boxes[other].min + by, boxes[other].max + by);
+                        if i % 2 == 0 {
+                            osp.update(id, &boxes[other]).unwrap();
+                            reference.update(id, &boxes[other]).unwrap();
+                        } else {
+                            osp.remove(id).unwrap();
+                            assert_eq!(osp.bounds(id), None);
+                            assert_eq!(osp.remove(id), Err(IndexError::Unknown(id)));
+                            osp.insert(id, &boxes[other]).unwrap();
+                            reference.update(id, &boxes[other]).unwrap();
+                        }
+                        assert_eq!(osp.bounds(id), Some(boxes[other]));
+                        osp.commit();
+                    }
+                    if i % 401 == 0 || (1_500..1_600).contains(&i) && i % 16 < 2 {
+                        assert_all_same(&osp, &reference, &boxes, seed + i as u64);
+                        (was_linear, was_tree) =
+                            (was_linear || is_linear(&osp), was_tree || !is_linear(&osp));
+                    }
+                }
+                assert!(was_linear && was_tree, "drawing has not crossed the border");
+                (was_linear, was_tree) = (false, false);
+                let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
+                if turn == 1 {
+                    for i in (1..ids.len()).rev() {
+                        ids.swap(i, rng.below(i + 1));
+                    }
+                }
+                for (i, &id) in ids.iter().enumerate() {
+                    osp.remove(PolygonId(id)).unwrap();
+                    reference.remove(PolygonId(id)).unwrap();
+                    osp.commit();
+                    if i % 401 == 0 || i > 3_000 && i % 50 == 0 || i > 3_960 && i % 13 == 0 {
+                        assert_all_same(&osp, &reference, &boxes, seed + i as u64);
+                        (was_linear, was_tree) =
+                            (was_linear || is_linear(&osp), was_tree || !is_linear(&osp));
+                    }
+                }
+                assert!(was_linear && was_tree, "erasing has not crossed the border");
+                assert_eq!(osp.len(), 0);
+            }
+        }
+    }
+}
+
+/// Drawing and erasing at the border does not move everything back and forth.
+#[test]
+fn the_border_is_crossed_once() {
+    let boxes = drawn(4_000, 54);
+    let mut osp = Osp::new(&config());
+    let mut border = 0;
+    while is_linear(&osp) {
+        osp.insert(PolygonId(border as u32), &boxes[border]).unwrap();
+        osp.commit();
+        border += 1;
+    }
+    for _ in 0..100 {
+        for i in (border - 20..border).rev() {
+            osp.remove(PolygonId(i as u32)).unwrap();
+            osp.commit();
+            assert!(!is_linear(&osp));
+        }
+        for (i, bounds) in boxes.iter().enumerate().take(border).skip(border - 20) {
+            osp.insert(PolygonId(i as u32), bounds).unwrap();
+            osp.commit();
+        }
+    }
+    osp.validate().unwrap();
+}
+
+/// Few polygons whose numbers lie far apart are many blocks; those of one stroke are few.
+#[test]
+fn the_limit_counts_blocks() {
+    let boxes = drawn(300, 55);
+    let (mut near, mut apart) = (Osp::new(&config()), Osp::new(&config()));
+    for (i, bounds) in boxes.iter().enumerate() {
+        near.insert(PolygonId(1_000_000 + i as u32), bounds).unwrap();
+        apart.insert(PolygonId(i as u32 * 1_000), bounds).unwrap();
+    }
+    assert!(is_linear(&near) && !is_linear(&apart));
+    near.validate().unwrap();
+    apart.validate().unwrap();
+    // The limit of one that holds something already.
+    let mut near = near.with_linear_blocks(3);
+    assert!(!is_linear(&near));
+    near.validate().unwrap();
+    let mut list = DrawList::new();
+    near.frustum_cull(&Frustum::everything(), &mut list);
+    assert_eq!(list.len(), 300);
+    near.clear();
+    near.insert(PolygonId(5), &Aabb::cube(Vec3::ZERO, 1.0)).unwrap();
+    assert!(is_linear(&near));
+    near.validate().unwrap();
+}

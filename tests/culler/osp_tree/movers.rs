@@ -1,0 +1,188 @@
+//! Polygons that move in frame after frame are kept beside the tree, and come back when they rest: no answer changes.
+
+use super::{config, linear::assert_all_same, tree};
+use glam::Vec3;
+use osp::{
+    index::{Backend, BruteForce, IndexConfig, IndexError, Osp, SpatialIndex},
+    math::Aabb,
+    polygon::PolygonId,
+};
+use osp_testkit::boxes::{Rng, drawn, root, shuffled};
+use proptest::prelude::{ProptestConfig, proptest};
+
+/// Both indexes, and the boxes by number.
+struct Pair {
+    osp: Osp,
+    reference: BruteForce,
+    boxes: Vec<Aabb>,
+    rng: Rng,
+}
+
+impl Pair {
+    fn filled(boxes: Vec<Aabb>, osp: Osp, seed: u64) -> Self {
+        let mut pair = Self { osp, reference: BruteForce::new(), boxes, rng: Rng(seed) };
+        for id in 0..pair.boxes.len() {
+            pair.both(|index, boxes| index.insert(PolygonId(id as u32), &boxes[id]));
+            if id % 16 == 15 {
+                pair.commit();
+            }
+        }
+        pair.commit();
+        pair
+    }
+
+    /// Does the same to both, which have to answer alike.
+    fn both(&mut self, act: impl Fn(&mut dyn SpatialIndex, &[Aabb]) -> Result<(), IndexError>) {
+        let expected = act(&mut self.reference, &self.boxes);
+        assert_eq!(act(&mut self.osp, &self.boxes), expected);
+    }
+
+    fn commit(&mut self) {
+        self.osp.commit();
+        self.reference.commit();
+    }
+
+    /// A frame in which these move a little, told one by one or together.
+    fn step(&mut self, ids: &[u32], is_each: bool) {
+        let mut updates = Vec::new();
+        for &id in ids {
+            let by = self.rng.direction() * 0.05;
+            let of = &mut self.boxes[id as usize];
+            (of.min, of.max) = (of.min + by, of.max + by);
+            updates.push((PolygonId(id), *of));
+        }
+        if is_each {
+            updates.iter().for_each(|(id, bounds)| self.both(|index, _| index.update(*id, bounds)));
+        } else {
+            let (mut refused, mut expected) = (Vec::new(), Vec::new());
+            self.reference.update_all(&updates, &mut expected);
+            self.osp.update_all(&updates, &mut refused);
+            assert_eq!(refused, expected);
+        }
+        self.commit();
+    }
+
+    fn check(&mut self) {
+        let seed = self.rng.next();
+        assert_all_same(&self.osp, &self.reference, &self.boxes, seed);
+    }
+}
+
+/// Numbers that move: neighbours, some drawn by lot, or all.
+fn moving(kind: usize, count: usize, rng: &mut Rng) -> Vec<u32> {
+    match kind {
+        0 => (count as u32 / 3..count as u32 / 3 + 200).collect(),
+        1 => (0..count as u32).filter(|_| rng.below(12) == 0).collect(),
+        2 => (0..count as u32).filter(|id| id % 16 < 9 && id % 5 != 0).collect(),
+        _ => (0..count as u32).collect(),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_moves_is_found_as_before_and_goes_back_when_it_rests(
+        seed: u64,
+        kind in 0..4_usize,
+        is_shuffled: bool,
+        is_each: bool,
+        linear_blocks in proptest::sample::select(vec![0, 96]),
+    ) {
+        let count = 2_000;
+        let mut boxes = drawn(count, seed);
+        if is_shuffled {
+            boxes = shuffled(boxes, seed);
+        }
+        let mut rng = Rng(seed);
+        let ids = moving(kind, count, &mut rng);
+        let mut pair = Pair::filled(boxes, tree(Backend::detect()).with_linear_blocks(linear_blocks), seed);
+        for frame in 0..10 {
+            pair.step(&ids, is_each);
+            if frame % 3 == 0 {
+                pair.check();
+            }
+        }
+        assert!(pair.osp.moving() + 16 >= ids.len(), "{} of {} move", pair.osp.moving(), ids.len());
+        // What moves is refused as anything else is, erased, and inserted again.
+        for _ in 0..40 {
+            let id = PolygonId(ids[pair.rng.below(ids.len())]);
+            let bad = Aabb { min: Vec3::NAN, max: Vec3::ONE };
+            pair.both(|index, _| index.update(id, &bad));
+            pair.both(|index, boxes| index.insert(id, &boxes[id.index()]));
+            pair.both(|index, _| index.remove(id));
+            pair.both(|index, _| index.remove(id));
+            pair.both(|index, boxes| index.update(id, &boxes[id.index()]));
+            if pair.rng.below(2) == 0 {
+                pair.both(|index, boxes| index.insert(id, &boxes[id.index()]));
+            }
+        }
+        pair.commit();
+        pair.check();
+        // Some go on, the others rest.
+        let going: Vec<u32> = ids.iter().copied().filter(|id| id % 7 == 0).collect();
+        // A round over all groups takes 63 commits, and what fills a hole behind the round waits for the next but one.
+        for frame in 0..260 {
+            let there: Vec<u32> =
+                going.iter().copied().filter(|&id| pair.osp.bounds(PolygonId(id)).is_some()).collect();
+            pair.step(&there, is_each);
+            if frame % 60 == 0 {
+                pair.check();
+            }
+        }
+        assert!(pair.osp.moving() <= going.len(), "{} move, {} should", pair.osp.moving(), going.len());
+        for _ in 0..140 {
+            pair.commit();
+        }
+        assert_eq!(pair.osp.moving(), 0);
+        pair.check();
+    }
+}
+
+#[test]
+fn a_frame_in_which_many_rest_returns_a_bounded_share() {
+    let boxes = shuffled(drawn(8_000, 3), 4);
+    let mut pair = Pair::filled(boxes, tree(Backend::detect()), 5);
+    let ids: Vec<u32> = (0..8_000).collect();
+    for _ in 0..6 {
+        pair.step(&ids, false);
+    }
+    assert!(pair.osp.moving() > 7_900);
+    let mut before = pair.osp.moving();
+    let mut frames = 0;
+    while pair.osp.moving() > 0 {
+        pair.commit();
+        let now = pair.osp.moving();
+        assert!(before - now <= 48, "{} went back in one frame", before - now);
+        (before, frames) = (now, frames + 1);
+        assert!(frames < 1_000, "all go back");
+    }
+    pair.check();
+}
+
+#[test]
+fn what_moves_now_and_then_stays_in_the_tree() {
+    let mut pair = Pair::filled(drawn(3_000, 1), Osp::new(&config()), 1);
+    let ids: Vec<u32> = (100..300).collect();
+    for _ in 0..20 {
+        pair.step(&ids, false);
+        for _ in 0..4 {
+            pair.commit();
+        }
+    }
+    assert_eq!(pair.osp.moving(), 0);
+}
+
+#[test]
+fn clearing_forgets_what_moves() {
+    let mut pair = Pair::filled(drawn(3_000, 1), Osp::new(&IndexConfig { root: root(), capacity: 3_000 }), 1);
+    let ids: Vec<u32> = (0..3_000).collect();
+    for _ in 0..6 {
+        pair.step(&ids, true);
+    }
+    assert!(pair.osp.moving() > 2_900);
+    pair.osp.clear();
+    assert_eq!((pair.osp.len(), pair.osp.moving()), (0, 0));
+    pair.osp.validate().expect("an empty index");
+    assert_eq!(pair.osp.insert(PolygonId(7), &pair.boxes[7]), Ok(()));
+}

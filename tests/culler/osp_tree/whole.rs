@@ -1,0 +1,198 @@
+//! What is answered as a whole: a small tree, which is one list, and a tree that lies in view altogether.
+
+use super::{assert_same, backends, config, cull, tree};
+use glam::Vec3;
+use osp::{
+    index::{BruteForce, DrawList, Osp, SpatialIndex},
+    math::{Aabb, Frustum, Plane},
+    polygon::{PolygonId, VisibleBlocks},
+};
+use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
+
+/// A frustum with much room around the origin.
+fn around_everything() -> Frustum {
+    let plane = |normal: Vec3| Plane { normal, d: 1.0e4 };
+    Frustum::new([Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z].map(plane))
+}
+
+/// Nodes that a query looks at, and the ids that it appends to a list that has one already.
+fn ask(osp: &Osp, frustum: &Frustum) -> (u64, Vec<u32>) {
+    let mut list = DrawList::new();
+    list.ids_mut().push(PolygonId(u32::MAX));
+    let work = osp.frustum_cull(frustum, &mut list);
+    let mut ids: Vec<u32> = list.ids().iter().map(|id| id.0).collect();
+    assert_eq!(ids.remove(0), u32::MAX, "what was in the list stays");
+    assert_eq!(work.reported, ids.len() as u64);
+    (work.nodes, ids)
+}
+
+#[test]
+fn a_tree_in_view_altogether_is_listed_by_id() {
+    let everything = around_everything();
+    for backend in backends() {
+        for first in [0, 1 << 20] {
+            let mut osp = tree(backend);
+            let mut reference = BruteForce::new();
+            for (i, bounds) in drawn(9_000, 31).iter().enumerate() {
+                let id = PolygonId(first + i as u32);
+                osp.insert(id, bounds).unwrap();
+                reference.insert(id, bounds).unwrap();
+            }
+            // Single ones, a part of a block, and a shelf's worth are taken out.
+            let gone =
+                (0..9_000).filter(|i| i % 83 == 0 || (900..905).contains(i) || (4_000..6_500).contains(i));
+            for id in gone.map(|i| PolygonId(first + i)) {
+                osp.remove(id).unwrap();
+                reference.remove(id).unwrap();
+            }
+            let (nodes, mut ids) = ask(&osp, &everything);
+            assert_eq!(nodes, 1, "the tree was looked through");
+            // The block that is being drawn comes first.
+            assert!(ids[16..].is_sorted(), "listed by id");
+            ids.sort_unstable();
+            assert_eq!(ids, cull(&reference, &everything));
+
+            // The same as blocks.
+            let mut found = VisibleBlocks::new();
+            osp.frustum_cull_blocks(&everything, &mut found);
+            assert_eq!(found.to_vec().len(), ids.len());
+            assert_eq!(found.len(), ids.len());
+
+            // A polygon outside, and it is not all in view any more.
+            let outside = PolygonId(first + 20_000);
+            let far = Aabb::cube(Vec3::new(2.0e4, 0.0, 0.0), 1.0);
+            osp.insert(outside, &far).unwrap();
+            osp.insert(PolygonId(first + 30_000), &far).unwrap();
+            let (nodes, mut with_outside) = ask(&osp, &everything);
+            assert!(nodes > 1);
+            with_outside.sort_unstable();
+            assert_eq!(with_outside, ids);
+        }
+    }
+}
+
+/// A list of nine pages, of which only the last one holds something outside.
+#[test]
+fn a_list_is_in_view_altogether_only_if_its_last_page_is() {
+    let everything = around_everything();
+    for inside in [135, 150] {
+        let mut osp = Osp::new(&config()).with_linear_blocks(0);
+        let mut reference = BruteForce::new();
+        for pair in 0..150_u32 {
+            let at = Vec3::new(pair as f32 * if pair < inside { 0.01 } else { 1.0e3 }, 0.0, 0.0);
+            for id in [2 * pair, 2 * pair + 1].map(PolygonId) {
+                let bounds = Aabb::cube(at + Vec3::Y * (id.0 % 2) as f32 * 0.001, 0.001);
+                osp.insert(id, &bounds).unwrap();
+                reference.insert(id, &bounds).unwrap();
+            }
+        }
+        osp.commit();
+        let (nodes, mut ids) = ask(&osp, &everything);
+        ids.sort_unstable();
+        assert_eq!(ids, cull(&reference, &everything));
+        assert_eq!(nodes == 1, inside == 150, "{nodes} nodes");
+    }
+}
+
+/// Of the first block some polygons are in the tree, others in the open block.
+#[test]
+fn a_block_that_is_open_again_is_in_view_with_both_parts() {
+    for backend in backends() {
+        let mut osp = tree(backend).with_linear_blocks(0);
+        let boxes = drawn(600, 40);
+        for id in (0..600).filter(|id| !(8..16).contains(id)).chain(8..12) {
+            osp.insert(PolygonId(id), &boxes[id as usize]).unwrap();
+        }
+        let mut found = VisibleBlocks::new();
+        osp.frustum_cull_blocks(&around_everything(), &mut found);
+        let expected = (0..600).filter(|id| !(12..16).contains(id));
+        assert!(found.ids().map(|id| id.0).eq(expected) && found.len() == osp.len());
+    }
+}
+
+/// The block that is being drawn is the first with numbers so high.
+#[test]
+fn what_is_drawn_now_may_have_the_highest_number() {
+    for backend in backends() {
+        let mut osp = tree(backend).with_linear_blocks(0);
+        for (id, bounds) in [0, 16, 4096, 1 << 20].into_iter().zip(&drawn(4, 39)) {
+            osp.insert(PolygonId(id), bounds).unwrap();
+            let mut found = VisibleBlocks::new();
+            osp.frustum_cull_blocks(&around_everything(), &mut found);
+            assert!(found.contains(PolygonId(id)) && found.len() == osp.len());
+            let mut both = [VisibleBlocks::new(), VisibleBlocks::new()];
+            osp.frustum_cull_views(&[around_everything(); 2], &mut both);
+            assert!(both.iter().all(|found| found.contains(PolygonId(id)) && found.len() == osp.len()));
+        }
+    }
+}
+
+#[test]
+fn few_polygons_far_apart_in_their_numbers_are_not_looked_for_by_number() {
+    let mut osp = Osp::new(&config());
+    let boxes = drawn(600, 32);
+    for (i, bounds) in boxes.iter().enumerate() {
+        osp.insert(PolygonId(i as u32 * 5_000), bounds).unwrap();
+    }
+    let (_, mut ids) = ask(&osp, &around_everything());
+    ids.sort_unstable();
+    assert_eq!(ids, (0..600).map(|i| i * 5_000).collect::<Vec<u32>>());
+}
+
+#[test]
+fn a_small_tree_is_one_list_and_grows_and_shrinks_across_that_border() {
+    for boxes in [drawn(9_000, 33), shuffled(drawn(2_000, 34), 35)] {
+        let mut rng = Rng(36);
+        let mut osp = Osp::new(&config());
+        let mut reference = BruteForce::new();
+        let far = Aabb::cube(Vec3::new(900.0, -40.0, 7.0), 0.1);
+        let few = boxes.len() / 60;
+        for round in 0..6u32 {
+            for (i, bounds) in boxes.iter().enumerate() {
+                // One of them lies a kilometre away, before or after the tree has become one.
+                let bounds = if i == (round as usize * 577) % boxes.len() { &far } else { bounds };
+                osp.insert(PolygonId(i as u32), bounds).unwrap();
+                reference.insert(PolygonId(i as u32), bounds).unwrap();
+                if i % 16 == 15 {
+                    osp.commit();
+                }
+                if i == few {
+                    osp.validate().unwrap();
+                    let (nodes, _) = ask(&osp, &around_everything());
+                    assert!(nodes <= 2 + few as u64 / 8, "{few} polygons: {nodes} nodes and pages");
+                }
+                if i % 499 == 0 {
+                    osp.validate().unwrap();
+                }
+            }
+            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 37));
+            assert_same(&osp, &reference, &[around_everything()]);
+            // All but a few go, in another order, with time for upkeep or without.
+            let mut ids: Vec<u32> = (0..boxes.len() as u32).collect();
+            for i in (1..ids.len()).rev() {
+                ids.swap(i, rng.below(i + 1));
+            }
+            for (i, &id) in ids[few..].iter().enumerate() {
+                osp.remove(PolygonId(id)).unwrap();
+                reference.remove(PolygonId(id)).unwrap();
+                if round % 2 == 0 && i % 8 == 0 {
+                    osp.commit();
+                }
+                if i % 499 == 0 {
+                    osp.validate().unwrap();
+                }
+            }
+            for _ in 0..600 {
+                osp.commit();
+            }
+            osp.validate().unwrap();
+            assert_same(&osp, &reference, &views(&root(), 4, Place::Inside, 38));
+            for &id in &ids[..few] {
+                osp.remove(PolygonId(id)).unwrap();
+                reference.remove(PolygonId(id)).unwrap();
+            }
+            osp.commit();
+            osp.validate().unwrap();
+        }
+    }
+}
