@@ -3,8 +3,8 @@
 use super::{
     index::{CHANGES_BETWEEN, Osp},
     linear::Linear,
-    movers::OWN_GROUP,
     pool::NONE,
+    settle::REST,
 };
 use crate::{
     index::simd::Wide,
@@ -26,20 +26,19 @@ impl Osp {
     #[inline(never)]
     pub(super) fn make_tree(&mut self, is_at_once: bool) {
         self.is_linear = false;
+        if !is_at_once && self.linear.give_to(&mut self.movers) {
+            self.len = 0;
+        }
         let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0));
         for (number, lanes, boxes) in linear.blocks() {
-            let count = lanes.count_ones() as usize;
-            if !is_at_once && count >= OWN_GROUP {
-                self.movers.take_block(number, lanes, boxes);
-                self.len -= count;
-            } else {
-                self.open.begin_with(number, lanes, boxes);
-                self.close_block();
-            }
+            self.open.begin_with(number, lanes, boxes);
+            self.close_block();
         }
         linear.clear();
         self.linear = linear;
         self.changes = CHANGES_BETWEEN;
+        // Those that rest go to the tree from the next commit on.
+        self.round = self.clock.wrapping_sub(REST);
     }
 
     /// Moves all polygons from the tree, which is one list of runs and small, to the plain list.

@@ -2,7 +2,7 @@
 //! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
 //! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
 
-use super::answer::Answer;
+use super::{answer::Answer, movers::Movers};
 use crate::{
     index::{
         WorkCounts,
@@ -70,6 +70,15 @@ impl Linear {
         self.around.clear();
         self.loose.clear();
         (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
+    }
+
+    /// Gives all blocks to the flat rows beside the tree; false if they cannot take them.
+    pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
+        let is_given = movers.take_blocks(&self.numbers, &self.lanes, &self.boxes);
+        if is_given {
+            self.clear();
+        }
+        is_given
     }
 
     /// Blocks in the list.

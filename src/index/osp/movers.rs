@@ -13,7 +13,7 @@ use crate::{
 
 /// Moving polygons of a block from which on it has a group of its own. Fewer: such groups have more empty lanes, which are
 /// tested in vain.
-pub(super) const OWN_GROUP: usize = 8;
+const OWN_GROUP: usize = 8;
 
 /// A group of a block is given up when fewer than this are left in it. Less than half of [`OWN_GROUP`], so that what stops
 /// and starts at the border is not copied in turn.
@@ -80,6 +80,18 @@ impl Slots {
             *chunk = Self::chunk();
         }
         chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
+    }
+
+    /// Sets the slots of a block with a group of its own.
+    fn set_block(&mut self, block: u32, lanes: u16, group: usize) {
+        // The first makes the chunk, which holds the whole block.
+        let first = id_in(block, 0);
+        self.set(first, None);
+        let chunk = &mut self.chunks[first.index() / Self::CHUNK];
+        let slots = &mut chunk[first.index() % Self::CHUNK..][..BLOCK];
+        for lane in lanes_of(lanes) {
+            slots[lane] = Slot::own(group, lane).0 + 1;
+        }
     }
 
     /// Forgets the slots of ids below `end`.
@@ -226,7 +238,13 @@ impl Movers {
         };
         if polygons > 0 {
             // The memory for a plain list is written to here, so that no frame waits for it.
-            (0..LINEAR_BLOCKS as u32).for_each(|block| movers.take_block(block, u16::MAX, &Boxes::EMPTY));
+            for block in 0..LINEAR_BLOCKS {
+                movers.own.push();
+                movers.blocks.push(block as u32);
+                movers.slots.set_block(block as u32, u16::MAX, block);
+            }
+            movers.ids_end = LINEAR_BLOCKS * BLOCK;
+            movers.most = [0, LINEAR_BLOCKS, movers.ids_end];
             movers.clear();
         }
         movers
@@ -346,19 +364,29 @@ impl Movers {
         }
     }
 
-    /// Takes in at least [`OWN_GROUP`] polygons of a block of which none is here. They count as resting.
-    pub(super) fn take_block(&mut self, block: u32, lanes: u16, boxes: &Boxes<BLOCK>) {
-        let group = self.blocks.len();
-        self.own.push();
-        self.blocks.push(block);
-        (self.own.boxes[group], self.own.lanes[group]) = (*boxes, lanes);
-        for lane in lanes_of(lanes) {
-            self.slots.set(id_in(block, lane), Some(Slot::own(group, lane)));
+    /// Copies blocks: numbers, lanes and boxes. They count as resting. What has few lanes goes to the shared groups. False, and
+    /// nothing is taken, if anything is here already.
+    pub(super) fn take_blocks(&mut self, numbers: &[u32], lanes: &[u16], boxes: &[Boxes<BLOCK>]) -> bool {
+        if self.len > 0 {
+            return false;
         }
-        self.len += lanes.count_ones() as usize;
-        self.ids_end = self.ids_end.max((block as usize + 1) * BLOCK);
+        self.blocks.extend_from_slice(numbers);
+        self.own.lanes.extend_from_slice(lanes);
+        self.own.boxes.extend_from_slice(boxes);
+        self.own.moved.resize(numbers.len(), 0);
+        for (group, (&block, &lanes)) in self.blocks.iter().zip(&self.own.lanes).enumerate() {
+            self.slots.set_block(block, lanes, group);
+            self.len += lanes.count_ones() as usize;
+            self.ids_end = self.ids_end.max((block as usize + 1) * BLOCK);
+        }
         self.most[1] = self.most[1].max(self.blocks.len());
         self.most[2] = self.most[2].max(self.ids_end);
+        for group in (0..self.blocks.len()).rev() {
+            if self.own.lanes[group].count_ones() < FEW_LEFT {
+                self.give_up_group(group);
+            }
+        }
+        true
     }
 
     /// The ids of a block that are here, and their slots.

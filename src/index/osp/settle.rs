@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Commits that a polygon rests at least before it goes back to the tree.
-const REST: u32 = 32;
+pub(super) const REST: u32 = 32;
 
 /// Groups that a commit looks at for polygons that rest: so many, and a share of all. More: what rests is back sooner, and
 /// frames in which it goes back are longer.

@@ -1,0 +1,150 @@
+//! Frames that take longer than their neighbours while a model grows.
+//!
+//! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Eight polygons come in each frame, and a view that turns slowly lists
+//! what it sees as blocks. The model grows seven times, and the least time of each frame counts: what other programs take is not
+//! in it. `drawn`: a synthetic session; `shuffled`: small boxes in no order of space. `first`: memory that was never written to, in
+//! every growth; without it, memory of the growth before. The table has microseconds a frame, and counts the frames that take
+//! more than five times the median of the fifty around them, with the worst of these ratios and its frame. In the first frame no
+//! structure is in the processor's caches.
+
+use std::time::Instant;
+
+use osp::{
+    glam::Vec3,
+    index::IndexConfig,
+    math::{Aabb, Frustum},
+    polygon::{Change, PolygonId, VisibleBlocks},
+    view::{Projection, View},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    recording::{SynthKind, synthesize},
+    scene::Scene,
+};
+use rand_pcg::{Pcg32, rand_core::Rng};
+
+const A_FRAME: usize = 8;
+const GROWTHS: usize = 7;
+const NEIGHBOURS: usize = 50;
+const SPIKE: f64 = 5.0;
+
+fn session(polygons: u32) -> Vec<Aabb> {
+    let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
+    for event in synthesize(SynthKind::Scribble, polygons, 1) {
+        changes.clear();
+        scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
+        for change in &changes {
+            if let Change::Insert(PolygonId(id)) = *change
+                && id as usize == boxes.len()
+            {
+                boxes.push(scene.bounds(PolygonId(id)));
+            }
+        }
+    }
+    boxes
+}
+
+/// Boxes in a cube of 100 metres, in no order.
+fn shuffled(polygons: u32) -> Vec<Aabb> {
+    let mut lot = Pcg32::new(7, 3);
+    let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
+    let boxes = (0..polygons).map(|_| {
+        let center = (Vec3::new(unit(), unit(), unit()) - 0.5) * 100.0;
+        Aabb::cube(center, 0.05 + 0.2 * unit())
+    });
+    boxes.collect()
+}
+
+/// A view from within, turning slowly.
+fn view(around: &Aabb, frame: usize) -> Frustum {
+    let (size_m, angle) = (around.extent().max_element(), frame as f32 * 0.002);
+    let eye = around.center();
+    let projection = Projection::symmetric(60.0, 1.6, 0.01 * size_m, 2.0 * size_m);
+    View::look_at(eye, eye + Vec3::new(angle.cos(), 0.1, angle.sin()), projection).frustum()
+}
+
+/// The least time of each frame, microseconds.
+fn grow(kind: IndexKind, boxes: &[Aabb], is_first: bool) -> Vec<f64> {
+    let config = IndexConfig { capacity: boxes.len(), ..IndexConfig::default() };
+    let around = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+    let mut least_us = vec![f64::INFINITY; boxes.len() / A_FRAME];
+    let mut index = kind.create(&config);
+    let mut visible = VisibleBlocks::with_capacity(boxes.len());
+    for _ in 0..GROWTHS {
+        if is_first {
+            index = kind.create(&config);
+        } else {
+            index.clear();
+        }
+        for (frame, (came, least_us)) in boxes.chunks_exact(A_FRAME).zip(&mut least_us).enumerate() {
+            let view = view(&around, frame);
+            visible.clear();
+            let start = Instant::now();
+            for (at, bounds) in came.iter().enumerate() {
+                let id = PolygonId((frame * A_FRAME + at) as u32);
+                index.insert(id, bounds).expect("a finite box, each id once");
+            }
+            index.commit();
+            index.frustum_cull_blocks(&view, &mut visible);
+            *least_us = least_us.min(start.elapsed().as_nanos() as f64 * 1.0e-3);
+        }
+    }
+    least_us
+}
+
+fn part(values: &[f64], part: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted[((sorted.len() - 1) as f64 * part) as usize]
+}
+
+#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
+    let us = grow(kind, boxes, is_first);
+    let ratios = us.iter().enumerate().map(|(frame, us_here)| {
+        let from = frame.saturating_sub(NEIGHBOURS / 2);
+        us_here / part(&us[from..(frame + NEIGHBOURS / 2).min(us.len())], 0.5)
+    });
+    let ratios: Vec<f64> = ratios.collect();
+    let worst = part(&ratios, 1.0);
+    println!(
+        "{:>8} {order:<8} {:<11} {:<5} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>6} {:>6.1} {:>6}",
+        boxes.len(),
+        kind.name(),
+        if is_first { "first" } else { "again" },
+        part(&us, 0.5),
+        part(&us, 0.99),
+        part(&us, 0.999),
+        part(&us, 1.0),
+        ratios.iter().filter(|ratio| **ratio > SPIKE).count(),
+        worst,
+        ratios.iter().position(|&ratio| ratio == worst).unwrap_or_default(),
+    );
+}
+
+#[expect(clippy::print_stdout, reason = "the table is what this is for")]
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let has = |word: &str| words.iter().any(|w| w == word);
+    let mut sizes: Vec<u32> = words.iter().filter_map(|size| size.parse().ok()).collect();
+    if sizes.is_empty() {
+        sizes = vec![3_000, 10_000, 100_000];
+    }
+    println!(
+        "{:>8} {:<8} {:<11} {:<5} {:>7} {:>7} {:>7} {:>7} {:>6} {:>13}",
+        "polygons", "order", "structure", "room", "p50 us", "p99", "p99.9", "most", "spikes", "worst frame"
+    );
+    for (order, boxes) in [("drawn", session as fn(u32) -> Vec<Aabb>), ("shuffled", shuffled)] {
+        if !has(order) && (has("drawn") || has("shuffled")) {
+            continue;
+        }
+        for &size in &sizes {
+            let boxes = boxes(size);
+            for (kind, is_first) in
+                [(IndexKind::Osp, false), (IndexKind::Osp, true), (IndexKind::BruteSimd, false)]
+            {
+                report(kind, order, &boxes, is_first);
+            }
+        }
+    }
+}
