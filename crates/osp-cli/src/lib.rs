@@ -48,6 +48,8 @@ mod draw_index_args;
 mod drawing;
 mod export;
 mod frame_choice;
+#[cfg(any(feature = "bench", feature = "render"))]
+mod gif_file;
 mod import;
 mod info;
 #[cfg(feature = "live")]
@@ -65,6 +67,8 @@ mod man;
 mod race;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod race_args;
+#[cfg(feature = "bench")]
+mod race_film;
 #[cfg(feature = "bench")]
 mod race_view;
 #[cfg(feature = "render")]

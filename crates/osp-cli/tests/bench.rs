@@ -1,5 +1,7 @@
 //! `osp bench`: its rows as text, JSON, CSV and page.
 
+#[path = "bench/film.rs"]
+mod film;
 #[path = "bench/moving.rs"]
 mod moving;
 #[path = "bench/page.rs"]

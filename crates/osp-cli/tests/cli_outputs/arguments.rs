@@ -237,6 +237,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         (&["bench", "a.ron", "--html", "c.csv"], ".html"),
         (&["bench", "a.ron", "--csv", "c.tilt"], ".csv"),
         (&["race", "a.ron", "--csv", "c.png"], ".csv"),
+        (&["race", "a.ron", "--film", "c.mp4"], ".gif"),
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),

@@ -36,6 +36,7 @@ fn ways() -> Vec<Way> {
         way(&["bench", "@", "--csv"], "o.csv", true, true),
         way(&["bench", "@", "--html"], "o.html", true, true),
         way(&["race", "in.ron", "--csv", "@"], "o.csv", true, true),
+        way(&["race", "in.ron", "--film", "@"], "o.gif", true, true),
         way(&["draw-index", "in.ron", "@"], "o.svg", true, false),
         way(&["draw-index", "in.ron", "@"], "o.png", true, false),
         way(&["draw-index", "in.ron", "--as", "tree", "@"], "o.dot", true, false),

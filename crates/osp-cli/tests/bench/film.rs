@@ -1,0 +1,84 @@
+//! `osp race --film`, read by a decoder.
+
+use std::fs::{self, File};
+
+use gif::{ColorOutput, DecodeOptions, Repeat};
+
+use crate::{Report, osp, session, text};
+
+/// The pictures of a film, red, green and blue, and the time of each, hundredths of a second.
+struct Film {
+    size: (usize, usize),
+    repeat: Repeat,
+    frames: Vec<(Vec<[u8; 3]>, u16)>,
+}
+
+impl Film {
+    fn open(path: &str) -> Self {
+        let mut options = DecodeOptions::new();
+        options.set_color_output(ColorOutput::RGBA);
+        let mut decoder = options.read_info(File::open(path).expect("a film")).expect("a GIF");
+        let size = (usize::from(decoder.width()), usize::from(decoder.height()));
+        let (mut shown, mut frames) = (vec![[0; 3]; size.0 * size.1], Vec::new());
+        while let Some(frame) = decoder.read_next_frame().expect("a whole frame") {
+            let (left, top) = (usize::from(frame.left), usize::from(frame.top));
+            for (at, pixel) in frame.buffer.chunks_exact(4).enumerate().filter(|(_, pixel)| pixel[3] > 0) {
+                let (row, column) = (at / usize::from(frame.width), at % usize::from(frame.width));
+                shown[(top + row) * size.0 + left + column] = [pixel[0], pixel[1], pixel[2]];
+            }
+            frames.push((shown.clone(), frame.delay));
+        }
+        Self { size, repeat: decoder.repeat(), frames }
+    }
+}
+
+#[test]
+fn a_film_shows_the_model_as_it_grows_in_a_pane_for_each_structure() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let session = session(folder.path());
+    let path = folder.path().join("race.gif").to_str().expect("utf-8").to_owned();
+    let output =
+        osp(&["race", &session, "--index", "osp,octree-rebuild,brute-simd", "--film", &path, "--json"]);
+    assert_eq!(text(&output.stderr), "");
+    let report = Report::of(&output);
+    let session_frames = report.rows().iter().find(|row| row["figure"] == "frames").expect("a row");
+    let expected = session_frames["value"].as_f64().expect("a number").min(224.0) as usize;
+
+    let film = Film::open(&path);
+    assert_eq!(film.size, (960, 788), "two rows of two panes");
+    assert_eq!(film.frames.len(), expected);
+    assert!(film.repeat == Repeat::Infinite);
+    let time: u32 = film.frames.iter().map(|(_, delay)| u32::from(*delay)).sum();
+    assert!((1000..=2000).contains(&time), "{time} hundredths of a second");
+
+    // The picture of the model in the first three panes, and where a fourth would be.
+    let model = |picture: &[[u8; 3]], (left, top): (usize, usize)| -> Vec<[u8; 3]> {
+        let rows = (top + 46..top + 222).flat_map(|y| (left + 16..left + 296).map(move |x| (x, y)));
+        rows.map(|(x, y)| picture[y * film.size.0 + x]).collect()
+    };
+    let ground = film.frames[0].0[film.size.0 * 50 + 20];
+    let drawn = |picture: &[[u8; 3]]| {
+        let panes = [(0, 0), (480, 0), (0, 360)].map(|pane| model(picture, pane));
+        let count = |model: &Vec<[u8; 3]>| model.iter().filter(|&&color| color != ground).count();
+        assert!(panes.iter().all(|pane| count(pane) == count(&panes[0])), "all show the same");
+        count(&panes[0])
+    };
+    let grown: Vec<usize> = film.frames.iter().map(|(picture, _)| drawn(picture)).collect();
+    assert!(grown[0] < grown[expected / 2] && grown[expected / 2] < grown[expected - 1], "{grown:?}");
+    assert!(grown[expected - 1] > 5_000, "{grown:?}");
+    let (last, _) = &film.frames[expected - 1];
+    let empty = model(last, (480, 360));
+    assert!(empty.iter().all(|color| *color == empty[0]), "there is no fourth structure");
+}
+
+#[test]
+fn a_film_of_nothing_is_an_error() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [session, film] = ["empty.ron", "race.gif"].map(|name| folder.path().join(name));
+    fs::write(&session, "Header(format: 1, name: \"a\")\n").expect("written");
+    let output = osp(&["race", session.to_str().expect("utf-8"), "--film", film.to_str().expect("utf-8")]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("race.gif: there is no frame to draw"), "{said}");
+    assert!(!film.exists());
+}
