@@ -1,5 +1,7 @@
 //! `osp bench`: its rows as text, JSON, CSV and page.
 
+#[path = "render/decoded_film.rs"]
+mod decoded_film;
 #[path = "bench/film.rs"]
 mod film;
 #[path = "bench/moving.rs"]

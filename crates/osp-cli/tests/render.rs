@@ -7,8 +7,12 @@
 mod authors;
 #[path = "render/commands.rs"]
 mod commands;
+#[path = "render/decoded_film.rs"]
+mod decoded_film;
 #[path = "../../../tests/support/edits.rs"]
 mod editor;
+#[path = "render/film.rs"]
+mod film;
 #[path = "render/hzb.rs"]
 mod hzb;
 #[path = "render/identity.rs"]

@@ -1,44 +1,25 @@
 //! `osp race --film`, read by a decoder.
 
-use std::fs::{self, File};
+use std::fs;
 
-use gif::{ColorOutput, DecodeOptions, Repeat};
-
-use crate::{Report, osp, session, text};
-
-/// The pictures of a film, red, green and blue, and the time of each, hundredths of a second.
-struct Film {
-    size: (usize, usize),
-    repeat: Repeat,
-    frames: Vec<(Vec<[u8; 3]>, u16)>,
-}
-
-impl Film {
-    fn open(path: &str) -> Self {
-        let mut options = DecodeOptions::new();
-        options.set_color_output(ColorOutput::RGBA);
-        let mut decoder = options.read_info(File::open(path).expect("a film")).expect("a GIF");
-        let size = (usize::from(decoder.width()), usize::from(decoder.height()));
-        let (mut shown, mut frames) = (vec![[0; 3]; size.0 * size.1], Vec::new());
-        while let Some(frame) = decoder.read_next_frame().expect("a whole frame") {
-            let (left, top) = (usize::from(frame.left), usize::from(frame.top));
-            for (at, pixel) in frame.buffer.chunks_exact(4).enumerate().filter(|(_, pixel)| pixel[3] > 0) {
-                let (row, column) = (at / usize::from(frame.width), at % usize::from(frame.width));
-                shown[(top + row) * size.0 + left + column] = [pixel[0], pixel[1], pixel[2]];
-            }
-            frames.push((shown.clone(), frame.delay));
-        }
-        Self { size, repeat: decoder.repeat(), frames }
-    }
-}
+use crate::{Report, decoded_film::Film, osp, session, text};
 
 #[test]
 fn a_film_shows_the_model_as_it_grows_in_a_pane_for_each_structure() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let session = session(folder.path());
     let path = folder.path().join("race.gif").to_str().expect("utf-8").to_owned();
-    let output =
-        osp(&["race", &session, "--index", "osp,octree-rebuild,brute-simd", "--film", &path, "--json"]);
+    let output = osp(&[
+        "race",
+        &session,
+        "--index",
+        "osp,octree-rebuild,brute-simd",
+        "--pace",
+        "samples:64",
+        "--film",
+        &path,
+        "--json",
+    ]);
     assert_eq!(text(&output.stderr), "");
     let report = Report::of(&output);
     let session_frames = report.rows().iter().find(|row| row["figure"] == "frames").expect("a row");
@@ -47,7 +28,6 @@ fn a_film_shows_the_model_as_it_grows_in_a_pane_for_each_structure() {
     let film = Film::open(&path);
     assert_eq!(film.size, (960, 788), "two rows of two panes");
     assert_eq!(film.frames.len(), expected);
-    assert!(film.repeat == Repeat::Infinite);
     let time: u32 = film.frames.iter().map(|(_, delay)| u32::from(*delay)).sum();
     assert!((1000..=2000).contains(&time), "{time} hundredths of a second");
 
