@@ -362,6 +362,7 @@ mod tests {
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),
+            ("GIF89a\u{1}", "a", Some(Gif)),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -377,6 +378,7 @@ mod tests {
                 &["a.csv", "a.txt", "a", "A.CSV"][..],
                 &["a.ron", "a.png", "a.tilt", "a.ron.zst", "a.html"][..],
             ),
+            (Gif, &["a.gif"], &["a.png", "a.mp4", "a"]),
             (Png, &["a.png", "a.PNG"], &["a.jpg", "a", "a.ron", "a.svg"]),
             (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
