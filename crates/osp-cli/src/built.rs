@@ -103,6 +103,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], OF_WORLDS, Feature::Worlds),
     (&["pack"], &[], Feature::Worlds),
     (&["render"], &[], Feature::Render),
+    (&["film"], &[], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),

@@ -47,7 +47,13 @@ mod draw_index_args;
 #[cfg(feature = "render")]
 mod drawing;
 mod export;
+#[cfg(feature = "render")]
+mod film;
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod film_args;
 mod frame_choice;
+#[cfg(any(feature = "bench", feature = "render"))]
+mod gif_file;
 mod import;
 mod info;
 #[cfg(feature = "live")]
@@ -65,6 +71,8 @@ mod man;
 mod race;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod race_args;
+#[cfg(feature = "bench")]
+mod race_film;
 #[cfg(feature = "bench")]
 mod race_view;
 #[cfg(feature = "render")]
@@ -164,6 +172,7 @@ const EXAMPLES: &str = "Examples:
   osp synth room --polygons 12000 room.ron
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
+  osp film sketch.tilt film.gif
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world
   osp sketch house.ron
@@ -191,6 +200,7 @@ enum Command {
     Study(study::StudyArgs),
     Synth(synth::SynthArgs),
     Render(Box<render_args::RenderArgs>),
+    Film(film_args::FilmArgs),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -233,6 +243,7 @@ impl Command {
             Self::Study(args) => study::run(args),
             Self::Synth(args) => synth::run(args),
             Self::Render(args) => of_feature!("render", render::run, args),
+            Self::Film(args) => of_feature!("render", film::run, args),
             Self::Verify(args) => verify::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),

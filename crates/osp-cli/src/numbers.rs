@@ -42,6 +42,11 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("expected seconds above 0, up to {MOST_SECONDS}; found `{text}`"))
 }
 
+/// Length of a film in seconds.
+pub(super) fn film_s(text: &str) -> Result<f64, String> {
+    within(text, &(0.1..=600.0), "seconds")
+}
+
 /// A moment in seconds.
 pub(super) fn moment_s(text: &str) -> Result<f32, String> {
     within(text, &(0.0..=1.0e4), "seconds")

@@ -17,8 +17,9 @@ use osp_session::{recording::Pace, replay::CameraChoice};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp race recordings/portrait.ron
-  osp race --synth 150000 --runs 3
+  osp race --synth 200000 --runs 3
   osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
+  osp race --synth 200000 --runs 3 --film race.gif
 
 On a terminal each structure shows the time of the latest frame, a strip chart of the frames before
 (its full height is 11.1 ms, a frame at 90 Hz; longer frames are red), its longest frame, and how many
@@ -49,6 +50,10 @@ pub(super) struct RaceArgs {
     /// Write every figure to a CSV file, one per line.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
+    /// Write a film of the race to a GIF file: for each structure the model as it grows, the time of a frame, and a strip
+    /// chart on which frames that missed 90 Hz stay red.
+    #[arg(long, value_name = "OUT.gif")]
+    pub(super) film: Option<PathBuf>,
     /// Print one JSON object instead of the verdict and the table.
     #[arg(long)]
     pub(super) json: bool,

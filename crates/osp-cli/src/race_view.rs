@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use super::{output::one_line, progress};
 use osp_lab::{
     bench::{Race, Racer},
-    report::{short, thousands},
+    report::thousands,
 };
 
 /// How often the view is drawn: all structures wait meanwhile.
@@ -75,13 +75,13 @@ fn lines(race: &Race, race_of: &str, columns: usize) -> Vec<String> {
         let frames = if racer.missed() == 1 { "frame" } else { "frames" };
         let missed = format!("{} {frames} over 11.1 ms", thousands(racer.missed()));
         let missed = if racer.missed() > 0 { red(&missed) } else { missed };
-        let longest = figure(racer.longest_ns());
+        let longest = Racer::figure_ms(racer.longest_ns());
         lines.push(String::new());
         lines.push(format!(
             "{}: {missed}, longest {longest} ms",
             console::style(racer.name()).for_stderr().bold()
         ));
-        let digits = large(&format!("{:>FIGURE$}", figure(latest)));
+        let digits = large(&format!("{:>FIGURE$}", Racer::figure_ms(latest)));
         let strip = strip(racer.times_ns(), columns.saturating_sub(FIGURE * DIGIT + 5));
         for (row, (digits, strip)) in digits.iter().zip(strip).enumerate() {
             let digits = if is_late(latest) { red(digits) } else { digits.clone() };
@@ -94,15 +94,6 @@ fn lines(race: &Race, race_of: &str, columns: usize) -> Vec<String> {
 
 fn red(text: &str) -> String {
     console::style(text).for_stderr().red().to_string()
-}
-
-/// Milliseconds, in as many letters for most times.
-fn figure(ns: u64) -> String {
-    match ns as f64 / 1.0e6 {
-        ms if ms < 10.0 => format!("{ms:.3}"),
-        ms if ms < 100.0 => format!("{ms:.2}"),
-        ms => short(ms),
-    }
 }
 
 /// The lines of a strip chart of the latest frames, one a column; its height is a frame at 90 Hz.

@@ -26,6 +26,9 @@ const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the orders of opaque polygons, and of all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
+/// The moment that brushes which move by themselves are seen at, unless another one is given, seconds.
+pub(super) const MOMENT_S: f32 = 5.6;
+
 /// Draw frames of a session to PNG files, without a window.
 ///
 /// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left on the
@@ -120,7 +123,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     pub(super) color_by: String,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
-    #[arg(long, default_value_t = 5.6, value_parser = numbers::moment_s)]
+    #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,

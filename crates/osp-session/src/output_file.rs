@@ -23,6 +23,8 @@ pub enum OutputKind {
     Html,
     /// A picture of pixels.
     Png,
+    /// A film.
+    Gif,
     /// A picture of lines.
     Svg,
     /// A graph for Graphviz.
@@ -50,10 +52,10 @@ const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 /// Bytes of both heads.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Trace};
 
 impl OutputKind {
-    const ALL: [Self; 12] = [Png, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
+    const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
     /// What it is called in messages.
     fn name(self) -> &'static str {
@@ -61,6 +63,7 @@ impl OutputKind {
             Csv => "a table (CSV)",
             Html => "a page (HTML)",
             Png => "a picture (PNG)",
+            Gif => "a film (GIF)",
             Svg => "a picture (SVG)",
             Dot => "a graph (DOT)",
             Trace => "a trace",
@@ -79,6 +82,7 @@ impl OutputKind {
             Csv => &[".csv"],
             Html => &[".html", ".htm"],
             Png => &[".png"],
+            Gif => &[".gif"],
             Svg => &[".svg"],
             Dot => &[".dot"],
             Trace => &[".jsonl"],
@@ -93,7 +97,7 @@ impl OutputKind {
 
     /// Whether programs go by the ending; text may be called anything that does not name another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Svg | Dot | Pvs | Glb | Study | Recording)
+        matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording)
     }
 
     fn is_named(self, path: &Path) -> bool {
@@ -129,6 +133,7 @@ impl OutputKind {
         let holds = |line: &[u8], words: &str| line.windows(words.len()).any(|part| part == words.as_bytes());
         match self {
             Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
+            Gif => start.starts_with(b"GIF8"),
             Glb => start.starts_with(b"glTF"),
             // Other programs have pages of their own.
             Manual => {
@@ -357,6 +362,7 @@ mod tests {
             ("osp pvs 1\n", "a", Some(Pvs)),
             ("v 0 0 0\n", "a.obj", Some(Recording)),
             ("{\"osp_study\":1,\"file\":\"a.ron\"", "a.json", Some(Study)),
+            ("GIF89a\u{1}", "a", Some(Gif)),
             ("PK\u{3}\u{4}", "a.zip", None),
         ] {
             assert_eq!(found(start, name), kind, "{name}: {start}");
@@ -372,6 +378,7 @@ mod tests {
                 &["a.csv", "a.txt", "a", "A.CSV"][..],
                 &["a.ron", "a.png", "a.tilt", "a.ron.zst", "a.html"][..],
             ),
+            (Gif, &["a.gif"], &["a.png", "a.mp4", "a"]),
             (Png, &["a.png", "a.PNG"], &["a.jpg", "a", "a.ron", "a.svg"]),
             (Pins, &["a.pins", "a.ron", "a"], &["a.png", "a.tilt", "a.csv"]),
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),

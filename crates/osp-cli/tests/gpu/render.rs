@@ -4,6 +4,8 @@
 
 mod authors;
 mod commands;
+mod decoded_film;
+mod film;
 mod hzb;
 mod identity;
 mod jump;

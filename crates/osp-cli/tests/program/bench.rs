@@ -1,5 +1,8 @@
 //! `osp bench`: its rows as text, JSON, CSV and page.
 
+#[path = "../gpu/render/decoded_film.rs"]
+mod decoded_film;
+mod film;
 mod moving;
 mod page;
 mod paper;

@@ -308,9 +308,17 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in ["replay", "info", "import", "synth", "bench", "draw-index", "race", "pick", "query"] {
+    for command in
+        ["replay", "info", "import", "synth", "bench", "draw-index", "film", "race", "pick", "query"]
+    {
         let said = OSP.done([command, "--help"]);
-        assert!(said.contains("Examples:\n  osp "), "{command}: {said}");
+        assert!(
+            said.contains(
+                "Examples:
+  osp "
+            ),
+            "{command}: {said}"
+        );
     }
 }
 
@@ -484,6 +492,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["sketch", "a.ron"], "osp sketch", "window", window),
         (&["send", session, "--to", "127.0.0.1:1"], "osp send", "window", window),
         (&["render", session, "a.png"], "osp render", "render", render),
+        (&["film", session, "a.gif"], "osp film", "render", render),
         (&["pack", session, "--out", "w"], "osp pack", "worlds", worlds),
         (&["join", "nats://127.0.0.1/a"], "osp join", "live", live),
         (&["wall", "--hub", "nats://127.0.0.1/a", "--rig", "cave4"], "osp wall", "live", live),

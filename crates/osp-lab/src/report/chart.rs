@@ -47,7 +47,7 @@ impl Picture for FrameTimes<'_> {
 }
 
 /// Text is measured and drawn with a font of our own; the machine may have none. In a browser it is the browser's.
-pub(super) fn register_font() {
+pub(crate) fn register_font() {
     #[cfg(not(target_arch = "wasm32"))]
     register_own_font();
 }

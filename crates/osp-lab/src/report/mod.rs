@@ -30,6 +30,8 @@ mod views;
 
 #[cfg(feature = "bench")]
 pub use chart::draw_frame_times;
+#[cfg(feature = "bench")]
+pub(crate) use chart::register_font;
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};

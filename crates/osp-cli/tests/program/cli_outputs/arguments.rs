@@ -74,6 +74,8 @@ fn numbers_out_of_range_are_refused_by_every_command() {
                     "(p:(0,NaN,0),q:(0,0,0,1),fov_degrees:60)",
                 ],
             ),
+            (&["film", "a.ron", "o.gif"], "--seconds", &["0", "-1", "601", "NaN"]),
+            (&["film", "a.ron", "o.gif"], "--fps", &["0", "51", "-1", "NaN"]),
             (&["render", "a.ron", "--to", "d"], "--every", &["0", "-1", "NaN", "18446744073709551616"]),
             (&["replay", "a.ron"], "--draw", &["0x1", "99999x99999", "x"]),
             (&["verify", "a.ron"], "--size", &["0x1", "99999x99999", "x"]),
@@ -239,6 +241,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         (&["bench", "a.ron", "--html", "c.csv"], ".html"),
         (&["bench", "a.ron", "--csv", "c.tilt"], ".csv"),
         (&["race", "a.ron", "--csv", "c.png"], ".csv"),
+        (&["race", "a.ron", "--film", "c.mp4"], ".gif"),
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
@@ -246,6 +249,7 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
     ];
     if cfg!(feature = "render") {
         cases.extend([(&["render", "a.ron", "x.jpg"][..], ".png"), (&["render", "a.ron", "x"], ".png")]);
+        cases.extend([(&["film", "a.ron", "x.mp4"][..], ".gif"), (&["film", "a.ron", "x"], ".gif")]);
     }
     if cfg!(feature = "window") {
         cases.extend([

@@ -38,6 +38,7 @@ fn ways() -> Vec<Way> {
         way(&["bench", "@", "--csv"], "o.csv", true, true),
         way(&["bench", "@", "--html"], "o.html", true, true),
         way(&["race", "in.ron", "--csv", "@"], "o.csv", true, true),
+        way(&["race", "in.ron", "--film", "@"], "o.gif", true, true),
         way(&["draw-index", "in.ron", "@"], "o.svg", true, false),
         way(&["draw-index", "in.ron", "@"], "o.png", true, false),
         way(&["draw-index", "in.ron", "--as", "tree", "@"], "o.dot", true, false),
@@ -51,23 +52,24 @@ fn ways() -> Vec<Way> {
         way(&["import", "in.ron", "@"], "o.ron.zst", false, true),
         way(&["synth", "scribble", "--polygons", "50", "@"], "o.ron", false, true),
     ];
-    ways.into_iter().chain(way_of_render()).filter(|way| has(way.args)).collect()
+    ways.into_iter().chain(ways_of_render()).filter(|way| has(way.args)).collect()
 }
 
 #[cfg(not(feature = "render"))]
-fn way_of_render() -> Option<Way> {
-    None
+fn ways_of_render() -> Vec<Way> {
+    Vec::new()
 }
 
 #[cfg(feature = "render")]
-fn way_of_render() -> Option<Way> {
-    match osp_render::Gpu::headless() {
-        Ok(_) => Some(way(&["render", "in.ron", "@", "--size", "32x32"], "o.png", true, true)),
-        Err(error) => {
-            eprintln!("skipped `osp render`: {error}");
-            None
-        }
+fn ways_of_render() -> Vec<Way> {
+    if let Err(error) = osp_render::Gpu::headless() {
+        eprintln!("skipped `osp render` and `osp film`: {error}");
+        return Vec::new();
     }
+    vec![
+        way(&["render", "in.ron", "@", "--size", "32x32"], "o.png", true, true),
+        way(&["film", "in.ron", "@", "--size", "32x32", "--seconds", "0.2"], "o.gif", true, true),
+    ]
 }
 
 impl Way {
@@ -253,6 +255,7 @@ fn a_file_on_standard_output_is_not_mixed_with_results() {
                 "o.html" => (b"<!doctype html>", true),
                 "o.pvs" => (b"osp pvs ", false),
                 "o.png" => (b"\x89PNG", false),
+                "o.gif" => (b"GIF89a", false),
                 _ => (b"Header(", true),
             };
             assert!(output.stdout.starts_with(start), "{:?} {out}: {output:?}", way.args);

@@ -1,9 +1,13 @@
 //! A race: structures get the same frames of one session in turns. It shows which of them keep up with a headset.
 
+mod canvas;
+mod film;
+mod plot;
 mod racer;
 mod report;
 mod run;
 
+pub use film::{FilmError, RaceFilm};
 pub use racer::Racer;
 pub use report::RaceReport;
 pub use run::{Race, RaceError, RaceInput, race};

@@ -1,3 +1,4 @@
+use crate::report::short;
 use osp_session::recording::Pace;
 
 /// A structure in a race, and how long its frames took.
@@ -66,6 +67,15 @@ impl Racer {
     /// The longest frame, nanoseconds.
     pub fn longest_ns(&self) -> u64 {
         self.longest_ns
+    }
+
+    /// A time in milliseconds, in as many letters for most times.
+    pub fn figure_ms(ns: u64) -> String {
+        match ns as f64 / 1.0e6 {
+            ms if ms < 10.0 => format!("{ms:.3}"),
+            ms if ms < 100.0 => format!("{ms:.2}"),
+            ms => short(ms),
+        }
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -1,0 +1,193 @@
+//! `osp film`: a session as an animated GIF.
+
+use std::{f64::consts::TAU, sync::Arc};
+
+use anyhow::{Context, bail};
+use glam::{Quat, Vec3};
+use indicatif::HumanBytes;
+
+use super::{
+    film_args::FilmArgs,
+    gif_file::GifFile,
+    outcome::Outcome,
+    output::{complain, one_line, say},
+    outputs::Outputs,
+    progress,
+    session::OpenSession,
+};
+use osp::{
+    math::{Aabb, rotate, unit},
+    polygon::VisibleBlocks,
+    view::{Projection, View},
+};
+use osp_lab::report::thousands;
+use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
+use osp_session::{
+    output_file::OutputKind,
+    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, main_bounds, summarize, whole_view},
+};
+
+/// How long the end of a session is seen, hundredths of a second.
+const END: u16 = 100;
+/// Views that decide how far away the eye of a turn must be.
+const LOOKS: usize = 72;
+
+pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
+    let mut outputs = Outputs::new(args.force).reads([&args.file]);
+    let output = outputs.add("OUT.gif", &args.out, OutputKind::Gif)?;
+    let gpu = Arc::new(Gpu::headless()?);
+    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
+    let header = session.header.clone();
+    let mut artist = ArtistSide::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, model, read) = summarize(events, args.pace);
+    for warning in &session.notes().warnings {
+        complain(&format!("warning: {warning}"));
+    }
+    read?;
+    let file = || args.file.display().to_string();
+    let Some(last) = summary.frames.checked_sub(1) else {
+        bail!("{}: nothing was drawn in this session", file());
+    };
+    if args.path == "recorded" && summary.heads == 0 {
+        bail!("{}: --path recorded: no head was recorded; `grow` and `turntable` need none", file());
+    }
+    let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
+    let bounds = main_bounds(&model, &summary.bounds);
+    drop(model);
+    let (width, height) = (args.size.width, args.size.height);
+    let mut drawer = Offscreen::on(gpu, width, height, &config)?;
+    drawer.set_environment(header.environment.as_deref());
+    complain(&format!("drawn by {}", drawer.gpu().name()));
+
+    let aspect = drawer.aspect();
+    let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+    let whole = whole_view(&bounds, of_camera.or_else(|| artist.backwards()), aspect);
+    let path = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
+    let turn = Turn::new(&bounds, &whole);
+    let times = Times { frames: ((args.seconds * f64::from(args.fps)).round() as u64).max(1), fps: args.fps };
+    let view = |frame: u64, moment: &Moment| match args.path.as_str() {
+        "turntable" => turn.view(frame as f64 / times.frames as f64),
+        "recorded" => path.view(moment).with_aspect(aspect),
+        // Without a head: nothing comes before the session's own camera.
+        _ if header.camera.is_some() => path.view(&Moment::default()).with_aspect(aspect),
+        _ => whole,
+    };
+
+    let name = || output.path().display().to_string();
+    let mut film = GifFile::begin(output.create()?, (width, height)).with_context(name)?;
+    let mut player = Player::new(OpenSession::open(&args.file, &args.reading)?, args.pace);
+    let progress = progress::bar(times.frames, "frames", &args.file.to_string_lossy());
+    for frame in 0..times.frames {
+        let shown = match args.path.as_str() {
+            "turntable" => last,
+            _ => last * (frame + 1) / times.frames,
+        };
+        while player.frames() <= shown && player.step()? {
+            drawer.follow(player.changes());
+        }
+        drawer.set_time(args.time + (frame as f64 / f64::from(args.fps)) as f32);
+        let polygons: VisibleBlocks = player.scene().visible_ids().collect();
+        let view = view(frame, &player.moment());
+        drawer.draw_view(0, player.scene(), &view, &[Layer::plain(&polygons)])?;
+        let image = drawer.image()?;
+        let rgb: Vec<u8> =
+            image.rgba().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        let is_end = args.path != "turntable" && frame + 1 == times.frames;
+        film.add(&rgb, times.delay(frame) + if is_end { END } else { 0 }).with_context(name)?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let bytes = output.commit(film.finish().with_context(name)?)?;
+    let size = bytes.map(|bytes| format!(", {}", HumanBytes(bytes))).unwrap_or_default();
+    let name = name();
+    let path = one_line(&name);
+    say(&format!("{path}: {} frames, {:.1} s{size}", thousands(times.frames), args.seconds))?;
+    Ok(Outcome::Done)
+}
+
+/// The frames of a film.
+struct Times {
+    frames: u64,
+    fps: u16,
+}
+
+impl Times {
+    /// How long a frame is seen, hundredths of a second: frames together keep the rate.
+    fn delay(&self, frame: u64) -> u16 {
+        let at = |frame: u64| frame * 100 / u64::from(self.fps);
+        (at(frame + 1) - at(frame)) as u16
+    }
+}
+
+/// The way once around a model, always as far away.
+struct Turn {
+    center: Vec3,
+    /// From the model to the eye, at the beginning.
+    away: Vec3,
+    projection: Projection,
+    distance_m: f32,
+}
+
+impl Turn {
+    /// A turn that begins with the direction of a whole view of these bounds, and sees all of them from every side.
+    fn new(bounds: &Aabb, whole: &View) -> Self {
+        let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
+        let away = rotate(whole.world_from_view, Vec3::Z);
+        let Projection { right, top, .. } = whole.projection;
+        let looks = (0..LOOKS).map(|look| {
+            let away = turned(away, look as f64 / LOOKS as f64);
+            whole_view(bounds, Some(away), right / top)
+        });
+        let (mut distance_m, mut projection) = (0.0f32, whole.projection);
+        for view in looks {
+            distance_m = distance_m.max(view.eye_in_world.distance(center));
+            projection.far_m = projection.far_m.max(view.projection.far_m);
+        }
+        Self { center, away, projection, distance_m }
+    }
+
+    /// The view after a part of the turn.
+    fn view(&self, part: f64) -> View {
+        let eye = self.center + turned(self.away, part) * self.distance_m;
+        View::look_at(eye, self.center, self.projection)
+    }
+}
+
+/// A direction after a part of a turn about the vertical.
+fn turned(direction: Vec3, part: f64) -> Vec3 {
+    rotate(Quat::from_rotation_y((part * TAU) as f32), direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_sees_the_whole_model_and_ends_where_it_begins() {
+        let bounds = Aabb { min: Vec3::new(-3.0, 0.0, -0.5), max: Vec3::new(5.0, 1.0, 0.5) };
+        let whole = whole_view(&bounds, None, 16.0 / 9.0);
+        let turn = Turn::new(&bounds, &whole);
+        for step in 0..360 {
+            let to_clip = turn.view(f64::from(step) / 360.0).clip_from_world();
+            for corner in 0..8 {
+                let side = |bit: u32| if corner >> bit & 1 == 1 { bounds.max } else { bounds.min };
+                let p = to_clip * Vec3::new(side(0).x, side(1).y, side(2).z).extend(1.0);
+                assert!(p.w > 0.0 && p.x.abs() <= p.w && p.y.abs() <= p.w && p.z >= 0.0, "{step}: {p}");
+            }
+        }
+        let (begin, end) = (turn.view(0.0).eye_in_world, turn.view(1.0).eye_in_world);
+        assert!(begin.distance(end) < 1.0e-4 * begin.length(), "{begin} {end}");
+        assert!(turn.view(0.5).eye_in_world.distance(begin) > 1.0);
+    }
+
+    #[test]
+    fn the_rate_is_kept_where_it_does_not_divide_a_second() {
+        for fps in [1, 7, 20, 24, 30, 50] {
+            let times = Times { frames: u64::from(fps) * 3, fps };
+            let delays: Vec<u16> = (0..times.frames).map(|frame| times.delay(frame)).collect();
+            assert_eq!(delays.iter().sum::<u16>(), 300, "{fps}");
+            assert!(delays.iter().all(|delay| *delay >= 2), "{fps}: {delays:?}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Films as GIF files. A frame holds only what has changed since the one before.
+
+use std::{io, ops::RangeInclusive};
+
+use color_quant::NeuQuant;
+use gif::{Encoder, EncodingError, Frame, Repeat};
+
+use osp_session::atomic_file::AtomicFile;
+
+/// Colours of a frame; one more entry of its palette stands for what has not changed.
+const COLORS: usize = 255;
+const UNCHANGED: u8 = COLORS as u8;
+/// About so many pixels are looked at to choose the colours of a frame that has more of them.
+const LOOKED_AT: usize = 50_000;
+
+/// A film that is being written, and plays again and again.
+pub(super) struct GifFile {
+    encoder: Encoder<AtomicFile>,
+    size: (u16, u16),
+    /// The last frame: red, green and blue; nothing before the first.
+    shown: Vec<u8>,
+}
+
+impl GifFile {
+    /// Begins a film of this size, pixels, each side at most 65,535.
+    pub(super) fn begin(file: AtomicFile, (width, height): (u32, u32)) -> io::Result<Self> {
+        let side = |side: u32| u16::try_from(side).map_err(io::Error::other);
+        let size = (side(width)?, side(height)?);
+        let mut encoder = Encoder::new(file, size.0, size.1, &[]).map_err(to_io)?;
+        encoder.set_repeat(Repeat::Infinite).map_err(to_io)?;
+        Ok(Self { encoder, size, shown: Vec::new() })
+    }
+
+    /// Appends a frame, red, green and blue by rows from the top, that is shown for so many hundredths of a second.
+    pub(super) fn add(&mut self, rgb: &[u8], delay: u16) -> io::Result<()> {
+        let mut frame = match self.changed(rgb) {
+            Some((columns, rows)) => self.part(rgb, columns, rows),
+            // A frame is needed for its time.
+            None => Frame::from_palette_pixels(1, 1, [0], [0, 0, 0], Some(0)),
+        };
+        frame.delay = delay;
+        self.encoder.write_frame(&frame).map_err(to_io)?;
+        self.shown.clear();
+        self.shown.extend_from_slice(rgb);
+        Ok(())
+    }
+
+    /// Ends the film.
+    pub(super) fn finish(self) -> io::Result<AtomicFile> {
+        self.encoder.into_inner().map_err(to_io)
+    }
+
+    /// The columns and rows that hold every pixel that differs from the last frame.
+    fn changed(&self, rgb: &[u8]) -> Option<(RangeInclusive<usize>, RangeInclusive<usize>)> {
+        let (width, height) = (usize::from(self.size.0), usize::from(self.size.1));
+        if self.shown.is_empty() {
+            return Some((0..=width - 1, 0..=height - 1));
+        }
+        let (mut columns, mut rows) = ((usize::MAX, 0), (usize::MAX, 0));
+        let grow = |(low, high): (usize, usize), to: usize| (low.min(to), high.max(to));
+        let pixels = rgb.chunks_exact(3).zip(self.shown.chunks_exact(3)).enumerate();
+        for (at, _) in pixels.filter(|(_, (new, old))| new != old) {
+            columns = grow(columns, at % width);
+            rows = grow(rows, at / width);
+        }
+        (columns.0 <= columns.1).then_some((columns.0..=columns.1, rows.0..=rows.1))
+    }
+
+    /// A part of the picture, without what is shown there already.
+    fn part(
+        &self,
+        rgb: &[u8],
+        columns: RangeInclusive<usize>,
+        rows: RangeInclusive<usize>,
+    ) -> Frame<'static> {
+        let (left, top) = (*columns.start() as u16, *rows.start() as u16);
+        let (width, height) = (columns.clone().count() as u16, rows.clone().count() as u16);
+        let pixels: Vec<Option<[u8; 3]>> = rows
+            .flat_map(|row| columns.clone().map(move |column| (row, column)))
+            .map(|(row, column)| {
+                let at = (row * usize::from(self.size.0) + column) * 3;
+                let color = &rgb[at..at + 3];
+                (self.shown.get(at..at + 3) != Some(color)).then(|| [color[0], color[1], color[2]])
+            })
+            .collect();
+        let mut colors: Vec<[u8; 3]> = pixels.iter().flatten().copied().collect();
+        colors.sort_unstable();
+        colors.dedup();
+        let (palette, entries) = palette(&pixels, &colors);
+        let entry = |color: &[u8; 3]| colors.binary_search(color).map_or(UNCHANGED, |at| entries[at]);
+        let indices: Vec<u8> = pixels.iter().map(|pixel| pixel.as_ref().map_or(UNCHANGED, entry)).collect();
+        let frame = Frame::from_palette_pixels(width, height, indices, palette, Some(UNCHANGED));
+        Frame { left, top, ..frame }
+    }
+}
+
+/// A palette of [`COLORS`] and one for what has not changed, and the entry of each of the sorted colours.
+fn palette(pixels: &[Option<[u8; 3]>], colors: &[[u8; 3]]) -> (Vec<u8>, Vec<u8>) {
+    let (mut palette, entries) = if colors.len() <= COLORS {
+        (colors.concat(), (0..colors.len()).map(|at| at as u8).collect())
+    } else {
+        let rgba: Vec<u8> = pixels.iter().flatten().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
+        let one_in = (rgba.len() / 4 / LOOKED_AT).clamp(1, 30) as i32;
+        let chosen = NeuQuant::new(one_in, COLORS, &rgba);
+        let entries = colors.iter().map(|&[r, g, b]| chosen.index_of(&[r, g, b, 255]) as u8).collect();
+        (chosen.color_map_rgb(), entries)
+    };
+    palette.resize((COLORS + 1) * 3, 0);
+    (palette, entries)
+}
+
+fn to_io(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}
