@@ -6,7 +6,7 @@ use crate::sentences::Sentence;
 const MOST_WORDS: usize = 25;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rule {
+pub(crate) enum Rule {
     /// Code that speaks, hears or wishes.
     Personified,
     /// A sentence that begins with a clause in place of a subject, as "What is ...".
@@ -17,7 +17,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Rule::Personified => "personified",
             Rule::Nominal => "nominal",
@@ -28,7 +28,7 @@ impl Rule {
 }
 
 /// What a sentence breaks, and the advice.
-pub type Finding = (Rule, String);
+pub(crate) type Finding = (Rule, String);
 
 /// Words that only a person can be the subject of.
 const PERSONIFIED: &[(&[&str], &str)] = &[
@@ -120,7 +120,7 @@ const PRIVATE: &[(&str, &str)] = &[
 ];
 
 /// Everything that a sentence breaks, each form once.
-pub fn findings(sentence: &Sentence) -> Vec<Finding> {
+pub(crate) fn findings(sentence: &Sentence) -> Vec<Finding> {
     let words: Vec<String> = sentence.words.iter().map(|word| bare(word)).collect();
     let mut found = Vec::new();
     for (forms, instead) in PERSONIFIED {

@@ -2,26 +2,26 @@
 
 /// A sentence and the line on which its paragraph begins to hold it, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sentence {
-    pub line: usize,
-    pub words: Vec<String>,
+pub(crate) struct Sentence {
+    pub(crate) line: usize,
+    pub(crate) words: Vec<String>,
 }
 
 impl Sentence {
     /// The sentence as it was written, with single spaces.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         self.words.join(" ").replace('\u{a0}', " ")
     }
 }
 
 /// The sentences of a Markdown file.
-pub fn of_markdown(text: &str) -> Vec<Sentence> {
+pub(crate) fn of_markdown(text: &str) -> Vec<Sentence> {
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
     of_lines(lines)
 }
 
 /// The sentences of the doc comments of a Rust file.
-pub fn of_doc_comments(source: &str) -> Vec<Sentence> {
+pub(crate) fn of_doc_comments(source: &str) -> Vec<Sentence> {
     let lines = source.lines().enumerate().map(|(index, line)| {
         let line = line.trim_start();
         let comment = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
@@ -130,6 +130,10 @@ fn ends_sentence(word: &str, next: Option<&str>) -> bool {
     if bare.ends_with(':') {
         return true;
     }
-    let begins = !next.starts_with(|c: char| c.is_lowercase());
+    // Names that begin with a small letter: `osp`, `glTF`, pages.
+    let begins = !next.starts_with(|c: char| c.is_lowercase())
+        || next == "osp"
+        || next.contains(char::is_uppercase)
+        || next.contains(".md");
     bare.ends_with(['.', '!', '?']) && begins && !ABBREVIATIONS.contains(&bare.trim_start_matches('('))
 }
