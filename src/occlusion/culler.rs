@@ -34,8 +34,8 @@ pub type MakeCuller = fn(occluders: usize) -> Box<dyn OcclusionCuller>;
 
 /// A method of occlusion culling: built for one eye and window, then queried.
 ///
-/// Contract of a conservative one: if a volume V is `Hidden`, a polygon of the occluders lies between the eye and every
-/// point of V that is inside the window and not nearer than the near plane. A volume that is not finite is never hidden.
+/// Contract of a conservative one: let x be a point of a `Hidden` volume, inside the window and not nearer than the near
+/// plane. Then a polygon of the occluders lies between the eye and x. A volume that is not finite is never hidden.
 pub trait OcclusionCuller: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;

@@ -36,12 +36,12 @@ const PIXEL_SLACK: f64 = 1.0e-6;
 /// to `4 u` times the tangent over [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// A volume is projected only if all of it lies before the eye's plane by this part of its size (the sum of its centre's
-/// coordinates, as seen from the eye, and of its half sides). Nearer volumes cannot be decided.
+/// A volume is projected only if all of it lies before the eye's plane by this part of its size. The size is the sum of
+/// its centre's coordinates, as seen from the eye, and of its half sides. Nearer volumes cannot be decided.
 ///
 /// # Why pixels are then exact to [`PIXEL_SLACK`]
-/// With `u = 2^-53`, a volume of size `s`, a corner `p` of it at distance `z` before the eye's plane, and `t` the largest
-/// tangent in the window:
+/// Let `u = 2^-53`, `s` the size of a volume, `p` its corner at distance `z` before the eye's plane, and `t` the largest
+/// tangent in the window.
 /// * A coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: wrong by `4 u s`.
 /// * So `z = forward . p`, `right . p` and `up . p` are wrong by less than `8 u s`: by `4 u s` from `p`, by `3 u s` from the
 ///   three products and their sum.

@@ -6,9 +6,9 @@
 //! the polygons. If it is not zero, at least one polygon covers x. (The proof does not name the polygon. Polygons need
 //! not be flat, keep one side towards the eye, or be free of overlaps.)
 //!
-//! The border is cut into a few pieces. Take a piece from p to q, and a line parallel to p q with x on one side and all
-//! of the piece on the other. For x the piece is the same as the straight segment p q. With x to the left of every such
-//! segment, the polygon of segments winds around x at least once, and so does the border. Therefore the area to the
+//! The border is cut into a few pieces. Take a piece from p to q, and a line parallel to p q. Let x be on one side and
+//! all of the piece on the other. For x the piece is the same as the straight segment p q. If x is to the left of every
+//! such segment, the polygon of segments winds around x at least once. So does the border. Therefore the area to the
 //! left of all those parallels is covered, and convex.
 
 use glam::DVec2;

@@ -19,7 +19,7 @@ const MAX_INNER: usize = MAX_PATCH;
 /// Larger: smaller and flatter patches.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays, while the patch hides at
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at
 /// least this part of its area. A row of a grid adds nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 

@@ -124,7 +124,7 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Soundness of its answers: that of its picture.
+    /// Soundness of its answers, which is the soundness of its picture.
     pub fn soundness(&self) -> Soundness {
         self.buffer.soundness()
     }

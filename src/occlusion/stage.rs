@@ -93,8 +93,8 @@ impl OcclusionStage {
         self.pool.is_behind(geometry)
     }
 
-    /// Whether one of the new polygons of these changes may fill enough of a view to be an occluder, or they are too
-    /// many to test.
+    /// Whether a new polygon of these changes may fill enough of a view to be an occluder, or there are too many to
+    /// test.
     pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),

@@ -10,7 +10,7 @@ pub const QUERY_SLACK: f64 = 1.0e-9;
 
 /// A splitting plane is omitted if the cell reaches behind it by at most this sine. Must stay far below [`QUERY_SLACK`]:
 /// it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two occluders share
-/// (some 1e-16 over the sine between its edge and the line to the eye): smaller, shared planes cut twice.
+/// (some 1e-16 over the sine between its edge and the line to the eye). If it is smaller, shared planes cut twice.
 pub const IMPLIED_SINE: f64 = 1.0e-13;
 
 /// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces are used

@@ -244,8 +244,8 @@ impl Facets {
         }
     }
 
-    /// The facet that an edge of another polygon bounds, and the number of that side, if it begins at `start` there and has no
-    /// neighbour yet.
+    /// The facet that an edge of another polygon bounds, and the number of its side there. The side must begin at `start` and
+    /// have no neighbour yet.
     #[inline(always)]
     fn free_side(&self, edge: EdgeCode, but: u32, start: u32, surfaces: &Surfaces) -> Option<(u32, usize)> {
         let polygon = edge / SIDES as u32;

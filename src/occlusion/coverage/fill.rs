@@ -333,7 +333,7 @@ impl<'a> Strips<'a> {
     }
 }
 
-/// First pixel and end in each row of a strip: of the covered pixels, and of each edge without a neighbour.
+/// First pixel and end of the covered pixels in each row of a strip, and the same for each edge without a neighbour.
 struct Spans {
     from: Rows,
     to: Rows,
