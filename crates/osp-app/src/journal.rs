@@ -392,7 +392,7 @@ impl Journal {
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
-        self.news.push(format!("the session goes on in {}", self.path.display()));
+        self.news.push(format!("the session continues in {}", self.path.display()));
         if let Some(lost) = self.file.replace(shelter) {
             lost.release();
         }

@@ -517,7 +517,7 @@ impl App {
         }
         self.live = None;
         if let Some(studio) = &mut self.studio {
-            studio.say(format!("{error}; drawing goes on"));
+            studio.say(format!("{error}; drawing continues"));
             studio.send_all_again();
         }
         self.open_window(event_loop)

@@ -298,7 +298,7 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
             format!("reading the session: {} of {} messages", thousands(*read), thousands(*of))
         }
         Connection::Live => format!("connected to {address}"),
-        Connection::Silent => format!("{address} does not answer; it goes on here and is sent later"),
+        Connection::Silent => format!("{address} does not answer; your events stay here and are sent later"),
         Connection::Crowded => {
             format!("{address}: too many have joined before this member, which joins once there is room")
         }

@@ -84,7 +84,7 @@ impl OpenElsewhere {
     pub fn holder(&self) -> impl fmt::Display + '_ {
         fmt::from_fn(|f| match &self.word {
             Some(Word { process, host, since }) => write!(f, "process {process} on {host}, since {since}"),
-            None => f.write_str("under another name, or by a program that does not say who it is"),
+            None => f.write_str("under another name, or by an unknown program"),
         })
     }
 }

@@ -75,8 +75,8 @@ impl TrackerAddress {
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
-            None => "--tracker-key-file asks for a key, udp://127.0.0.1 listens to this machine only",
-            Some(_) => "only who knows the key is read, but it is sent as it is",
+            None => "--tracker-key-file requires a key, udp://127.0.0.1 listens to this machine only",
+            Some(_) => "only senders with the key are read, but they send it unencrypted",
         };
         let everybody = address.ip().is_unspecified();
         everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))

@@ -161,7 +161,7 @@ fn plan(ui: &mut Ui, studio: &Studio) {
     let (response, painter) = ui.allocate_painter(PLAN, Sense::hover());
     let rect = response.rect;
     response.on_hover_text(
-        "the room from above: screens, the head (green) and the hand (blue) as the tracker says",
+        "the room from above: screens, the head (green) and the hand (blue) as tracked",
     );
     let weak = ui.visuals().weak_text_color();
     painter.rect_stroke(rect, 3.0, Stroke::new(1.0, weak.gamma_multiply(0.5)), egui::StrokeKind::Inside);
