@@ -139,7 +139,9 @@ impl Question {
             Self::Edits(_) => {
                 &[(Answer::GoOn, "Go on with the edits"), (Answer::Cancel, "Open the original")]
             }
-            Self::Damaged { .. } => &[(Answer::Lenient, "Open the readable part"), (Answer::Cancel, "Cancel")],
+            Self::Damaged { .. } => {
+                &[(Answer::Lenient, "Open the readable part"), (Answer::Cancel, "Cancel")]
+            }
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => {
                 &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
             }

@@ -160,9 +160,7 @@ fn screens(
 fn plan(ui: &mut Ui, studio: &Studio) {
     let (response, painter) = ui.allocate_painter(PLAN, Sense::hover());
     let rect = response.rect;
-    response.on_hover_text(
-        "the room from above: screens, the head (green) and the hand (blue) as tracked",
-    );
+    response.on_hover_text("the room from above: screens, the head (green) and the hand (blue) as tracked");
     let weak = ui.visuals().weak_text_color();
     painter.rect_stroke(rect, 3.0, Stroke::new(1.0, weak.gamma_multiply(0.5)), egui::StrokeKind::Inside);
     let (head, hand) = (studio.watch().head(), studio.watch().hand());
