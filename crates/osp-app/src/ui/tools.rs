@@ -185,7 +185,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     });
 }
 
-/// Where the session is saved, and whether all of it is.
+/// Path of the session, and whether all of it is saved.
 fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let session = studio.session();
     if session.is_replay() {
