@@ -230,7 +230,7 @@ impl<'a> Subject<'a> {
         Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
     }
 
-    /// Takes out what was inserted since the fill.
+    /// Removes what was inserted since the fill.
     fn take_out(&mut self) {
         for id in self.filed..self.filed + self.more {
             let gone = self.index.remove(PolygonId(id as u32));

@@ -272,7 +272,7 @@ fn read_head(bytes: &[u8; HEAD_BYTES as usize], path: &Path) -> Result<Head, Pvs
     Ok(Head { polygons, model, cells: ViewCells { min, side_m, count }, samples })
 }
 
-/// Unpacks the sets, in memory that is asked for at once.
+/// Unpacks the sets, in memory that is requested at once.
 fn read_sets(head: &Head, packed: impl Read, path: &Path) -> Result<Vec<u64>, PvsError> {
     let io = |cause| PvsError::Io { path: path.to_owned(), cause };
     let words = words_of(head.polygons as usize) * head.cells.len();

@@ -129,7 +129,7 @@ impl Pins {
         ron::from_str(&text).map_err(|e| PinError::Format { path: path.to_owned(), cause: Box::new(e) })
     }
 
-    /// Writes the file anew, whole or not at all.
+    /// Writes the file again, whole or not at all.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,7 +1,7 @@
 //! The thread that speaks with the server: it reads the log, publishes what is drawn, and helps itself when nothing comes.
 //!
 //! The client's own watch over its subscriptions takes a quarter of a minute, so there is one here: where an own message does
-//! not come back for [`PATIENCE`], or the server has more than was read, the log is asked for anew from where it is known, and
+//! not come back for [`PATIENCE`], or the server has more than was read, the log is requested again from where it is known, and
 //! what is on its way is sent again.
 
 use std::sync::{Arc, mpsc};
@@ -249,7 +249,7 @@ impl Talk<'_> {
         self.complaints.clear();
     }
 
-    /// Reads the log and publishes, until the log has to be opened anew.
+    /// Reads the log and publishes, until the log has to be opened again.
     async fn read(
         &mut self,
         server: &mut Server,
@@ -346,7 +346,7 @@ impl Talk<'_> {
         !self.has_caught_up && self.is_reading()
     }
 
-    /// Whether the first message of a log that was opened anew goes on from what was read: it has to be the last one that was
+    /// Whether the first message of a log that was opened again continues from what was read: it has to be the last one that was
     /// read, or the first of all. `false`: one was lost on the way.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
@@ -359,7 +359,7 @@ impl Talk<'_> {
         if is_same { Ok(true) } else { Err(self.lost()) }
     }
 
-    /// Takes a message and those that lie ready behind it; whether the log goes on.
+    /// Takes a message and those that lie ready behind it; whether the log continues.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,

@@ -26,7 +26,7 @@ pub struct Counts {
     pub beyond_limits: u64,
     /// Own messages sent again.
     pub resent: u64,
-    /// Times that the log was asked for anew, from where it was known.
+    /// Times that the log was requested again, from where it was known.
     pub reopened: u64,
     /// Connections to the server, the first one included.
     pub connections: u64,

@@ -45,7 +45,7 @@ impl Hand {
         lock(&self.shared.status).pending
     }
 
-    /// Leaves the session after what was sent: [`News::Left`] follows. The session goes on to come in.
+    /// Leaves the session after what was sent: [`News::Left`] follows. The session continues to come in.
     pub fn leave(&self) {
         let _ = self.commands.send(Command::Leave);
     }
@@ -62,7 +62,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Begins to connect, on a thread of its own, and goes on until there is a server. `wake` is called there whenever
+    /// Begins to connect, on a thread of its own, and continues until there is a server. `wake` is called there whenever
     /// there is news.
     ///
     /// # Errors

@@ -113,7 +113,7 @@ impl Own {
         self.old_faces.append(&mut self.faces);
     }
 
-    /// What to send for an own event that was not sent yet: with the beginning of a stroke that goes on before its next point,
+    /// What to send for an own event that was not sent yet: with the beginning of a stroke that continues before its next point,
     /// from its last one on. `None` if there is nothing to send: the stroke that it ends has ended already.
     pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
         let mut before = Vec::new();

@@ -78,7 +78,7 @@ impl JoinRate {
     }
 
     /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts. After a clock that went back, waiting begins
-    /// anew: a stamp from the future does not close the session until then.
+    /// again: a stamp from the future does not close the session until then.
     pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
         if let Some(waited) = &mut self.waited {
             waited.at_nanos = waited.at_nanos.min(now_nanos);

@@ -21,7 +21,7 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// Longest pause between two tries to connect.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Most messages that the server may send before it is asked for more.
+/// Most messages that the server may send before the next request.
 const BATCH_MESSAGES: usize = 256;
 
 /// Refusals that are remembered, each once.

@@ -35,7 +35,7 @@ pub enum Said {
         /// The machine.
         host: String,
     },
-    /// A node is waited for no longer: it goes on, and is let in again once it answers in time.
+    /// A node is waited for no longer: it continues, and is let in again once it answers in time.
     Out {
         /// The screen.
         screen: String,

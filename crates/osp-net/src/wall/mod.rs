@@ -51,7 +51,7 @@ pub enum WallError {
         rig: String,
         /// The names of its screens.
         there: String,
-        /// What was asked for.
+        /// What was requested.
         wanted: String,
     },
     /// The hub does not let this node in.

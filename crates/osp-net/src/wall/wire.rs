@@ -51,7 +51,7 @@ fn options(certificates: Option<PathBuf>) -> LinkOptions {
 }
 
 impl Wire {
-    /// Begins to connect, and goes on until there is a server. `wake` is called whenever something was said.
+    /// Begins to connect, and continues until there is a server. `wake` is called whenever something was said.
     pub(super) fn open(
         address: &Address,
         certificates: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! The threads that load blocks, and what they are asked for.
+//! The threads that load blocks, and their requests.
 
 use std::{
     collections::{BTreeSet, VecDeque},

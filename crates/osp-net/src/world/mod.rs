@@ -8,7 +8,7 @@
 //!                               └─ missing:  loaded by threads ──> cache of resident blocks (bounded in bytes)
 //! ```
 //!
-//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Knows [`scene`](osp_session::scene),
+//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Depends on [`scene`](osp_session::scene),
 //! [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
 //!
 //! * **Conservative.** A block is left out only if its box, which holds all its polygons, is outside of the frustum. What is in
@@ -16,7 +16,7 @@
 //! * **Exact.** What a frame that waits sees is, polygon by polygon, what the same sessions in memory show.
 //! * **Whole or not at all.** The manifest is written after all blocks, in one step: without it there is no world.
 //! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it, and no more of an
-//!   answer of a server is taken than was asked for.
+//!   answer of a server is taken than was requested.
 
 mod block;
 mod boxes;

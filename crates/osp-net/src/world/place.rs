@@ -234,7 +234,7 @@ impl Place {
         }
     }
 
-    /// A part of an object. Fewer bytes than asked for where it ends.
+    /// A part of an object. Fewer bytes than requested where it ends.
     pub(super) fn read_range(
         &self,
         object: &str,

@@ -11,7 +11,7 @@ use osp_session::replay::SetFingerprint;
 /// What a frame does about blocks in view that are not in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// It goes on without them, counts them, and has them loaded for the frames that follow.
+    /// It continues without them, counts them, and has them loaded for the frames that follow.
     Count,
     /// It waits for them.
     Wait,

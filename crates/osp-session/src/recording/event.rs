@@ -111,7 +111,7 @@ pub enum Event {
         /// The author's name; several may have the same one.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         name: String,
-        /// In which colour to show what is the author's, if that is asked for: red, green, blue, each 0 to 1, sRGB.
+        /// In which colour to show what is the author's, if that is requested: red, green, blue, each 0 to 1, sRGB.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         color: Option<(f32, f32, f32)>,
     },
@@ -212,7 +212,7 @@ pub enum Event {
         author: Author,
     },
     /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
-    /// the group is placed anew, the way turns and scales with it. In a group of no extent nothing can be moved.
+    /// the group is placed again, the way turns and scales with it. In a group of no extent nothing can be moved.
     Move {
         /// Time, seconds.
         t: f64,

@@ -18,7 +18,7 @@ const COLORS: [(f32, f32, f32); 8] = [
     (0.10, 0.70, 0.70),
     (0.65, 0.55, 0.30),
 ];
-/// For strokes of no author: drawn before anybody joined, or in a window that goes on with a session of several.
+/// For strokes of no author: drawn before anybody joined, or in a window that continues with a session of several.
 const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {

@@ -167,7 +167,7 @@ impl Scene {
         }
     }
 
-    /// A stroke is elsewhere now: it is placed anew once all events of the frame are taken.
+    /// A stroke is elsewhere now: it is placed again once all events of the frame are taken.
     pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)

@@ -34,7 +34,7 @@ pub(super) struct Group {
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
     /// What its own strokes come to (in its own space, if it moves as a whole), and they with all groups below: as they were
-    /// when last asked for.
+    /// when last requested.
     own: Extent,
     whole: Extent,
     /// Its own strokes have changed since.
@@ -164,7 +164,7 @@ impl Groups {
         }
     }
 
-    /// Computes anew what has changed since the last call; `extent` says what a stroke comes to. Costs the strokes of the
+    /// Computes again what has changed since the last call; `extent` says what a stroke comes to. Costs the strokes of the
     /// groups that have changed and the groups above them.
     pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
         // Those above come before those below; nothing under a group that is not stale is.

@@ -59,12 +59,12 @@ pub struct SceneCounts {
 /// What events have cost so far, in counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Groups looked at, and groupings whose outcome was determined anew.
+    /// Groups looked at, and groupings whose outcome was determined again.
     pub group_steps: u64,
-    /// Polygons placed anew.
+    /// Polygons placed again.
     pub displaced: u64,
     /// All else that was looked at: events, the strokes that edits name, the arrangements that undo and redo pass, the strokes
-    /// of a layer, and the polygons that come, go or are to be placed anew.
+    /// of a layer, and the polygons that come, go or are to be placed again.
     pub looked_at: u64,
 }
 
@@ -125,7 +125,7 @@ pub struct Scene {
     pub(super) let_go: u64,
     /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
-    /// Strokes that have to be placed anew.
+    /// Strokes that have to be placed again.
     pub(super) to_place: Vec<u32>,
     /// Scratch of [`Scene::place_displaced`].
     pub(super) moved_groups: Vec<usize>,
@@ -284,7 +284,7 @@ impl Scene {
         self.apply_all([event], changes);
     }
 
-    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
+    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed again
     /// once, one that several of them erase and bring back is told of once, and one that several samples of a stroke change
     /// most often once, so that a frame costs no more than its
     /// events and the polygons they touch.
@@ -298,7 +298,7 @@ impl Scene {
 
     /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]. Returns
     /// the number of events applied; the others are for later frames. Cut anywhere, a list of events leads to the same model.
-    /// At least one event is applied. The end of the frame places the polygons of groups anew; its cost comes on top.
+    /// At least one event is applied. The end of the frame places the polygons of groups again; its cost comes on top.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

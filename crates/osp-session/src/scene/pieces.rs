@@ -27,7 +27,7 @@ fn is_told(change: Change, told: &[Change]) -> bool {
 }
 
 impl Scene {
-    /// Makes anew and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
+    /// Makes again and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {

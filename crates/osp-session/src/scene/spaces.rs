@@ -101,7 +101,7 @@ impl Scene {
     }
 
     /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes a
-    /// space in this frame, or is none any more, has all its strokes placed anew for the last time.
+    /// space in this frame, or is none any more, has all its strokes placed again for the last time.
     pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
         if !self.keeps_groups_whole {
             return false;

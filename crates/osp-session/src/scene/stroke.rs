@@ -44,11 +44,11 @@ pub struct Stroke {
     /// Where [`Event::Move`](crate::recording::Event::Move) has brought it, in the space of its group (the world's, if it is in none).
     pub(super) offset: Vec3,
     pub(super) group: Option<usize>,
-    /// It has to be placed anew before the changes are handed out.
+    /// It has to be placed again before the changes are handed out.
     pub(super) is_displaced: bool,
     /// It has come or gone in this frame.
     pub(super) is_untold: bool,
-    /// It was placed anew while it could not be seen, and nobody was told.
+    /// It was placed again while it could not be seen, and nobody was told.
     pub(super) was_displaced_unseen: bool,
     /// While it is being drawn.
     pub(super) builder: Option<Box<StrokeBuilder>>,

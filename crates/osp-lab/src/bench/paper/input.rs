@@ -43,7 +43,7 @@ pub struct PaperConfig {
 }
 
 impl PaperConfig {
-    /// The tree of the other experiments: the only depth that was asked for, else the usual one.
+    /// The tree of the other experiments: the only depth given, else the usual one.
     pub(super) fn depth(&self) -> u32 {
         if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }
     }

@@ -52,7 +52,7 @@ const NOTES: [&str; 4] = [
     "time is that of the structure's own query; nodes and boxes of a walk tell the trees apart and not the code.",
 ];
 
-/// Neighbours asked for.
+/// Neighbours requested.
 const NEIGHBOURS: usize = 8;
 /// Polygons that a frame of the growing model inserts, and rays that it casts.
 const BATCH: usize = 8;

@@ -12,7 +12,7 @@ const SURELY: f32 = 0.03;
 /// distance it is seen: there, and one texel around it, at every level of detail.
 type Solid = [u128; SIDE];
 
-/// By the numbers of the brushes; found when it is first asked for.
+/// By the numbers of the brushes; found when it is first requested.
 static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
     LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 
