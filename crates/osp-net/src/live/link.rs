@@ -18,7 +18,7 @@ use super::{
 };
 use osp_session::recording::Event;
 
-/// What draws into a shared session, from any thread.
+/// Handle for drawing into a shared session, from any thread.
 #[derive(Clone, Debug)]
 pub struct Hand {
     commands: queue::UnboundedSender<Command>,
@@ -40,7 +40,7 @@ impl Hand {
         }
     }
 
-    /// Own events that are not in the session yet, as far as the connection knows of them.
+    /// Own events that are not in the session yet, by the connection's last state.
     pub fn pending(&self) -> usize {
         lock(&self.shared.status).pending
     }
@@ -51,7 +51,7 @@ impl Hand {
     }
 }
 
-/// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first tells the others.
+/// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first informs the others.
 #[derive(Debug)]
 pub struct Link {
     /// Dropping it ends the connection.
@@ -91,12 +91,12 @@ impl Link {
         Ok(Self { _background: background, commands, news, shared })
     }
 
-    /// What draws, for any thread.
+    /// The handle for drawing, for any thread.
     pub fn hand(&self) -> Hand {
         Hand { commands: self.commands.clone(), shared: Arc::clone(&self.shared) }
     }
 
-    /// The next news that is there.
+    /// The next news, if any.
     ///
     /// # Errors
     /// The connection has ended for good.
@@ -126,12 +126,12 @@ impl Link {
         Ok(news)
     }
 
-    /// What is known of the connection.
+    /// State of the connection.
     pub fn status(&self) -> Status {
         lock(&self.shared.status).clone()
     }
 
-    /// How long own messages took to come back.
+    /// Times of own messages until they came back.
     pub fn latency(&self) -> Latency {
         Latency::of(&lock(&self.shared.latency_us))
     }

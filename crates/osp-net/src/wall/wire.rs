@@ -1,6 +1,6 @@
-//! The connection that carries what hub and nodes say: on a thread of its own, for the rest waits for nothing but a frame.
+//! The connection for messages of hub and nodes. It has its own thread, because the rest waits for nothing but a frame.
 //!
-//! What is said while there is no server is not kept: it is about a frame that is over by then.
+//! Messages without a server are dropped: they concern a frame that is over by then.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -13,7 +13,7 @@ use tokio::{runtime::Builder, sync::mpsc as queue};
 use super::{WallError, message::MAX_BYTES};
 use crate::live::{Address, Background, Complaints, LinkOptions, LiveError, Role, connect};
 
-/// What the hub says to all nodes.
+/// Subject of the hub's messages to all nodes.
 pub(super) const HUB: &str = "hub";
 /// What nodes say to the hub.
 pub(super) const NODE: &str = "node";
