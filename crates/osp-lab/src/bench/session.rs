@@ -21,9 +21,9 @@ const PART: &str = "session";
 pub struct SessionInput {
     /// Name of the recording.
     pub recording: String,
-    /// What it holds at this pace.
+    /// Summary of the session at this pace.
     pub summary: Summary,
-    /// How much of it a frame takes.
+    /// Part of the session that a frame takes.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),

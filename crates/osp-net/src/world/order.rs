@@ -57,7 +57,7 @@ impl PackOrder {
     }
 }
 
-/// Where on the curve through a box a point lies: 21 bits an axis, woven into each other.
+/// Position of a point on the curve through a box: 21 bits an axis, woven into each other.
 fn along_curve(point: Vec3, bounds: &Aabb) -> u64 {
     let cells = 2_097_151.0;
     // One scale for all axes: the curve's cells are cubes.
