@@ -105,7 +105,7 @@ pub struct StructurePanel {
 pub struct StructurePicture<'a> {
     /// From the left.
     pub panels: &'a [StructurePanel],
-    /// Part and side of the structure.
+    /// Kind of the picture.
     pub view: StructureView,
     /// The polygons.
     pub scene: &'a Scene,
