@@ -2,7 +2,7 @@
 //! program's help consists of doc comments.
 //!
 //! `counts.txt` has the number of findings a folder. A number may only fall. `OSP_PROSE=src/index` prints the findings of
-//! a folder or file, `OSP_PROSE=write` stores the present numbers.
+//! a folder or file, `OSP_PROSE=lower` stores lower numbers.
 
 mod rules;
 mod sentences;
@@ -112,9 +112,7 @@ fn sentences_are_understood_at_the_first_reading() {
     let all = all_findings();
     let counts = counted(&all);
     let wish = std::env::var("OSP_PROSE").unwrap_or_default();
-    if wish == "write" {
-        fs::write(at(COUNTS), written(&counts)).expect("a file of numbers");
-    } else if !wish.is_empty() {
+    if !wish.is_empty() {
         for found in all.iter().filter(|found| found.file.starts_with(&wish)) {
             println!("{}", found.line);
         }
@@ -130,12 +128,16 @@ fn sentences_are_understood_at_the_first_reading() {
         }
     }
     assert!(risen.is_empty(), "{risen}");
+    if wish == "lower" {
+        fs::write(at(COUNTS), written(&counts)).expect("a file of numbers");
+        return;
+    }
     let has_fallen = allowed.iter().any(|((folder, rule), &most)| {
         let count =
             counts.iter().find(|((of, by), _)| of == folder && by == rule).map_or(0, |(_, &count)| count);
         count < most
     });
-    assert!(!has_fallen, "fewer findings than in {COUNTS}: lower its numbers with OSP_PROSE=write");
+    assert!(!has_fallen, "fewer findings than in {COUNTS}: lower its numbers with OSP_PROSE=lower");
 }
 
 fn sentences(text: &str) -> Vec<String> {
