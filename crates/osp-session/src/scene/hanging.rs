@@ -34,7 +34,7 @@ struct Line {
     refused: BTreeMap<Time, usize>,
     /// The groups put under it, with effect or without.
     toward: BTreeMap<Time, usize>,
-    /// How often `toward` has each group.
+    /// Number of times that `toward` has each group.
     from: BTreeMap<usize, u32>,
     /// Scratch: number of a walk, and the parent found by it, valid until this time.
     known: (u64, Time, Option<usize>),
