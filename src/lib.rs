@@ -1,9 +1,9 @@
-//! osp keeps a growing, hand-made 3D model drawable in real time: polygons stream in from a tracked hand, and every frame
-//! inserts them into a spatial index without rebuilding it, and finds those that a view may see.
+//! osp keeps a growing, hand-made 3D model drawable in real time. Every frame inserts the polygons of a tracked hand into
+//! a spatial index without a rebuild, and finds the polygons that a view may see.
 //!
 //! # In an engine
 //!
-//! A [`Culler`] takes the engine's own keys: insert, move and remove boxes, then ask what each camera sees.
+//! A [`Culler`] takes the engine's own keys: insert, move and remove boxes, then cull for each camera.
 //!
 //! ```
 //! use osp::{Camera, Culler, Depth, Occluder, math::Aabb};
@@ -47,8 +47,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Culler::in_box`] and [`Culler::in_sphere`] find what is near, [`Culler::set_layers`] and [`Camera::on_layers`] choose who sees
-//! what. Queries take `&self`: several threads may ask at once.
+//! [`Culler::in_box`] and [`Culler::in_sphere`] find near objects. [`Culler::set_layers`] and [`Camera::on_layers`] choose the
+//! objects of each camera. Queries take `&self`: several threads may run them at once.
 //!
 //! # From a change to the screen
 //!
@@ -129,8 +129,8 @@
 //! assert!(!culler.draw_list().contains(PolygonId(51)), "hidden behind the wall");
 //! ```
 //!
-//! `examples/engine.rs` goes on from here: things come and go, keys are the engine's own. `examples/cull_boxes.rs` takes the index
-//! alone, `examples/culler.rs` the culler.
+//! `examples/engine.rs` continues from here: things come and go, keys are the engine's own. `examples/cull_boxes.rs` takes the
+//! index alone, `examples/culler.rs` the culler.
 //!
 //! # Layers
 //!
@@ -147,9 +147,9 @@
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
 //! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
 //!
-//! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recorded sessions,
-//! brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (drawing with wgpu), `osp-lab` (oracle, benchmarks,
-//! reports), `osp-net` (several authors, walls, worlds), `osp-app` (the window), `osp-cli` (the program).
+//! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recordings, brushes, scenes),
+//! `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle, benchmarks), `osp-net` (authors, walls,
+//! worlds), `osp-app` (window), `osp-cli`.
 //!
 //! # Vocabulary
 //!

@@ -9,8 +9,8 @@ use crate::{
 /// Mask of all layers.
 pub const ALL_LAYERS: u32 = u32::MAX;
 
-/// Largest slope of a near plane against the direction of view: that of a matrix rounded to `f32`. Larger: the near plane of the
-/// window is wrong by more than its margin.
+/// Largest slope of a near plane against the direction of view, from the rounding of a matrix to `f32`. With a larger limit the
+/// near plane of the window is wrong by more than its margin.
 const MOST_INCLINED: f64 = 5.0e-6;
 
 /// Range of depths in clip space, after the division by w.
@@ -63,7 +63,7 @@ pub enum CameraError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     frustum: Frustum,
-    /// What occlusion is culled for; none for a parallel projection.
+    /// Window for occlusion culling; none for a parallel projection.
     window: Option<ViewWindow>,
     world_from_clip: DMat4,
     /// Depths of the near and the far plane.
@@ -75,9 +75,8 @@ pub struct Camera {
 
 impl Camera {
     /// The camera of a matrix from world space to clip space, columns one after the other, x and y from -w to w: perspective or
-    /// parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far plane or without.
-    /// `f32` or `f64`; an `f64` matrix is taken as exact, however far from the origin the eye is. Of a perspective, `depth` may have the
-    /// wrong direction.
+    /// parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far plane or without. An `f64`
+    /// matrix counts as exact, however far from the origin the eye is. For a perspective, `depth` may have the wrong direction.
     ///
     /// # Errors
     /// [`CameraError`]: a number is not finite, or there is no inverse.
@@ -142,7 +141,7 @@ impl Camera {
         &self.frustum
     }
 
-    /// What occluders are looked for in, if they are.
+    /// Window in which occluders are selected; `None` if they are not.
     pub(super) fn hiding_window(&self) -> Option<&ViewWindow> {
         self.window.as_ref().filter(|_| self.hides)
     }
@@ -151,7 +150,7 @@ impl Camera {
         &self.world_from_clip
     }
 
-    /// Of the near and the far plane, clip space.
+    /// Depths of the near and the far plane, clip space.
     pub(super) fn depths(&self) -> (f64, f64) {
         (self.near, self.far)
     }

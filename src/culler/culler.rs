@@ -41,8 +41,8 @@ pub enum Refusal {
 /// It takes no capacity and no limits of the world: both grow. Objects come, move and go at any time; nothing is ever rebuilt.
 /// See the [crate](crate) for an example.
 ///
-/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]; what has gone is found by no query from then on that
-/// it has gone. Several threads may ask queries at once. No call panics, and nothing visible is ever left out.
+/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]; no query finds an object after its removal has taken
+/// effect. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
 ///
 /// Costs: `set` and `remove` O(1) until the commit, which takes O(changes), and O(log world) for each object that comes or leaves
 /// its neighbourhood. A camera takes O(what is in view), and with occluders O(candidates), at most some thousand.
@@ -53,7 +53,7 @@ pub struct Culler<K: Key> {
     layers: Layers,
     /// Made for the first occluder.
     hiding: Option<Box<Hiding>>,
-    /// Of the last frame, and since.
+    /// Refusals of the last frame and since.
     refused: Vec<(K, Refusal)>,
     refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,
@@ -91,8 +91,8 @@ impl<K: Key> Culler<K> {
     /// Inserts an object, or moves it: its box from the least corner to the largest, world space, metres; the tight box of all that
     /// is drawn of it. A box that is empty or not finite is [refused](Culler::refused), and the object left out.
     ///
-    /// An object that moves leaves its occluder behind: unless the new box holds the one before, give it its
-    /// [occluder](Culler::set_occluder) anew, at the new place.
+    /// An object that moves leaves its occluder behind. Set the [occluder](Culler::set_occluder) again at the new
+    /// place, unless the new box holds the one before.
     pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
         let [min, max] = bounds.map(Into::into);
         let Some(slot) = self.slot(key) else { return };
@@ -140,7 +140,7 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Objects in the culler: those with a box that was not refused.
+    /// Number of objects in the culler with an accepted box.
     pub fn len(&self) -> usize {
         self.waiting.count()
     }
@@ -156,7 +156,8 @@ impl<K: Key> Culler<K> {
         Some([bounds.min.into(), bounds.max.into()])
     }
 
-    /// What was refused between the last two calls of [`Culler::cull`], and why; of very much the beginning.
+    /// Refused changes between the last two calls of [`Culler::cull`], with reasons; only the first ones if there are
+    /// very many.
     pub fn refused(&self) -> impl Iterator<Item = (K, Refusal)> {
         self.refused.iter().copied()
     }
@@ -174,9 +175,8 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Finds what each camera sees: whatever of an object may be on its screen, and not behind the occluders where it
-    /// [asks for that](Camera::hide_by_occluders). All cameras are culled in one walk, as two eyes, a camera and its lights, or the
-    /// sides of a cube.
+    /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders) omits the
+    /// objects behind them. One walk culls all cameras: two eyes, a camera and its lights, or the sides of a cube.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
@@ -201,9 +201,9 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
-    /// Of each box, whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders where the camera
-    /// [asks for that](Camera::hide_by_occluders). The boxes are in no culler: of sounds, characters, triggers. One that is empty or not
-    /// finite is not hidden. Makes all changes known, as [`Culler::cull`] does.
+    /// For each box, whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders of a camera
+    /// that [uses them](Camera::hide_by_occluders). The boxes are not in the culler: sounds, characters, triggers. An empty or
+    /// non-finite box is not hidden. Commits all changes, as [`Culler::cull`] does.
     pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
         self.commit();
         let corner = |corner: P| corner.into().into();
@@ -216,8 +216,7 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// What the cameras of the last [`Culler::cull`] see, to be read beside queries. It has no camera after a [`Culler::commit`] of
-    /// changes.
+    /// Results of the last [`Culler::cull`], to be read beside queries. It has no camera after a [`Culler::commit`] of changes.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
             let hiding = self.hiding.as_ref().filter(|_| is_thinned);
@@ -226,8 +225,8 @@ impl<K: Key> Culler<K> {
         Frame::new(&self.keys, views)
     }
 
-    /// The nearest object that a ray meets, and where. `hit` says where the ray meets an object itself, if it does, in lengths of
-    /// the ray's direction; it is asked about objects whose boxes the ray enters, in any order.
+    /// The nearest object that a ray meets, and the distance. `hit` returns the distance to an object itself, in lengths of the
+    /// ray's direction, or `None` for a miss. It is called for objects whose boxes the ray enters, in any order.
     pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
         let mut meet = |number| hit(self.key(number)?, &ray);
         let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
@@ -283,7 +282,7 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
     }
 
-    /// The key of an object that is there now.
+    /// The key of an object that the culler has now.
     fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
         if self.waiting.has_box(slot) { self.keys.key(number) } else { None }

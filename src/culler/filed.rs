@@ -7,18 +7,19 @@ use crate::{
     polygon::{BLOCK, ConvexPolygon, Geometry, PolygonId},
 };
 
-/// Objects that the index is told of together as they move: so many boxes are still at hand.
+/// Moving objects that the index updates together: their boxes are still in the cache.
 const MOST_TOGETHER: usize = 256;
 
 /// Fewer objects that come together are numbered as they come.
 const LEAST_SORTED: usize = 32;
 
-/// So many objects that come together, and so many times as many as there are, make the index anew. Smaller: more often.
+/// The index is built again if at least this many objects come together, and [`MANY_TIMES`] as many as it has. Smaller:
+/// more often.
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
 /// Blocks of objects in the order in which they come may be this many times as large as those in the order of space. Larger: more
-/// boxes that hold much of the world. Smaller: what moves together has numbers far apart.
+/// boxes that hold much of the world. Smaller: objects that move together have numbers far apart.
 const MOST_LARGER: f64 = 8.0;
 
 /// Cells along an axis in which objects that come together are sorted, as a power of two.
@@ -30,7 +31,7 @@ pub(super) struct Filed {
     index: Osp,
     moving: Vec<(PolygonId, Aabb)>,
     coming: Vec<(Slot, Aabb)>,
-    /// Where on a curve through space each of these lies, and its place among them.
+    /// Position of each of these on a curve through space, and its place among them.
     order: Vec<(u32, u32)>,
     refused: Vec<IndexError>,
 }
@@ -116,8 +117,8 @@ impl Filed {
         self.coming.clear();
     }
 
-    /// Makes the index anew for what comes, which is much more than what is there: nobody has said how large the world is, and how many
-    /// objects there will be.
+    /// Builds the index again for coming objects that are many more than the present ones: neither the world's size nor the
+    /// number of objects is set beforehand.
     fn expect_many(&mut self) {
         let mut there = DrawList::new();
         self.index.frustum_cull(&Frustum::everything(), &mut there);
@@ -179,7 +180,7 @@ impl Geometry for Filed {
     }
 }
 
-/// Where a point comes on a curve that goes through all cells of a cube, neighbours after neighbours: the bits of its cell in turns
+/// Position of a point on a curve through all cells of a cube, neighbours after neighbours: the bits of its cell in turns
 /// (Morton, 1966).
 fn place_in_order(point: Vec3, cube: &Aabb) -> u32 {
     let cells = (point - cube.min) / cube.extent() * (1 << CELL_BITS) as f32;

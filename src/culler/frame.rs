@@ -12,7 +12,7 @@ const FEW: usize = 8;
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// What each camera sees, in their order: `frame[0]` is the first one's.
+/// Results of the cameras, in their order: `frame[0]` belongs to the first one.
 ///
 /// # Panics
 /// Indexing panics beyond the last camera, as a slice does; [`Frame::get`] does not.
@@ -23,12 +23,12 @@ pub struct Frame<'a, K: Key> {
     len: usize,
 }
 
-/// What one camera sees: the objects to draw, each once, in no particular order.
+/// Result of one camera: the objects to draw, each once, in no particular order.
 pub struct Seen<'a, K: Key> {
     in_view: &'a VisibleBlocks,
     drawn: &'a VisibleBlocks,
     keys: &'a K::Places,
-    /// Of a camera that hides by occluders, and has any in view.
+    /// Only for a camera that hides by occluders, and has any in view.
     culler: Option<&'a dyn OcclusionCuller>,
 }
 
@@ -61,12 +61,12 @@ impl<'a, K: Key> Frame<'a, K> {
         self.len == 0
     }
 
-    /// What a camera sees.
+    /// The result of a camera.
     pub fn get(&self, camera: usize) -> Option<&Seen<'a, K>> {
         self.first[..self.len.min(FEW)].get(camera).or_else(|| self.more.get(camera.checked_sub(FEW)?))
     }
 
-    /// What each camera sees.
+    /// The results of all cameras.
     pub fn iter(&self) -> impl Iterator<Item = &Seen<'a, K>> {
         self.first[..self.len.min(FEW)].iter().chain(&self.more)
     }
@@ -161,7 +161,7 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
     }
 }
 
-/// What the cameras of a frame see, kept for its memory.
+/// Results of the cameras of a frame; reused for their memory.
 #[derive(Debug, Default)]
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,

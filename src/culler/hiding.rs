@@ -27,7 +27,7 @@ pub(super) struct Hiding {
     views: Vec<ViewOcclusion>,
 }
 
-/// What an object hides by.
+/// Occluders of an object.
 #[derive(Debug, Default)]
 struct Own {
     /// The numbers of its polygons.
@@ -54,7 +54,8 @@ impl Hiding {
         }
     }
 
-    /// Follows an object that has another box now. What it hid by is where it was, so it hides nothing any more, unless it has grown.
+    /// Follows an object that has another box now. Its occluders stay at the old place, so it hides nothing any more,
+    /// unless it has grown.
     #[inline]
     pub(super) fn follow_object(&mut self, object: Slot, bounds: &Aabb) {
         if !self.has_occluder.get(object) {
@@ -125,8 +126,8 @@ impl Hiding {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
-    /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. What is hidden by an object that a camera on these
-    /// layers does not see would be missing: then nothing is hidden.
+    /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. Hides nothing if these layers omit an occluder:
+    /// the objects behind it would be missing.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,
@@ -187,7 +188,7 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    /// How many more there is room for.
+    /// Number of further ones that there is room for.
     fn room(&self) -> usize {
         PolygonId::LIMIT as usize - self.polygons.len() + self.free.len()
     }

@@ -1,4 +1,4 @@
-//! Where in the culler's lists, and under which number of the index, the object with a key is.
+//! Maps a key to the slot of its object in the culler's lists, and to its number in the index.
 
 use std::{
     collections::HashMap,
@@ -11,13 +11,13 @@ use crate::polygon::{PolygonId, bits};
 /// The place of an object in the culler's own lists. It has the type of a number of the index, because the same lists serve.
 pub(super) type Slot = PolygonId;
 
-/// What an engine may call its objects: anything `Copy + Eq + Hash`, which costs a look into a map for each call, or [`Dense`]
-/// numbers, which cost none.
+/// The engine's name of an object: anything `Copy + Eq + Hash`, at the cost of a map lookup for each call, or [`Dense`]
+/// numbers, without a map.
 ///
-/// Objects with keys that come together are numbered in the order of space, which the index likes best; [`Dense`] numbers are what the
-/// engine makes them.
+/// Objects that come together get numbers in the order of space, the best order for the index. [`Dense`] numbers are the engine's
+/// choice.
 pub trait Key: Copy {
-    /// Where the key of each object is kept.
+    /// Store of the keys of all objects.
     #[doc(hidden)]
     type Places: Places<Self>;
 }
@@ -37,8 +37,8 @@ impl<K: Copy + Eq + Hash> Key for K {
     type Places = Map<K>;
 }
 
-/// See [`Key::Places`]: from keys to slots, which an object has while the engine knows it, and to the numbers that it has while it
-/// is in the index.
+/// See [`Key::Places`]: maps keys to slots and to numbers. An object has a slot while the engine has it, and a number while it is
+/// in the index.
 pub trait Places<K>: Default {
     /// Whether the numbers are given in the order of [`Places::give_number`].
     const ARE_NUMBERED: bool;
@@ -61,7 +61,7 @@ pub trait Places<K>: Default {
     /// Gives what is in a slot a number, as it goes into the index.
     fn give_number(&mut self, slot: Slot) -> PolygonId;
 
-    /// So many come together: the next numbers are given in ascending order, if it does not take long to see to that.
+    /// Announces the number of objects that come together: the next numbers ascend, if sorting them is cheap.
     fn sort_numbers(&mut self, coming: usize);
 
     /// Takes the number of what is in a slot, as it leaves the index.
@@ -136,8 +136,8 @@ impl Places<Dense> for Numbers {
 /// No slot, and no number.
 const NONE: PolygonId = PolygonId(u32::MAX);
 
-/// Free numbers are sorted if there are at most this many times as many as objects that come. Larger: frames in which few come take
-/// longer; smaller: what comes after much has gone lies in more blocks.
+/// Free numbers are sorted if there are at most this many times as many as objects that come. Larger: frames in which few come
+/// take longer. Smaller: objects that come after many removals lie in more blocks.
 const FREE_TO_COMING: usize = 8;
 
 /// Keys, their slots, and their numbers.

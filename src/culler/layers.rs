@@ -5,7 +5,7 @@ use super::keys::Slot;
 /// The layer that objects are on unless the engine puts them on others.
 const FIRST_LAYER: u32 = 1;
 
-/// Which layers objects are on.
+/// The layers of each object.
 #[derive(Debug)]
 pub(super) struct Layers {
     masks: ById<u32>,

@@ -28,7 +28,7 @@ pub enum OccluderError {
         at: usize,
         /// The index.
         found: u32,
-        /// How many vertices there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// No triangle has an area, or the box is empty.

@@ -79,11 +79,11 @@ impl Oracle {
         Self::default()
     }
 
-    /// Adds opaque triangles of an object, seen from both sides; corners in world space, metres. What is transparent is an object
-    /// that the camera is not asked about: leave it out.
+    /// Adds opaque triangles of an object, seen from both sides; corners in world space, metres. Omit transparent objects.
     ///
     /// # Errors
-    /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. Those before it were added.
+    /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. The triangles before it were
+    /// added.
     pub fn add(
         &mut self,
         object: u32,
@@ -102,8 +102,9 @@ impl Oracle {
         Ok(())
     }
 
-    /// A point of each object that the camera shows although the object is not drawn; of each triangle the middle and other points are
-    /// tested, `points` in all. Takes O(triangles log triangles), and O(triangles of what is not drawn x `points` x log triangles).
+    /// A point of each object that the camera shows although the object is not drawn. Tests the middle and other points of each
+    /// triangle, `points` in all. Takes O(triangles log triangles), and O(triangles of undrawn objects x `points` x log
+    /// triangles).
     pub fn missing(&self, camera: &Camera, is_drawn: impl Fn(u32) -> bool, points: u32) -> Vec<Missing> {
         let clip_from_world = camera.world_from_clip().inverse();
         let world = World::new(&self.triangles);
@@ -206,8 +207,8 @@ fn point_of([a, b, c]: &[DVec3; 3], number: u32) -> DVec3 {
     *a + (*b - *a) * u + (*c - *a) * v
 }
 
-/// Where a ray meets a triangle, a little larger than it is, in lengths of the ray (Tomas Möller and Ben Trumbore, "Fast, Minimum Storage
-/// Ray/Triangle Intersection", 1997).
+/// Distance at which a ray meets a slightly enlarged triangle, in lengths of the ray (Tomas Möller and Ben Trumbore, "Fast,
+/// Minimum Storage Ray/Triangle Intersection", 1997).
 fn meet(start: DVec3, way: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let (to_b, to_c) = (*b - *a, *c - *a);
     let across = way.cross(to_c);

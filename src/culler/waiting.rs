@@ -1,7 +1,7 @@
 use super::keys::Slot;
 use crate::{math::Aabb, polygon::ById};
 
-/// What is known of an object besides what the index knows.
+/// State of an object that the index does not store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
     /// The place of its change, if there is one of its slot.
@@ -10,16 +10,16 @@ struct State {
     has_box: bool,
 }
 
-/// Of a slot without an object.
+/// State of a slot without an object.
 const VACANT: State = State { change: u32::MAX, has_box: false };
 
-/// The changes that wait for the next commit: of each object the last one.
+/// The changes that wait for the next commit: the last one of each object.
 #[derive(Debug)]
 pub(super) struct Waiting {
     states: ById<State>,
     /// The new box of an object; [`Aabb::EMPTY`] of one that has gone.
     changes: Vec<(Slot, Aabb)>,
-    /// Of these, how many objects have gone.
+    /// Number of changes that remove an object.
     gone: usize,
     /// Objects with a box.
     count: usize,
@@ -58,7 +58,7 @@ impl Waiting {
         }
     }
 
-    /// Where the change of an object is now.
+    /// Stores the change of an object and returns its place.
     #[inline]
     fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
         match self.changes.get_mut(before.change as usize) {

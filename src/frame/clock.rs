@@ -90,7 +90,7 @@ pub fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// A clock that is read every 40 ns and tells the time in steps.
+    /// A clock that is read every 40 ns and advances in steps.
     fn coarse(step_ns: u64) -> impl FnMut() -> u64 {
         let mut now = 0;
         move || {

@@ -13,7 +13,7 @@ use crate::{
 /// A frame that brings more changes is a jump in a replay, or a file that was opened.
 const FEW_CHANGES: usize = 1024;
 
-/// What [`Occlusion::Auto`] compares to find the cheapest method.
+/// Measure by which [`Occlusion::Auto`] finds the cheapest method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoBasis {
     /// Measured times: it adapts to the machine.
@@ -34,11 +34,11 @@ pub struct PassConfig {
     /// is tested: from 400 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 40 polygons and
     /// more.
     pub polygon_ns: f64,
-    /// What [`Occlusion::Auto`] compares.
+    /// Measure that [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
     /// The bounding volume of a node that is tested.
     pub node_test: NodeTest,
-    /// What makes an occluder a good one.
+    /// Score by which occluders are selected.
     pub score: Score,
 }
 
@@ -68,7 +68,7 @@ impl PassConfig {
         Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
     }
 
-    /// How the index is culled.
+    /// Configuration of the culling of the index.
     fn cull(&self) -> CullConfig {
         CullConfig { node_test: self.node_test, ..CullConfig::for_drawing(self.polygon_ns) }
     }
@@ -103,17 +103,17 @@ pub struct OcclusionPass {
     occluders: usize,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
-    /// Where there is no switch.
+    /// Idle back-off; used only without a switch.
     rest: Rest,
     /// Whether many polygons came while no occluders were looked for: the best may not have been considered yet.
     came_unseen: bool,
-    /// What else the switch chooses, where it can ever pay.
+    /// Other method of the switch, if it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
     since_last: u32,
     /// Whether the last frame was culled by `last`.
     by_last: bool,
-    /// What is left of each view.
+    /// Polygons that remain of each view.
     drawn: Vec<VisibleBlocks>,
     /// Polygons that each of these has room for.
     capacity: usize,
@@ -164,8 +164,8 @@ impl OcclusionPass {
         self.occluders
     }
 
-    /// The shadows of the occluders of the first view, best first, with the eye as the origin; as the last frame left
-    /// them in which it was used.
+    /// The shadows of the occluders of the first view, best first, with the eye as the origin. They are those of the
+    /// last frame that used occlusion culling.
     pub fn shadows(&self) -> &[ShadowVolume] {
         self.stage.view().selector().chosen()
     }
@@ -175,7 +175,7 @@ impl OcclusionPass {
         self.by_last
     }
 
-    /// What was visible last has to know of every change, also in frames that do not use it.
+    /// Passes every change to the previous-frame culler, also in frames that do not use it.
     fn follow_last(&mut self, changes: &[Change]) {
         if let Some(last) = &mut self.last {
             last.follow(changes);
@@ -197,7 +197,7 @@ impl OcclusionPass {
         }
     }
 
-    /// Tells the switch what a frame was like.
+    /// Passes the counts and cost of a frame to the switch.
     fn note(&mut self, record: &OcclusionRecord, work_ns: f64) {
         if let Some(switch) = &mut self.switch {
             let cost_ns = match self.config.basis {
@@ -258,8 +258,8 @@ impl Pass for OcclusionPass {
         self.came_unseen |= !changes.is_empty();
     }
 
-    /// The views share the candidates; each has occluders and a tree of its own, because a screen's near plane and sides
-    /// cut what occludes on it.
+    /// The views share the candidates. Each view has its own occluders and tree, because a screen's near plane and sides
+    /// cut its occluders.
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord {
         let PassInput { geometry, changes, views, in_view, clock, .. } = *frame;
         let mut record = OcclusionRecord::default();

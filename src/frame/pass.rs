@@ -45,7 +45,7 @@ pub struct PassInput<'a> {
     pub index: &'a dyn SpatialIndex,
     /// The polygons.
     pub geometry: &'a dyn Geometry,
-    /// What changed since the frame before.
+    /// Changes since the previous frame.
     pub changes: &'a [Change],
     /// The views.
     pub views: &'a [View],

@@ -32,11 +32,11 @@ pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
     /// The polygons that are not in the index, as they are in spaces that move as a whole.
     spaces: Spaces,
-    /// What of these is in view.
+    /// Polygons of these spaces in view.
     in_spaces: Vec<SpacesInView>,
     /// The frustum of each view, kept for its memory.
     frusta: Vec<Frustum>,
-    /// What it may see.
+    /// Polygons that the view may see.
     in_view: Vec<VisibleBlocks>,
     /// Upper bound of the polygon numbers that each of these sets has room for.
     capacity: usize,
@@ -51,7 +51,7 @@ pub struct Pipeline {
     frame: u64,
 }
 
-/// What [`Pipeline::load_some`] inserts, and how far it has come.
+/// Polygons that [`Pipeline::load_some`] inserts, and its progress.
 #[derive(Debug)]
 pub struct Loading {
     all: Vec<Change>,
@@ -120,8 +120,8 @@ impl Pipeline {
     }
 
     /// One frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
-    /// [`Pipeline::draw_list`]. `changes` are those since the frame before; the index takes them in their order and asks
-    /// `geometry`, which has already made all of them, for the boxes.
+    /// [`Pipeline::draw_list`]. `changes` are the changes since the previous frame, in their order. `geometry` must
+    /// already have made all of them: the index reads the boxes there.
     pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
         self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
@@ -302,7 +302,7 @@ impl Pipeline {
         }
     }
 
-    /// Follows updates: those of polygons in the index together, which comes to the same as one after the other.
+    /// Applies updates. Updates of polygons in the index run together, with the same result as one after the other.
     fn follow_all(&mut self, geometry: &dyn Geometry, updates: &[Change]) {
         self.together.clear();
         for &update in updates {
@@ -389,7 +389,7 @@ impl Pipeline {
         pass.downcast_ref()
     }
 
-    /// Polygons filed: in the index, and in spaces that move as a whole.
+    /// Number of polygons: in the index, and in spaces that move as a whole.
     pub fn polygon_count(&self) -> usize {
         self.index.len() + self.spaces.len()
     }
@@ -400,7 +400,7 @@ impl Pipeline {
     }
 
     /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] finds it, in spaces that move as a whole, too.
-    /// Those are where `geometry` says that they are now.
+    /// `geometry` gives the present places of the spaces.
     pub fn ray_nearest(
         &self,
         geometry: &dyn Geometry,
@@ -424,7 +424,7 @@ impl Pipeline {
         self.spaces.box_query(geometry, bounds, out);
     }
 
-    /// Appends the polygons that `is_in` says are in a sphere, as [`SpatialIndex::sphere_query`] finds them, in spaces that move
+    /// Appends the polygons in a sphere that `is_in` accepts, as [`SpatialIndex::sphere_query`] finds them, in spaces that move
     /// as a whole, too.
     pub fn sphere_query(
         &self,
@@ -470,7 +470,7 @@ fn present(geometry: &dyn Geometry) -> Vec<Change> {
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }
 
-/// How many updates come first, as far as an index is handed them at once.
+/// Number of updates at the beginning, up to the most that an index takes at once.
 fn leading_updates(changes: &[Change]) -> usize {
     changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

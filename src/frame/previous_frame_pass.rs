@@ -34,7 +34,7 @@ impl PreviousFramePass {
         (0..views).for_each(|view| self.culling.forget(view));
     }
 
-    /// What a frame was like, and about what it cost by its work counts, nanoseconds.
+    /// Returns the record of a frame, and its approximate cost by work counts, nanoseconds.
     pub(super) fn cull(&mut self, frame: &PassInput<'_>) -> (OcclusionRecord, f64) {
         let PassInput { index, geometry, views, in_view, spaces, clock, .. } = *frame;
         let mut work_ns = 0.0;

@@ -20,7 +20,7 @@ pub struct FrameRecord {
     pub insert: Stage,
     /// Culling by the frustum.
     pub cull: Stage,
-    /// How much work culling by the frustum was.
+    /// Work counts of frustum culling.
     pub work: WorkCounts,
     /// Polygons in the frustum, hidden or not, of all views together; [`FrameRecord::drawn`] are those of them that occlusion
     /// culling leaves.

@@ -1,12 +1,13 @@
 //! Polygons in spaces that move as a whole.
 //!
-//! An index files a polygon by its box in the world, so a group of a hundred thousand polygons that is dragged would be
-//! filed anew a hundred thousand times a frame. Here each space has an index of its own, by the boxes of its polygons in
-//! that space; when the space moves, one box changes: the one around it, in the index of all spaces.
+//! An index stores polygons by their boxes in the world. To drag a group of a hundred thousand polygons would cost a
+//! hundred thousand updates a frame. Here each space has its own index, by the boxes of its polygons in that space. If
+//! the space moves, one box changes: the box around it, in the index of all spaces.
 //!
 //! A query returns the same set as an index of world boxes, bit for bit. It tests two frusta in the space. The *outer* one
 //! contains all candidates: it is wider than the view's by the rounding and the turn of boxes. The *inner* one contains only
-//! certain hits. What lies between, a strip as wide as the largest polygon of the space, is tested by its box in the world.
+//! certain hits. Polygons between them, in a strip as wide as the largest polygon of the space, are tested by their boxes in
+//! the world.
 
 use std::collections::HashMap;
 
@@ -124,7 +125,7 @@ impl Space {
     }
 }
 
-/// What queries keep from frame to frame, for its memory.
+/// Scratch memory of queries, reused from frame to frame.
 #[derive(Debug, Default)]
 struct Scratch {
     tops: VisibleBlocks,
@@ -173,7 +174,7 @@ impl Spaces {
         self.filed.get(id) != 0
     }
 
-    /// Files a polygon in a space by its box there, or anew.
+    /// Inserts or updates a polygon in a space, by its box there.
     pub(super) fn set(
         &mut self,
         geometry: &dyn Geometry,

@@ -1,9 +1,9 @@
 //! Spatial indexes: each takes polygons by their boxes and finds those that a view may see.
 //!
 //! Every structure stands behind [`SpatialIndex`], returns exactly the same set as [`BruteForce`], the reference, and returns
-//! its [`WorkCounts`]. `frustum_cull` is a separate method so that an index can test many boxes at once. Callers that
-//! need nodes use [`SpatialIndex::traverse`] (occlusion, pictures of the structure). Knows
-//! [`math`](crate::math) and [`polygon`](crate::polygon).
+//! its [`WorkCounts`]. `frustum_cull` is a separate method so that an index can test many boxes at once. Callers that need
+//! nodes use [`SpatialIndex::traverse`] (occlusion, pictures of the structure). Depends on [`math`](crate::math) and
+//! [`polygon`](crate::polygon).
 
 pub(crate) mod admission;
 mod brute_force;

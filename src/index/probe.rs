@@ -59,12 +59,12 @@ impl<'a> Nearest<'a> {
         Self { hit, t_max, found: None }
     }
 
-    /// How far boxes are still of interest.
+    /// Distance up to which boxes are tested.
     pub fn reach(&self) -> f32 {
         self.found.map_or(self.t_max, |(_, t)| (t * (1.0 + RAY_SLACK)).min(self.t_max))
     }
 
-    /// Asks a polygon.
+    /// Tests a polygon.
     pub fn ask(&mut self, id: PolygonId) {
         let Some(t) = (self.hit)(id).filter(|&t| t <= self.t_max) else { return };
         if self.found.is_none_or(|(other, best)| t < best || (t == best && id < other)) {
@@ -238,7 +238,7 @@ impl<'a> NearestPolygons<'a> {
         Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
     }
 
-    /// Asks a polygon.
+    /// Tests a polygon.
     pub fn ask(&mut self, id: PolygonId) {
         let near = Near { distance_m: (self.distance_m)(id), id };
         if near.distance_m.is_nan() {

@@ -53,8 +53,8 @@ pub trait SpatialIndex: Any + Send + Sync {
         self.len() == 0
     }
 
-    /// Names the next changes, which `geometry` has already made: an index can ask the memory for what they will touch, or read
-    /// more of the polygons than their boxes. Changes no answer.
+    /// Announces the next changes, which `geometry` has already made. An index can prefetch the memory that they will touch, or
+    /// read more of the polygons than their boxes. Changes no answer.
     fn announce(&mut self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
     /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
@@ -90,7 +90,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts;
 
     /// Adds the polygons that the frustum may see to a set that was cleared before: the same polygons as
-    /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame goes on with.
+    /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame uses.
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         visible.fill_by_list(|ids| {
             let mut list = DrawList::of(std::mem::take(ids));
@@ -100,10 +100,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         })
     }
 
-    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades): adds to each set what
-    /// [`SpatialIndex::frustum_cull_blocks`] with the frustum at its place would add, the same polygons exactly. All sets have
-    /// to be empty. If there are more frusta than sets, or more sets than frusta, the rest is left alone. An index may find all
-    /// in one walk; the counts are then those of this walk, and what it reports for each view is summed up.
+    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to each set exactly the polygons that
+    /// [`SpatialIndex::frustum_cull_blocks`] finds for the frustum at its place. All sets have to be empty. If there are more
+    /// frusta than sets, or more sets than frusta, the rest is left alone. An index may find all in one walk. The counts are
+    /// then those of this walk, with the results of all views summed up.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (frustum, visible) in frusta.iter().zip(visible) {
@@ -112,14 +112,14 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Walks the nodes that the frustum may see from the top, asking `visitor` at each one, and hands it the polygons
-    /// of the nodes it does not skip that pass the frustum (each once, the same set as `frustum_cull` if nothing is
-    /// skipped).
+    /// Walks the nodes that the frustum may see from the top, and calls `visitor` at each one. The visitor gets the
+    /// polygons in the frustum of the nodes that it does not skip. It gets each once, and the set of `frustum_cull` if
+    /// it skips nothing.
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
 
-    /// Takes out of `visible`, which [`SpatialIndex::frustum_cull_blocks`] has found for this frustum, the polygons that
-    /// `thinner` says are hidden: the same as a [`SpatialIndex::traverse`] leaves out whose visitor answers alike. Nothing
-    /// is listed, and what is not hidden is not read. `false` if the index cannot: nothing has happened then.
+    /// Clears the polygons that `thinner` finds hidden from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`]
+    /// for this frustum. A [`SpatialIndex::traverse`] with the same answers omits the same polygons. Nothing is listed,
+    /// and polygons that are not hidden are not read. `false` if the index cannot do this; nothing has changed then.
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
     }
@@ -133,9 +133,9 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`; of several at the same `t` the one with the
     /// lowest id.
     ///
-    /// `hit` is the exact test: where the ray meets the polygon itself, if it does. It is asked about every polygon
-    /// whose box the ray enters no later than the nearest hit so far, and perhaps about others; the order is free. By rounding,
-    /// its `t` may be smaller than the `t` of entry into the box, by one part in ten thousand at most.
+    /// `hit` is the exact test: the `t` at which the ray meets the polygon itself, if it does. It is called for every polygon
+    /// whose box the ray enters no later than the nearest hit so far, and perhaps for others, in any order. By rounding, its
+    /// `t` may be smaller than the `t` of entry into the box, by one part in ten thousand at most.
     fn ray_nearest(
         &self,
         ray: &Ray,
@@ -145,9 +145,8 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::ray_nearest(ray, t_max, hit, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
-    /// A polygon that a ray meets at `t <= t_max`, and its `t`: any, the first that is found. For shadows and for "is
-    /// anything there"; cheaper than [`SpatialIndex::ray_nearest`]. `hit` is asked as there, and not again after it
-    /// has said yes.
+    /// Any polygon that a ray meets at `t <= t_max`, and its `t`: the first one found. For shadows and visibility
+    /// tests; cheaper than [`SpatialIndex::ray_nearest`]. `hit` is called as there, and not again after a hit.
     fn ray_any(
         &self,
         ray: &Ray,
@@ -159,8 +158,8 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Appends the polygons within a sphere to `out`, in any order, each once.
     ///
-    /// `within` is the exact test: whether the polygon itself shares a point with the sphere. It is asked once about
-    /// every polygon whose box does ([`Aabb::distance_squared`]), and perhaps about others.
+    /// `within` is the exact test: whether the polygon itself shares a point with the sphere. It is called once for
+    /// every polygon whose box does ([`Aabb::distance_squared`]), and perhaps for others.
     fn sphere_query(
         &self,
         sphere: &Sphere,
@@ -170,11 +169,11 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::sphere_query(sphere, within, out, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
-    /// Replaces `out` by the `count` polygons nearest to a point with their distances in metres, the nearest first; of
-    /// those at the same distance the lower ids. Fewer if there are fewer.
+    /// Replaces `out` by the `count` polygons nearest to a point with their distances in metres, the nearest first. At
+    /// the same distance lower ids come first. Fewer if there are fewer.
     ///
     /// `distance_m` is the exact distance, not less than that of the polygon's box (NaN: the polygon is left out). It is
-    /// asked once about every polygon whose box is nearer than the last of the answer, and about others.
+    /// called once for every polygon whose box is nearer than the last one of the result, and for others.
     fn nearest(
         &self,
         point: Vec3,
@@ -186,7 +185,7 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::nearest_by(point, count, self.len(), distance_m, out, walk)
     }
 
-    /// What following the changes took so far; `None` if it is not counted.
+    /// Upkeep for the changes so far; `None` if it is not counted.
     fn upkeep(&self) -> Option<Upkeep> {
         None
     }
@@ -194,7 +193,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// Checks every invariant of the structure; for tests, O(everything).
     ///
     /// # Errors
-    /// What is broken.
+    /// A description of the broken invariant.
     fn validate(&self) -> Result<(), String>;
 
     /// Memory held, bytes.

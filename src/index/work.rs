@@ -31,9 +31,9 @@ impl AddAssign for WorkCounts {
 pub struct Upkeep {
     /// Polygons that got another box where they were filed.
     pub adjusted: u64,
-    /// Polygons filed: new ones, at another place than before, or again because a part was built anew.
+    /// Polygons inserted: new ones, moved ones, or those of a part that was rebuilt.
     pub filed: u64,
-    /// Boxes around several polygons computed anew, refitted or widened.
+    /// Boxes around several polygons computed again, refitted or widened.
     pub boxes: u64,
 }
 

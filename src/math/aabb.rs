@@ -40,7 +40,7 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether all six numbers are finite and `min <= max`: what an index accepts.
+    /// Whether all six numbers are finite and `min <= max`: an index accepts such boxes only.
     pub fn is_valid(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && !self.is_empty()
     }

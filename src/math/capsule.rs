@@ -16,7 +16,7 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A capsule around some points, along the longest of their principal axes. It is not the smallest one. Where the sphere
+    /// A capsule around some points, along the longest of their principal axes. It is not the smallest one. If the sphere
     /// around the points is narrower, the capsule is that sphere. `None` where [`Obb::from_points`] is `None`. O(n).
     pub fn from_points(points: &[Vec3]) -> Option<Self> {
         let obb = Obb::from_points(points)?;
@@ -80,7 +80,7 @@ impl Volume for Capsule {
     }
 }
 
-/// Where a ray is in something convex: `t` at which it enters and leaves.
+/// Part of a ray inside of a convex volume: `t` at which it enters and leaves.
 type Span = Option<(f64, f64)>;
 
 impl Ray {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// Where a corner that [`split_convex`] reports lies.
+/// Side on which a corner of [`split_convex`] lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// It is a corner of the polygon, in front of the plane or on it.
@@ -26,7 +26,7 @@ impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P
         Self { from: last, distance }
     }
 
-    /// Where the edge to the next corner crosses the plane, if it does, and on which side that corner lies.
+    /// The point at which the edge to the next corner crosses the plane, if any, and the side of that corner.
     #[inline]
     pub(crate) fn next(&mut self, to: P, distance: f64) -> (Option<P>, Part) {
         let (from, a, b) = (self.from, self.distance, distance);

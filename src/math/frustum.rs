@@ -1,6 +1,6 @@
 use super::{Aabb, Plane};
 
-/// How a box lies to a frustum.
+/// Position of a box relative to a frustum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Containment {
     /// Wholly behind at least one plane: not visible.
@@ -11,8 +11,8 @@ pub enum Containment {
     Inside,
 }
 
-/// The planes that are still to be tested, one bit each; a plane that a box has passed wholly is masked off for
-/// everything inside that box.
+/// The planes that are still to be tested, one bit each. If a box lies wholly inside a plane, that plane is masked off
+/// for everything in the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneMask(u8);
 
@@ -65,8 +65,8 @@ impl Frustum {
         &self.planes
     }
 
-    /// The three-outcome test of a box. Conservative: a box outside all of the frustum but behind no single plane
-    /// counts as [`Containment::Intersects`]; the same answer for every caller, bit for bit (see [`crate::math`]).
+    /// The three-outcome test of a box. Conservative: a box outside of the frustum but behind no single plane counts as
+    /// [`Containment::Intersects`]. Every caller gets the same answer, bit for bit (see [`crate::math`]).
     pub fn classify(&self, bounds: &Aabb) -> Containment {
         self.classify_masked(bounds, PlaneMask::ALL).0
     }

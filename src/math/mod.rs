@@ -6,7 +6,7 @@
 //! in this order and without fused multiply-add. Each step of the sum rounds monotonically. A test result for a box
 //! therefore holds exactly for every box inside it, and all indexes report the same set.
 //!
-//! Knows `glam` and nothing of the crate.
+//! Depends on `glam` and on no other module of the crate.
 
 mod aabb;
 mod capsule;

@@ -118,7 +118,7 @@ impl Obb {
         self.intersects(&Self::from_aabb(other))
     }
 
-    /// How far it reaches from its centre along a direction, times the direction's length.
+    /// Largest distance from its centre along a direction, times the direction's length.
     fn reach(&self, direction: DVec3) -> f64 {
         let [a, b, c] = self.axes().map(|axis| axis.as_dvec3().dot(direction).abs());
         let half = self.half.as_dvec3();
@@ -130,7 +130,7 @@ impl Obb {
     }
 }
 
-/// The axes along which a symmetric matrix only stretches: its eigenvectors, as columns, by Carl Jacobi's method (1846).
+/// The axes that a symmetric matrix only scales: its eigenvectors, as columns, by Carl Jacobi's method (1846).
 fn principal_axes(mut spread: DMat3) -> DMat3 {
     let mut axes = DMat3::IDENTITY;
     for _ in 0..SWEEPS {

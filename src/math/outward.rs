@@ -43,8 +43,9 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The plane `side.xyz . p + side.w = 0`, whose inner side holds the corners but for rounding, moved outwards until no
-    /// box test can exclude a box that shares a point with their hull. [`EVERYTHING`] if it is no plane, or not finite.
+    /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with the
+    /// corners' hull. Its inner side must hold the corners but for rounding. [`EVERYTHING`] if it is no plane, or not
+    /// finite.
     pub(crate) fn plane(&self, side: DVec4) -> Plane {
         let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
         let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);
@@ -65,7 +66,8 @@ impl Corners {
         if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
     }
 
-    /// How a point moves on the line from a near to a far corner while the depth grows by one; nowhere if it does not grow.
+    /// Movement of a point on the line from a near to a far corner while the depth grows by one; zero if it does not
+    /// grow.
     fn ray(&self, i: usize) -> DVec3 {
         let (near, far) = (self.near[i], self.far[i]);
         let deeper = self.depth.dot(far) * near.w - self.depth.dot(near) * far.w;
@@ -148,8 +150,8 @@ mod tests {
         assert!(nearest < 0.53, "a smaller margin would do: {nearest} is left of it");
     }
 
-    /// What a matrix in `f64` shows, by points of its clip space in the smallest boxes around them. The same matrix in `f32`
-    /// shows something else where the eye is far away.
+    /// Points of the clip space of a matrix in `f64`, in the smallest boxes around them. The same matrix in `f32` has
+    /// another view if the eye is far away.
     #[test]
     fn the_frustum_of_a_double_matrix_holds_what_the_matrix_shows() {
         let mut state = 2;

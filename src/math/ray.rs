@@ -12,8 +12,8 @@ pub struct Ray {
     pub origin: Vec3,
     /// Direction, any length.
     pub direction: Vec3,
-    /// Component-wise reciprocal of the direction, kept for the slab test; infinite where that would be zero or has lost
-    /// bits, so that no product with it is finite.
+    /// Component-wise reciprocal of the direction, kept for the slab test. It is infinite if it would be zero or has
+    /// lost bits, so that no product with it is finite.
     inverse: Vec3,
 }
 
@@ -32,7 +32,7 @@ impl Ray {
     }
 
     /// The slab test: the `t` at which the ray enters the box (0 if it starts inside), if that is at most `t_max`. Faces,
-    /// edges and corners belong to the box, and it may be flat. What is decided for a box holds for every box inside it.
+    /// edges and corners belong to the box, and it may be flat. A decision for a box holds for every box inside it.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         let mut near = 0.0f32;
         let mut far = t_max;
@@ -51,9 +51,9 @@ impl Ray {
         is_no_later(near, far).then_some(near)
     }
 
-    /// Where the ray meets a triangle, from either side; `None` for a miss or a degenerate triangle. A ray through an
-    /// edge that two triangles share meets at least one of them (Sven Woop, Carsten Benthin, Ingo Wald, "Watertight
-    /// Ray/Triangle Intersection", 2013).
+    /// The `t` at which the ray meets a triangle, from either side; `None` for a miss or a degenerate triangle. A ray
+    /// through an edge that two triangles share meets at least one of them (Sven Woop, Carsten Benthin, Ingo Wald,
+    /// "Watertight Ray/Triangle Intersection", 2013).
     pub fn meet_triangle(&self, corners: [Vec3; 3]) -> Option<f32> {
         let along = self.direction.abs().max_position();
         let (x, y) = ((along + 1) % 3, (along + 2) % 3);
@@ -91,8 +91,9 @@ pub(crate) fn latest(far: f32) -> f32 {
     far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
 }
 
-/// Where a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. Covers the
-/// cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal, differences or products that overflow.
+/// The `t` at which a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. Covers
+/// the cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal, differences or products that
+/// overflow.
 ///
 /// A box may need this path for a large coordinate while a smaller box inside it does not. The interval is therefore wider than
 /// the rounding error of the smaller box.

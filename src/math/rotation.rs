@@ -1,6 +1,6 @@
 use glam::{DVec3, Quat, Vec3};
 
-/// The quaternion at unit length. What is read from files is a unit quaternion within a few per mille.
+/// The quaternion at unit length. Quaternions of files have unit length within a few per mille.
 pub fn unit(q: Quat) -> Quat {
     let length = (((q.x * q.x + q.y * q.y) + q.z * q.z) + q.w * q.w).sqrt();
     if length > 0.0 && length.is_finite() {
@@ -12,8 +12,8 @@ pub fn unit(q: Quat) -> Quat {
 
 /// Rotates `v` by the unit quaternion `q`.
 ///
-/// Written out in plain `f32` steps because `glam`'s own product takes another order of operations on each SIMD
-/// target, and a replay has to give the same bits on every machine.
+/// Plain `f32` steps: `glam`'s own product has another order of operations on each SIMD target. A replay must give the
+/// same bits on every machine.
 pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     let u = Vec3::new(q.x, q.y, q.z);
     let t = u.cross(v) * 2.0;

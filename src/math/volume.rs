@@ -76,8 +76,8 @@ impl Volume for Obb {
 
 impl Frustum {
     /// The three-outcome test of any volume by its projected radius. Conservative: never [`Containment::Outside`] if a
-    /// point of the volume is in the frustum, never [`Containment::Inside`] if one is not; near a plane, where rounding
-    /// decides, it is [`Containment::Intersects`].
+    /// point of the volume is in the frustum, never [`Containment::Inside`] if one is not. Within the rounding error of
+    /// a plane it is [`Containment::Intersects`].
     ///
     /// For the boxes of indexes there is [`Frustum::classify`], whose answers are the same bit for bit everywhere.
     pub fn classify_volume(&self, volume: &impl Volume) -> Containment {
@@ -97,8 +97,8 @@ impl Frustum {
         if is_inside { Containment::Inside } else { Containment::Intersects }
     }
 
-    /// The frustum of a matrix from some space to clip space (x and y from -w to w, z from 0 to w, in either direction),
-    /// in that space; normals of unit length, but for planes at infinity, which have everything on their inner side.
+    /// The frustum of a matrix from some space to clip space, in that space. In clip space x and y go from -w to w, z
+    /// from 0 to w, in either direction. Normals have unit length. A plane at infinity has everything on its inner side.
     ///
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
@@ -155,9 +155,9 @@ impl Frustum {
 
     /// This frustum expressed in another space. It tests volumes in the space of a group without transforming them.
     ///
-    /// Exact but for the rounding of the normals, which [`Frustum::classify_volume`] allows for; the frusta of a view or a
-    /// matrix are wide enough for boxes that are tested without ([`Frustum::classify`]) only in their own space. For
-    /// transforms that turn, move and scale.
+    /// Exact but for the rounding of the normals, which [`Frustum::classify_volume`] allows for. [`Frustum::classify`]
+    /// does not: it needs the frustum of a view or a matrix, in that frustum's own space. For transforms that turn, move
+    /// and scale.
     #[must_use]
     pub fn in_space(&self, world_from_space: &Affine3A) -> Self {
         let exactly = |v: Vec3A| Vec3::from(v).as_dvec3();

@@ -3,7 +3,7 @@ use super::{Occlusion, PreviousFrameOccluders, TryBudget};
 /// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AutoConfig {
-    /// What drawing one polygon costs, nanoseconds. A renderer measures it: frame time over polygons drawn.
+    /// Cost of drawing one polygon, nanoseconds. A renderer measures it: frame time over polygons drawn.
     pub polygon_ns: f64,
     /// A method pays if the drawing time that it saves is at least this many times its own time.
     pub least_ratio: f64,
@@ -18,14 +18,14 @@ pub(crate) struct AutoConfig {
     /// While large occluders are not in use, following the candidates for them may take this part of the drawing time,
     /// in the long run.
     pub keep_share: f64,
-    /// In so many frames after one in which a method paid, it is tried more often, and more is spent on candidates: what
-    /// pays in one part of a scene most often pays in the next.
+    /// For this number of frames after one in which a method paid, it is tried more often, and more time goes into
+    /// candidates. A method that pays in one part of a scene most often pays in the next.
     pub recent: u32,
 }
 
 impl Default for AutoConfig {
-    /// 10 ns a polygon, 1.2 times the cost, 0.9 of the time, 8 frames, at most one in 32; 0.8 % of the drawing, and as
-    /// much for candidates; more in 512 frames after one that paid.
+    /// 10 ns a polygon, 1.2 times the cost, 0.9 of the time, 8 frames, at most one in 32. Tries take 0.8 % of the
+    /// drawing, and candidates as much; more in the 512 frames after one that paid.
     fn default() -> Self {
         Self {
             polygon_ns: 10.0,
@@ -71,8 +71,8 @@ impl Method {
         }
     }
 
-    /// Whether the first frame of a try says little about the next ones: nothing is known yet of the previous frame, so
-    /// what is seen largest in view is filled.
+    /// Whether the first frame of a try predicts little about the next ones: without a previous frame the largest
+    /// polygons in view are filled.
     fn has_to_start(self) -> bool {
         self == Self::PreviousFrame
     }
@@ -95,13 +95,13 @@ const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
 
-/// A frame counts as at most this many times as dear as those before it.
+/// The cost of a frame counts as at most this multiple of the previous ones.
 const MOST_DEARER: f64 = 2.0;
 
-/// How much more often a method is tried that paid recently, of more of the drawing time.
+/// Factor on the tries, and their share of the drawing time, of a method that paid recently.
 const RECENT_TRIES: u32 = 4;
 
-/// How much more of the drawing time goes into candidates then.
+/// Factor on the share of the drawing time that goes into candidates then.
 const RECENT_KEEPING: f64 = 2.0;
 
 /// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon that is filled: its first frame fills
@@ -117,7 +117,7 @@ const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 /// Most time that is saved for following candidates, nanoseconds: one frame may spend all of it.
 const MOST_IDLE_NS: f64 = 300_000.0;
 
-/// What is known of a method.
+/// Measured costs of a method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     /// A moving average while the method is in use, else what its last try measured.
@@ -132,8 +132,8 @@ struct Known {
 }
 
 impl Known {
-    /// What a frame cost, as far as that can be put down to the method: where it is many times as much as before, the thread had
-    /// to wait for something else. A method that really becomes so much dearer is found out a few frames later.
+    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before comes from a wait of the
+    /// thread. If a method really becomes so much more expensive, a few frames later its cost counts.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
         if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
     }
@@ -152,12 +152,12 @@ struct Try {
 /// Decides for every frame which method of occlusion culling to use, if any. Methods that are not in use are tried at
 /// intervals; the one with the shortest frames is kept.
 ///
-/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. Where even
+/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. If even
 /// culling everything would not pay, nothing is tried.
 ///
-/// It has no clock. Given measured costs it adapts to the machine; given costs computed from work counts
-/// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine, which a replay that is
-/// compared by fingerprint needs.
+/// It has no clock. Given measured costs it adapts to the machine. Given costs computed from work counts ([`super::work_ns`],
+/// [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine. A replay with pinned fingerprints needs
+/// that.
 #[derive(Clone, Debug)]
 pub(crate) struct AutoSwitch {
     config: AutoConfig,
@@ -207,7 +207,7 @@ impl AutoSwitch {
     }
 
     /// Whether any method would pay in a frame with so many polygons in the frustum if it culled all of them. If not,
-    /// [`AutoSwitch::decide`] says none.
+    /// [`AutoSwitch::decide`] returns none.
     pub(crate) fn can_pay(&self, in_view: u64) -> bool {
         let all_ns = in_view as f64 * self.config.polygon_ns;
         Method::ALL.iter().any(|method| all_ns >= self.config.least_ratio * method.least_ns(in_view))

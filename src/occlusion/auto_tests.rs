@@ -8,7 +8,7 @@ const IN_VIEW: u64 = 50_000;
 struct Used {
     msvbsp: u32,
     last: u32,
-    /// What they cost in all, nanoseconds.
+    /// Their total cost, nanoseconds.
     cost_ns: f64,
     changes: u32,
 }
@@ -27,7 +27,7 @@ fn play_all(switch: &mut AutoSwitch, frames: u32, mut outcome: impl FnMut(Method
     used
 }
 
-/// Where drawing costs 10 ns a polygon, large occluders alone can pay.
+/// If drawing costs 10 ns a polygon, large occluders alone can pay.
 fn play(switch: &mut AutoSwitch, frames: u32, outcome: impl Fn(u32) -> Outcome) -> u32 {
     let used = play_all(switch, frames, |_, frame| outcome(frame));
     assert_eq!(used.last, 0);
@@ -44,7 +44,7 @@ fn dear(polygon_ns: f64) -> AutoSwitch {
 
 const MS: f64 = 1.0e6;
 
-/// The same in every frame: what each method costs, milliseconds, and how many polygons it culls.
+/// The same in every frame: the cost of each method, milliseconds, and the number of polygons that it culls.
 fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(Method, u32) -> Outcome + Copy {
     move |method, _| {
         let (cost_ms, culled) = if method == Msvbsp { msvbsp } else { last };

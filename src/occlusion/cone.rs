@@ -9,7 +9,7 @@ use crate::math::{Edges, Part};
 pub struct Span {
     /// The first.
     pub start: u32,
-    /// How many.
+    /// Number of directions.
     pub len: u32,
 }
 

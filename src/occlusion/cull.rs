@@ -34,7 +34,7 @@ impl NodeTest {
     }
 }
 
-/// What happens to the polygons of a partly hidden leaf.
+/// Treatment of the polygons of a partly hidden leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonTest {
     /// They are drawn.
@@ -61,13 +61,13 @@ impl Default for CullConfig {
     }
 }
 
-/// Time to test a node or a polygon and to go on, nanoseconds; see [`CullConfig::for_drawing`]. One more test took 55 to 106
-/// (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
+/// Time to test a node or a polygon and to continue, nanoseconds; see [`CullConfig::for_drawing`]. One more test took 55 to
+/// 106 (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
 const TEST_NS: f64 = 100.0;
 
 impl CullConfig {
-    /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node that is drawn faster than four
-    /// tests are made is drawn without a test; polygons are tested one by one only if each takes longer than that.
+    /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node is drawn without a test if
+    /// that takes less time than four tests. Polygons are tested one by one only if drawing each takes longer than that.
     /// (Most tests find nothing hidden, and the nodes above have been tested, too.)
     pub(crate) fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
@@ -77,18 +77,18 @@ impl CullConfig {
     }
 }
 
-/// What culling by occlusion did.
+/// Counts of occlusion culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CullCounts {
     /// Nodes tested.
     pub node_tests: u64,
-    /// Of these, hidden.
+    /// Hidden nodes among them.
     pub hidden: u64,
-    /// Of these, unoccluded.
+    /// Unoccluded nodes among them.
     pub unoccluded: u64,
     /// Polygons tested one by one.
     pub polygon_tests: u64,
-    /// Of these, hidden.
+    /// Hidden polygons among them.
     pub hidden_polygons: u64,
     /// Polygons in hidden nodes, in the view or not.
     pub skipped: u64,
@@ -101,8 +101,8 @@ pub struct CullCounts {
 /// Partly hidden boxes inside each other that are remembered.
 const NESTED: usize = 8;
 
-/// Partly hidden boxes, each inside the one before, with the cells of the culler in which they lie: what is tested next
-/// most often lies in one of them, and the test begins there.
+/// Partly hidden boxes, each inside the one before, with the cells of the culler in which they lie. The next box most
+/// often lies in one of them, and its test begins there.
 struct Nest {
     boxes: [(Aabb, Cell); NESTED],
     count: usize,
@@ -111,7 +111,7 @@ struct Nest {
 impl Nest {
     const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); NESTED], count: 0 };
 
-    /// Where the test of a box, or of all boxes inside it, begins. Forgets what does not hold it.
+    /// Cell at which the test of a box, or of all boxes inside it, begins. Drops boxes that do not hold it.
     #[inline]
     fn cell_around(&mut self, bounds: &Aabb) -> Cell {
         while self.count > 0 {
@@ -124,7 +124,7 @@ impl Nest {
         Cell::ALL
     }
 
-    /// Remembers a box whose test began where [`Nest::cell_around`] said.
+    /// Stores a box whose test began at the cell of [`Nest::cell_around`].
     fn push(&mut self, bounds: &Aabb, cell: Cell) {
         if self.count < NESTED {
             self.boxes[self.count] = (*bounds, cell);
@@ -133,7 +133,7 @@ impl Nest {
     }
 }
 
-/// Asks a culler, and counts.
+/// Tests by a culler, and counts.
 pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
     config: CullConfig,
@@ -195,7 +195,7 @@ impl<'a> Tests<'a> {
         hidden.fold(0, |found, (_, id)| found | 1 << (id.index() % BLOCK))
     }
 
-    /// Which of at most sixteen polygons are hidden, a bit for each.
+    /// The hidden ones of at most sixteen polygons, a bit for each.
     fn hidden_of_ids(&mut self, geometry: &dyn Geometry, ids: &[PolygonId]) -> u16 {
         let mut boxes = [Aabb::EMPTY; TOGETHER];
         for (bounds, &id) in boxes.iter_mut().zip(ids) {
@@ -315,7 +315,7 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
         Self { tests: Tests::new(culler, config), geometry, draw_list }
     }
 
-    /// What was done so far.
+    /// Counts so far.
     pub fn counts(&self) -> CullCounts {
         self.tests.counts
     }

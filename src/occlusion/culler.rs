@@ -4,7 +4,7 @@ use crate::{
     view::ViewWindow,
 };
 
-/// What building a culler made and what it left out.
+/// Counts of a built culler, and of the parts that it omitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildCounts {
     /// Occluders given.
@@ -28,14 +28,14 @@ pub enum Soundness {
     Unsound(&'static str),
 }
 
-/// Makes a culler with room for so many occluders. More may be given: what exceeds a budget of its own is left out, and counted.
+/// Makes a culler with room for this number of occluders. More may be given: occluders beyond its budget are omitted
+/// and counted.
 pub type MakeCuller = fn(occluders: usize) -> Box<dyn OcclusionCuller>;
 
-/// A method of occlusion culling: built for one eye and window, then asked.
+/// A method of occlusion culling: built for one eye and window, then queried.
 ///
-/// Contract of a conservative one, for every volume V and every point x of V that is inside the window and not nearer than
-/// the near plane: `Hidden` means that a polygon of the occluders lies between the eye and x. A volume that is not
-/// finite is never hidden.
+/// Contract of a conservative one: let x be a point of a `Hidden` volume, inside the window and not nearer than the near
+/// plane. Then a polygon of the occluders lies between the eye and x. A volume that is not finite is never hidden.
 pub trait OcclusionCuller: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
@@ -52,8 +52,8 @@ pub trait OcclusionCuller: Send + Sync {
     /// Tests a box, world space.
     fn test_box(&self, bounds: &Aabb) -> Tested;
 
-    /// [`OcclusionCuller::test_box`] for a box that lies in another one, the test of which has ended with cell `from`; and the
-    /// cell in which it lies itself. The culler must not have been built anew since.
+    /// Tests a box nested in one already tested, starting at that test's cell `from`. Returns also the cell of the box itself.
+    /// The culler must not have been built again since.
     fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         (self.test_box(bounds), from)
     }

@@ -2,16 +2,16 @@
 //!
 //! J. Hasselgren, M. Andersson, T. Akenine-Möller, "Masked Software Occlusion Culling", 2016.
 //!
-//! Coordinates: a pixel is a square of the plane at distance 1 before the eye, x to the right, y up; depth is kept as
-//! the reciprocal of the distance along the direction of view, so larger is nearer and 0 is infinitely far.
+//! Coordinates: a pixel is a square of the plane at distance 1 before the eye, x to the right, y up. Depth is the
+//! reciprocal of the distance along the direction of view: larger is nearer, and 0 is infinitely far.
 //!
 //! # Differences from the paper
 //! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals, eight of which are computed at
 //!   once; eight blocks of 8 x 4 pixels are updated at once.
-//! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square, keeps the
-//!   farthest depth within the block, and rounds every number away from "hidden". Then the buffer is conservative
-//!   without a tolerance: each ray through a covered square is blocked. It pays for it along edges shared by two polygons, where
-//!   a row of pixels stays uncovered.
+//! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square. It keeps the farthest depth within
+//!   the block, and rounds every number away from "hidden". Then the buffer is conservative without a tolerance: each ray
+//!   through a covered square is blocked. It pays for it along edges shared by two polygons, where a row of pixels stays
+//!   uncovered.
 //! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
 //!   shows by less than half a pixel may be hidden.
 
@@ -30,23 +30,23 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Rounding of pixel coordinates, pixels: what [`nearest_sine`] keeps them exact to.
+/// Rounding of pixel coordinates, within the bound of [`nearest_sine`], pixels.
 const PIXEL_SLACK: f64 = 1.0e-6;
 /// A window that shows something farther to the side than by this tangent is not decided in pixels at all: depth is known
 /// to `4 u` times the tangent over [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
-/// A volume is projected only if all of it lies before the eye's plane by this part of its size (the sum of its centre's
-/// coordinates, as seen from the eye, and of its half sides). What comes nearer cannot be decided.
+/// A volume is projected only if all of it lies before the eye's plane by this part of its size. The size is the sum of
+/// its centre's coordinates, as seen from the eye, and of its half sides. Nearer volumes cannot be decided.
 ///
 /// # Why pixels are then exact to [`PIXEL_SLACK`]
-/// With `u = 2^-53`, a volume of size `s`, a corner `p` of it at distance `z` before the eye's plane, and `t` the largest
-/// tangent at which the window shows something:
+/// Let `u = 2^-53`, `s` the size of a volume, `p` its corner at distance `z` before the eye's plane, and `t` the largest
+/// tangent in the window.
 /// * A coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: wrong by `4 u s`.
 /// * So `z = forward . p`, `right . p` and `up . p` are wrong by less than `8 u s`: by `4 u s` from `p`, by `3 u s` from the
 ///   three products and their sum.
-/// * A quotient such as `up . p / z` is then wrong by `(8 + 8 t + t) u s / z`, wherever it is at most `t`. Where it is more,
-///   the point is not in the window, and the error does not bring it there.
+/// * A quotient such as `up . p / z` is then wrong by `(8 + 8 t + t) u s / z`, if it is at most `t`. If it is more, the
+///   point is not in the window, and the error does not bring it there.
 /// * The three directions are of unit length and square to each other only up to `4 u`. That moves a quotient by
 ///   `4 u (1 + t) (1 + t + s / z)`, since nothing of the volume lies more than `s / z` to the side: `12 u (1 + t) s / z` at
 ///   most, for `1 + t` is at most `2 s / z` where the volume reaches the tangent `t`.
@@ -94,7 +94,7 @@ pub struct DepthBuffer {
     backend: Backend,
 }
 
-/// Where in the picture something lies, and how far away.
+/// Position in the picture, and distance.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
     /// Pixels.
@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// Which of two comes first goes by their nearest corners, so the farther one in a block may be either.
+    /// The nearest corners of two decide their order, so the farther one in a block may be either.
     #[test]
     fn a_block_that_two_layers_fill_hides_from_the_farther_one_on() {
         let masks = [[0x0F0F_0F0F; LANES], [0xF0F0_F0F0; LANES]];

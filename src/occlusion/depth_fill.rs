@@ -1,5 +1,5 @@
-//! Filling convex outlines into the tiles of a [`super::DepthBuffer`]: eight rows of pixels, and eight blocks of a tile, are
-//! computed at once, as plain loops over arrays that the compiler turns into the vector instructions of the machine.
+//! Filling convex outlines into the tiles of a [`super::DepthBuffer`]. Eight rows of pixels, and eight blocks of a tile, are
+//! computed at once: plain loops over arrays, which the compiler vectorises.
 
 use std::ops::Range;
 
@@ -10,17 +10,17 @@ use super::{
 };
 use crate::index::simd::{Kernel, WithKernel};
 
-/// Which pixels a polygon covers.
+/// Rule for the pixels that a polygon covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// Those that lie in it wholly. Conservative.
+    /// Pixels that lie in it wholly. Conservative.
     WholePixels,
-    /// Those whose centre lies in it. What shows by less than half a pixel may be hidden.
+    /// Pixels whose centre lies in it. A part that shows by less than half a pixel may be hidden.
     PixelCenters,
 }
 
-/// How far before a side plane a pixel has to lie, as a sine. The planes' own error is below 1e-9: 2e-16 over
-/// [`super::END_ON_SINE`], and some twenty roundings of terms no larger than the direction's length on the way to pixels.
+/// Least distance of a pixel before a side plane, as a sine. The planes' own error is below 1e-9: 2e-16 over
+/// [`super::END_ON_SINE`], and some twenty roundings on the way to pixels.
 const SIDE_SLACK: f64 = 1.0e-8;
 
 /// Rows of pixels whose intervals are computed at once: two rows of blocks.

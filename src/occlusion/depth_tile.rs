@@ -75,7 +75,7 @@ impl Tile {
         }
     }
 
-    /// Whether some of the pixels asked for are not hidden at this depth, and whether any of their blocks could hide
+    /// Whether some of the pixels in `asked` are not hidden at this depth, and whether any of their blocks could hide
     /// something in the volume.
     #[inline]
     pub(super) fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {

@@ -1,6 +1,6 @@
-/// When a way of drawing that is not in use is tried again: after so many frames at least, and once the frames since the
-/// last try have saved a small share of their time up to what a try costs. In the long run all tries together then cost
-/// no more than that share.
+/// Decides when a method that is not in use is tried again: after a least number of frames, and once a small share of
+/// the time of the frames since the last try pays for one try. In the long run all tries together then cost no more than
+/// that share.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TryBudget {
     frames: u32,

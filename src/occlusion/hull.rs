@@ -2,14 +2,14 @@
 //!
 //! # Why it is inside
 //! The polygons of a patch share edges bit for bit. Their outlines, taken the same way round, add up to one closed line,
-//! the patch's border: shared edges cancel. The number of times that the border winds around a point x of the picture
-//! is the sum over the polygons, so if it is not zero, at least one polygon covers x. (Nothing is said about *which*,
-//! nor do the polygons have to be flat, keep one side towards the eye, or be free of overlaps.)
+//! the patch's border: shared edges cancel. The border's winding number around a point x of the picture is the sum over
+//! the polygons. If it is not zero, at least one polygon covers x. (The proof does not name the polygon. Polygons need
+//! not be flat, keep one side towards the eye, or be free of overlaps.)
 //!
-//! The border is cut into a few pieces. A piece that runs from p to q without ever coming nearer to x than a line
-//! parallel to p q has x on one side and all of itself on the other, so for x it is the same as the straight segment
-//! p q. With x to the left of every such segment, the polygon of segments winds around x at least once, and so does
-//! the border. What lies to the left of all those parallels is therefore covered, and convex.
+//! The border is cut into a few pieces. Take a piece from p to q, and a line parallel to p q. Let x be on one side and
+//! all of the piece on the other. For x the piece is the same as the straight segment p q. If x is to the left of every
+//! such segment, the polygon of segments winds around x at least once. So does the border. Therefore the area to the
+//! left of all those parallels is covered, and convex.
 
 use glam::DVec2;
 
@@ -25,9 +25,9 @@ const WORTH_A_PIECE: f64 = 0.02;
 /// A corner of the result whose triangle has less than this part of its area is cut off: fewer shadow planes.
 const WORTH_A_CORNER: f64 = 0.01;
 
-/// All half-planes are moved inwards by this part of the patch's size: a hundred thousand times what the crossing of two
-/// lines is rounded by. (The rounding of the picture itself, some 20 times 1.1e-16 at tangents up to 10, does not shrink
-/// with the patch; it is far below [`super::QUERY_SLACK`], which covers it.)
+/// All half-planes are moved inwards by this part of the patch's size: a hundred thousand times the rounding of the
+/// crossing of two lines. (The rounding of the picture itself, some 20 times 1.1e-16 at tangents up to 10, does not
+/// shrink with the patch. [`super::QUERY_SLACK`] covers it.)
 const INWARDS: f64 = 1.0e-10;
 
 /// Most corners on the way: a rectangle cut by every piece.

@@ -32,7 +32,7 @@ impl Occlusion {
         }
     }
 
-    /// What makes the method's culler of a frame's largest polygons. A method that takes no such polygons gets
+    /// Constructor of the method's culler for a frame's largest polygons. A method that takes no such polygons gets
     /// [`NoOcclusion`].
     pub fn culler(self) -> MakeCuller {
         match self {
@@ -49,8 +49,8 @@ impl Occlusion {
         }
     }
 
-    /// A culler of [`Occlusion::culler`] with room for this many occluders (more may be given: what exceeds a budget is left
-    /// out, and counted).
+    /// A culler of [`Occlusion::culler`] with room for this many occluders (more may be given: occluders beyond a budget are
+    /// omitted, and counted).
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         self.culler()(occluders)
     }

@@ -1,4 +1,4 @@
-//! Occlusion culling: what is hidden behind the polygons nearest to the eye.
+//! Occlusion culling: finds polygons that are hidden behind the polygons nearest to the eye.
 //!
 //! Most callers only choose a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
 //! a pipeline use the other items: [`OcclusionStage`] keeps the candidates from frame to frame; [`ViewOcclusion`] culls one
@@ -8,14 +8,14 @@
 //! frame and returns for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
 //! rebuilt for each [`ViewWindow`](crate::view::ViewWindow) (one eye, one screen) and frame; only candidates for occluders persist.
 //!
-//! **Soundness.** A culler whose [`OcclusionCuller::soundness`] is [`Soundness::Conservative`] returns `Hidden` only if drawn
-//! polygons cover every point of the volume that lies in the window and beyond the near plane. The proof is in
+//! **Soundness.** A culler whose [`OcclusionCuller::soundness`] is [`Soundness::Conservative`] returns `Hidden` only for
+//! covered volumes: drawn polygons cover every point of the volume in the window and beyond the near plane. The proof is in
 //! [`msvbsp`]; the tests recompute every hidden answer from the polygons.
 //!
 //! **Space.** All geometry is moved so that the eye is the origin, in `f64`. A plane through the eye is then one normal
 //! without a constant term, and "in the shadow" is `normal . x >= 0`.
 //!
-//! Knows [`math`](crate::math), [`polygon`](crate::polygon), [`index`](crate::index) and [`view`](crate::view).
+//! Depends on [`math`](crate::math), [`polygon`](crate::polygon), [`index`](crate::index) and [`view`](crate::view).
 
 mod auto;
 mod cone;
@@ -64,7 +64,7 @@ pub use tree::Cell;
 pub use verdict::{Asked, Tested, TestedBoxes, Verdict};
 pub use view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden};
 
-/// What other cullers are made of to be compared on equal terms. Not for applications; may change at any time.
+/// Kernels for other cullers, for a fair comparison. Not for applications; may change at any time.
 #[doc(hidden)]
 pub mod kernels {
     pub use super::{

@@ -4,16 +4,16 @@
 //! modifies N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 //!
 //! # The algorithm
-//! The window is a cell: a convex cone of directions. The best occluder's shadow planes cut it, one after the other;
-//! what lies behind a plane is a cell of its own for the occluders that reach it, and what is left before all planes
-//! is in the shadow of that occluder. Every leaf in the shadow knows the caps of the occluders that cover its cell: a
-//! volume is hidden there if it lies beyond one of them.
+//! The window is a cell: a convex cone of directions. The best occluder's shadow planes cut it, one after the other.
+//! The part behind a plane is a cell of its own for the occluders that reach it. The part before all planes is in the
+//! shadow of that occluder. Every leaf in the shadow has the caps of the occluders that cover its cell: a volume is
+//! hidden there if it lies beyond one of them.
 //!
 //! # Differences from the paper
 //! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible things
 //! (`osp_rivals::occlusion::MsvbspPaper` shows it) and are replaced:
 //! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
-//!   it never reaches. Here every occluder is clipped to the cell, but only to see *whether* it reaches it; its planes
+//!   it never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches it. Its planes
 //!   always count all together, and as the occluder's own, never as the clipped piece's.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly
 //!   where the cell already lies before it, which includes shared planes on both sides.
@@ -22,13 +22,13 @@
 //! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in its list: each side plane was either cut along on the
-//!    way down, the cell being the part before it, or left out because the cell was before it then, and cells only
-//!    shrink. Clipped pieces do not appear in this argument: errors in them cost effect, never truth.
+//! 1. The cell of a leaf lies in the cone of every occluder in its list. On the way down each side plane either cut the
+//!    cell, which is then the part before it, or was omitted for a cell before it. Cells only shrink. Clipped pieces do
+//!    not appear in this argument: errors in them cost effect, never truth.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf: it skips a
 //!    child only if the whole volume lies on the other side.
 //! 3. If the answer is "hidden", that leaf has an occluder whose cap the volume is beyond. The ray from the eye to x
-//!    meets this occluder, by 1; it does so before x, since the occluder lies nowhere beyond its cap. What it meets is
+//!    meets this occluder, by 1; it does so before x, since the occluder lies nowhere beyond its cap. The hit point is
 //!    drawn: occluders are clipped to the near plane first.
 //!
 //! Ends of budgets return what is proven so far: the list of the cell, never the occluder that was being worked in.
@@ -46,19 +46,19 @@ use crate::{
     view::ViewWindow,
 };
 
-/// What happens in a cell that an occluder covers when other occluders reach it too.
+/// Treatment of a cell that an occluder covers when other occluders reach it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refine {
     /// They are forgotten there (the paper's rule 4).
     Never,
-    /// Those that come nearer than the cap divide the cell further.
+    /// Occluders that come nearer than the cap divide the cell further.
     NearerOccluders,
 }
 
 /// Settings of [`Msvbsp`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MsvbspConfig {
-    /// What else may divide a shadowed cell.
+    /// Occluders that may divide a shadowed cell further.
     pub refine: Refine,
     /// Most splitting planes; also bounds the time of a build. 32 bytes each.
     pub node_budget: usize,
@@ -202,8 +202,8 @@ impl Msvbsp {
         true
     }
 
-    /// Sorts the pieces of the current cell from number `next` on to the two sides of a plane: those before it to
-    /// `ahead`, those behind to the end of `pieces`.
+    /// Sorts the pieces of the current cell from number `next` on to the two sides of a plane: pieces before it to
+    /// `ahead`, pieces behind to the end of `pieces`.
     fn divide(&mut self, normal: DVec3, next: usize) {
         self.ahead.clear();
         for i in next..self.current.len() {

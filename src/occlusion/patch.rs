@@ -19,8 +19,8 @@ const MAX_INNER: usize = MAX_PATCH;
 /// Larger: smaller and flatter patches.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays, while the patch hides at
-/// least this part of its area: a row of a grid adds nothing until it is full.
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at
+/// least this part of its area. A row of a grid adds nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
 /// Two patches become one if that hides at least this part of what they hide alone.
@@ -140,8 +140,8 @@ impl Patch {
         (pays || may_pay).then_some(patch)
     }
 
-    /// This patch and another one as one, if `polygon`, which belongs to this one, shares an edge with the other, and
-    /// together they hide about as much as both alone.
+    /// This patch and another one as one. `polygon` of this one must share an edge with the other, and together they
+    /// must hide about as much as both alone.
     pub(super) fn merged(&self, other: &Self, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len + other.len) > MAX_PATCH {
             return None;
@@ -171,7 +171,7 @@ impl Patch {
         (patch.area_m2 >= WORTH_MERGING * (self.area_m2 + other.area_m2)).then_some(patch)
     }
 
-    /// Where an edge, number `entry` of another border, is on this one, and whether both borders pass it the same way.
+    /// Position on this border of edge number `entry` of another border, and whether both borders pass it the same way.
     fn shared_edge_with(&self, [p, q]: [Vec3; 2], entry: usize) -> Option<(usize, usize, bool)> {
         (0..self.border.len()).find_map(|i| {
             let (a, b) = (self.border.points[i], self.border.around(i + 1));
@@ -179,8 +179,8 @@ impl Patch {
         })
     }
 
-    /// An edge of the border (by its first corner) that is also an edge of a polygon (by its first corner), and whether
-    /// the polygon has to be turned round: taken the same way, neighbours pass their edge in opposite directions.
+    /// An edge that the border and a polygon share, by its first corner on each. Also whether the polygon has to be
+    /// turned round: taken the same way, neighbours pass their edge in opposite directions.
     fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
         let n = corners.len();
         let border = self.border.points();
@@ -201,8 +201,8 @@ impl Patch {
         None
     }
 
-    /// The patch whose border also goes round a polygon, which lies beyond border edge `at` and passes it the other
-    /// way with its own edge `entry`. `None`: there is no room.
+    /// The patch extended by a polygon beyond border edge `at`, which passes that edge the other way with its own edge
+    /// `entry`. `None`: there is no room.
     fn spliced(&self, at: usize, corners: &[Vec3], entry: usize) -> Option<Self> {
         let n = corners.len();
         let mut patch = *self;
@@ -252,8 +252,8 @@ impl Patch {
         self.hull(|p| DVec2::new(x.dot(p.as_dvec3()), y.dot(p.as_dvec3())))
     }
 
-    /// Appends what it hides from an eye: a convex outline inside its picture, capped behind its farthest corner. Where
-    /// there is none (it reaches back to the near plane, or folds), its polygons alone.
+    /// Appends its shadows for an eye: a convex outline inside its picture, capped behind its farthest corner. If there
+    /// is none (it reaches back to the near plane, or folds), appends the shadows of its polygons.
     pub(super) fn push_shadows(
         &self,
         geometry: &dyn Geometry,
@@ -279,8 +279,8 @@ impl Patch {
 /// Most corners of the border of anything that is joined from polygons.
 pub(super) const MOST_CORNERS: usize = 96;
 
-/// What polygons that share edges bit for bit hide together, given by the line around them and their other corners, if that
-/// outline is convex from the eye.
+/// Common shadow of polygons that share edges bit for bit, if their outline is convex from the eye. Given by the line
+/// around them and their other corners.
 pub(super) fn shadow_of_points(
     border: &[Vec3],
     inner: &[Vec3],

@@ -14,7 +14,7 @@ use crate::{
 /// Patches that may still grow: strokes drawn at the same time (mirrored, pasted) take turns.
 const OPEN_PATCHES: usize = 6;
 
-/// Polygons left over from candidates that have died that are offered anew in the same frame; more take their turn.
+/// Most polygons of removed candidates that are offered again in the same frame; the others wait.
 const ORPHANS: usize = 1024;
 
 /// Most polygons that a frame offers again after many candidates were removed, and most that it tests for that.
@@ -38,7 +38,7 @@ const NONE: u32 = u32::MAX;
 pub struct PoolConfig {
     /// Candidates kept when the pool is trimmed, at most half a million; it holds up to twice as many, about 1 kB each.
     pub capacity: usize,
-    /// What becomes one candidate.
+    /// Polygons that form one candidate.
     pub grouping: Grouping,
 }
 
@@ -49,7 +49,7 @@ impl Default for PoolConfig {
     }
 }
 
-/// What becomes one occluder.
+/// Polygons that form one occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grouping {
     /// Each polygon alone.
@@ -77,7 +77,8 @@ impl Sketch {
 /// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone: the
 /// paper's own open problem is that drawn ribbons are too small to hide anything.
 ///
-/// Only opaque polygons are candidates. A candidate dies with the first of its polygons; the others are offered anew.
+/// Only opaque polygons are candidates. A candidate is removed with the first of its polygons; the others are offered
+/// again.
 #[derive(Clone, Debug)]
 pub struct OccluderPool {
     config: PoolConfig,
@@ -91,9 +92,9 @@ pub struct OccluderPool {
     open: [u32; OPEN_PATCHES],
     /// Smallest area that the last trim kept, m^2.
     threshold_m2: f32,
-    /// What [`OccluderPool::follow_roughly`] takes to be large, m^2.
+    /// Area from which [`OccluderPool::follow_roughly`] counts a polygon as large, m^2.
     large_m2: f32,
-    /// Where looking for replacements has got to; at the end, there is nothing to look for.
+    /// Progress of the search for replacements; at the end there is nothing to search.
     rescan: usize,
     orphans: Vec<PolygonId>,
     areas: Vec<f32>,
@@ -156,9 +157,8 @@ impl OccluderPool {
         self.follow_in_steps(geometry, changes, usize::MAX);
     }
 
-    /// Follows as [`OccluderPool::follow`] does, but of what is left over from candidates that have died only so many
-    /// polygons are offered anew, and four times as many of those that came while it followed roughly; the others wait for
-    /// later calls.
+    /// Follows as [`OccluderPool::follow`] does, in steps. It offers at most `offers` polygons of removed candidates
+    /// again, and four times as many of those that came while it followed roughly. The others wait for later calls.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
@@ -190,9 +190,9 @@ impl OccluderPool {
         self.catch_up(geometry, OFFERS_A_FRAME.min(offers.saturating_mul(4)));
     }
 
-    /// Follows as [`OccluderPool::follow`] does, but only as far as candidates have to go, and the largest of
-    /// what came, at most this many, become some. The rest is looked at by later calls of `follow` or `catch_up`. For
-    /// frames in which nothing is asked of the pool. How many offers there were.
+    /// Follows as [`OccluderPool::follow`] does, but only removes candidates and offers the largest new polygons, at
+    /// most `offers`. Later calls of `follow` or `catch_up` offer the others. For frames that do not use the pool.
+    /// Returns the number of offers.
     pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) -> usize {
         let mut made = 0;
         for &change in changes {
@@ -215,7 +215,7 @@ impl OccluderPool {
         made
     }
 
-    /// Whether what a polygon hides may have changed with its painting: what is cut out of it goes by its texture.
+    /// Whether the shadow of a polygon may have changed with its painting: its texture determines its holes.
     fn hides_otherwise(&self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         match fixed_occluder(geometry, id) {
             None => self.slot(id) != NONE || self.walls.has(id),
@@ -223,7 +223,7 @@ impl OccluderPool {
         }
     }
 
-    /// Whether a polygon is among the largest sixteenth, about, of those that this was asked of.
+    /// Whether a polygon is among about the largest sixteenth of all polygons of earlier calls.
     fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         // The box first, which has just been inserted: nothing of its width is larger than a disk.
         let disk_m2 = std::f32::consts::FRAC_PI_4 * geometry.bounds(id).extent().length_squared();
@@ -273,7 +273,7 @@ impl OccluderPool {
         (0..).zip(self.sketches.iter()).chain((FIRST_WALL..).zip(self.walls.sketches().iter()))
     }
 
-    /// What is known of a candidate at a glance, and its place in a list of all.
+    /// The sketch of a candidate, and its place in a list of all.
     pub(super) fn sketch(&self, slot: u32) -> (Sketch, usize) {
         match slot.checked_sub(FIRST_WALL) {
             Some(wall) => (self.walls.sketches().get(wall as usize), wall as usize),
@@ -300,8 +300,8 @@ impl OccluderPool {
         self.rescan < geometry.id_end()
     }
 
-    /// Looks at polygons that came while nothing was asked of the pool, or that may take the place of others that went:
-    /// at most this many offers (about 1.5 µs each). How many there were.
+    /// Offers polygons that came while the pool was not used, or that may replace removed ones: at most `offers` (about
+    /// 1.5 µs each). Returns the number of offers.
     pub fn catch_up(&mut self, geometry: &dyn Geometry, offers: usize) -> usize {
         self.reserve(geometry.id_end());
         let end = geometry.id_end().min(self.rescan.saturating_add(LOOKS_A_FRAME));
@@ -488,8 +488,8 @@ impl OccluderPool {
     }
 }
 
-/// What hides of a polygon that stays where it is. What moves as a whole is no candidate: it would have to be filed anew in
-/// every frame in which it moves.
+/// The occluding part of a polygon at a fixed place. A polygon of a moving space is no candidate: it would be a new one in
+/// every frame that moves it.
 fn fixed_occluder(geometry: &dyn Geometry, id: PolygonId) -> Option<ConvexPolygon> {
     geometry.space(id).is_none().then(|| geometry.occluder(id)).flatten()
 }
@@ -499,8 +499,8 @@ mod tests {
     use super::*;
     use crate::math::Aabb;
 
-    /// A row of squares of 1 m, each with holes at its left but for the last `solid_m` metres: what a texture does that is
-    /// stretched over a stroke as the stroke grows.
+    /// A row of squares of 1 m, each with holes at its left but for the last `solid_m` metres. A texture stretched over a
+    /// growing stroke gives such a row.
     struct Row {
         squares: u32,
         solid_m: f32,

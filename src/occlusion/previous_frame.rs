@@ -1,10 +1,10 @@
 //! Previous-frame occluders: the polygons that were visible in the last frame occlude in this one, as a picture of connected
 //! surfaces. For machines without a usable GPU.
 //!
-//! What hides in a painting or a building is not a few large polygons but thousands of small ones together. Those that were
-//! drawn in the last frame are most of what is visible in this one (temporal coherence, as in N. Greene, M. Kass, G. Miller,
-//! "Hierarchical Z-Buffer Visibility", 1993); they are only a guess at good occluders, so moves, new strokes and sudden
-//! turns need no care: every occluder is part of the model as it is now.
+//! In a painting or a building thousands of small polygons hide together, not a few large ones. The polygons drawn in the
+//! last frame are most of the visible ones in this frame. This temporal coherence is that of N. Greene, M. Kass, G. Miller,
+//! "Hierarchical Z-Buffer Visibility", 1993. They are only a guess at good occluders, so moves, new strokes and sudden turns
+//! need no care. Every occluder is part of the present model.
 //!
 //! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.
 
@@ -17,7 +17,7 @@ use crate::{
     view::ViewWindow,
 };
 
-/// What [`PreviousFrameOccluders::cull`] did.
+/// Counts of [`PreviousFrameOccluders::cull`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PreviousFrameCounts {
     /// Occluders filled.
@@ -48,17 +48,17 @@ const MOST_READS: u32 = 1 << 14;
 /// A polygon that was visible in the last frame is tested by itself in one of so many frames.
 const TESTED_EVERY: usize = 4;
 
-/// What is known of a view from its last frame.
+/// State of a view from its last frame.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     frame: usize,
     /// The block from which on polygons that were of no use are filled again.
     again_from: usize,
-    /// What was in view and hidden.
+    /// Hidden polygons in view.
     hidden: VisibleBlocks,
-    /// What was drawn.
+    /// Drawn polygons.
     drawn: VisibleBlocks,
-    /// Of that, what hid nothing when it was filled last.
+    /// Drawn polygons that hid nothing when they were filled last.
     useless: VisibleBlocks,
 }
 
@@ -101,7 +101,7 @@ pub struct PreviousFrameOccluders {
 }
 
 impl PreviousFrameOccluders {
-    /// Most polygons that are filled for a view in a frame: those that are seen largest.
+    /// Most polygons that are filled for a view in a frame: the largest ones as seen from the eye.
     pub const MOST_OCCLUDERS: usize = 4096;
 
     /// Pixels of the picture.
@@ -124,7 +124,7 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Whether its answers can be relied upon: those of its picture.
+    /// Soundness of its answers, which is the soundness of its picture.
     pub fn soundness(&self) -> Soundness {
         self.buffer.soundness()
     }

@@ -45,14 +45,14 @@ impl Raster {
         }
     }
 
-    /// Where a point before the eye lies, pixels.
+    /// Position of a point before the eye, pixels.
     #[inline]
     pub fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
     }
 
-    /// Where a point at distance `away` along the view lies, pixels up: [`Raster::project`]'s, to the last bit.
+    /// Position of a point at distance `away` along the view, pixels up: [`Raster::project`]'s, to the last bit.
     #[inline]
     pub(crate) fn project_up(&self, p: DVec3, away: f64) -> f64 {
         (self.up.dot(p) / away - self.corner.y) * self.pixels_a_unit.y
@@ -70,7 +70,7 @@ impl Raster {
         [self.right, self.up, self.forward]
     }
 
-    /// Where the point lies that is so far to the right and up at distance 1 before the eye, pixels.
+    /// Position of the point `right` and `up` at distance 1 before the eye, pixels.
     #[inline]
     pub(crate) fn flat_in_pixels(&self, right: f64, up: f64) -> DVec2 {
         (DVec2::new(right, up) - self.corner) * self.pixels_a_unit

@@ -11,14 +11,14 @@ use crate::{polygon::Geometry, view::ViewWindow};
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
 const COVERED_BY_FIRST: usize = 8;
 
-/// Room for so many shadows for each candidate that is measured: nearly all have one, some fall apart into their
-/// polygons. Where it runs out, fewer candidates are measured.
+/// Room for shadows for each measured candidate: nearly all have one, some fall apart into their polygons. If it runs
+/// out, fewer candidates are measured.
 const SHADOWS_EACH: usize = 4;
 
 /// Most shadows of one candidate: two for each polygon.
 const MOST_SHADOWS: usize = 2 * MAX_PATCH;
 
-/// What makes an occluder a good one. It changes what is found to be hidden, never what may be.
+/// Score of an occluder. It changes the number of hidden polygons found, never soundness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Score {
     /// The solid angle of what the window shows of it.
@@ -45,11 +45,12 @@ impl Score {
 /// Settings of [`Selector`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelectConfig {
-    /// What makes an occluder a good one.
+    /// Score by which occluders are selected.
     pub score: Score,
     /// Most occluders of a frame.
     pub occluders: usize,
-    /// How many times as many candidates are measured exactly, after a rough choice; none by [`Score::Paper`].
+    /// Candidates that are measured exactly after a rough choice, as a multiple of the occluders; none by
+    /// [`Score::Paper`].
     pub measured: usize,
     /// Choosing stops at occluders that fill less than this part of the window; not by [`Score::Paper`].
     pub least_share: f64,
@@ -62,18 +63,18 @@ impl Default for SelectConfig {
     }
 }
 
-/// How an occluder was, or was not, chosen.
+/// Counts of a selection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelectCounts {
     /// Candidates in the pool.
     pub candidates: u32,
-    /// Of these, near the window and not too small by the rough score.
+    /// Candidates near the window and not too small by the rough score.
     pub seen: u32,
-    /// Of these, measured exactly.
+    /// Candidates measured exactly.
     pub measured: u32,
-    /// Of these, not measured again: they were of no use a few frames ago.
+    /// Candidates not measured again: they were useless a few frames ago.
     pub known: u32,
-    /// Of these, left out because a better one hides them.
+    /// Candidates left out because a better one hides them.
     pub covered: u32,
     /// Occluders chosen.
     pub chosen: u32,
@@ -278,7 +279,7 @@ const MOST_MOVED: f32 = 0.02;
 /// ... or the view has turned by more than this, one degree.
 const MOST_TURNED_COSINE: f32 = 0.999_85;
 
-/// What is known of a candidate from frames before.
+/// State of a candidate from previous frames.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     /// As it was when it was measured, from this eye and in this direction.

@@ -32,13 +32,13 @@ pub enum NotAnOccluder {
     /// Its outline from the eye is not convex (a bent quad): its triangles may do.
     #[error("not convex as seen from the eye")]
     NotConvex,
-    /// The near plane cuts it, and it has more than three corners: where a polygon that is bent, if only by rounding,
-    /// ends at the near plane is known only for its triangles.
+    /// The near plane cuts it, and it has more than three corners. A bent polygon, if only by rounding, has a defined
+    /// border at the near plane only as triangles.
     #[error("cut by the near plane, and not a triangle")]
     CutByNear,
 }
 
-/// What one occluder hides: `{x : side[i] . x >= 0 for all i, and cap_normal . x >= cap_distance_m}`, the eye being the
+/// Shadow of one occluder: `{x : side[i] . x >= 0 for all i, and cap_normal . x >= cap_distance_m}`, the eye being the
 /// origin.
 ///
 /// The cap is the occluder's own plane, pushed to its farthest corner. Without it everything *between* the eye and the
@@ -55,8 +55,8 @@ pub struct ShadowVolume {
 impl ShadowVolume {
     /// The shadow of a convex polygon, world space, either way round. It may be slightly bent.
     ///
-    /// What is nearer than the window's near plane is not drawn, so that part casts no shadow. A polygon with more than
-    /// three corners is drawn as a fan of triangles; around which corner does not matter.
+    /// A part nearer than the window's near plane is not drawn, so it casts no shadow. A polygon with more than three
+    /// corners is drawn as a fan of triangles; around which corner does not matter.
     ///
     /// # Errors
     /// See [`NotAnOccluder`].
@@ -92,7 +92,7 @@ impl ShadowVolume {
         }
     }
 
-    /// The shadow of an outline seen from the eye, either way round, whose surface lies nowhere beyond the plane with
+    /// The shadow of an outline seen from the eye, either way round. Its surface must lie nowhere beyond the plane with
     /// this normal through the outline's farthest corner.
     pub(super) fn of_outline(outline: &[DVec3], cap_normal: DVec3) -> Result<Self, NotAnOccluder> {
         let len = outline.len();

@@ -1,4 +1,4 @@
-//! What selection looks at first of every candidate, sixteen side by side.
+//! Structure-of-arrays bounds of occluder candidates, prefiltered sixteen at a time.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use crate::index::simd::{Backend, Kernel, WithKernel};
 /// Candidates side by side.
 const LANES: usize = 16;
 
-/// What selection looks at first of a candidate.
+/// Bounds and area of a candidate, for the rough choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sketch {
     pub(super) center: Vec3,
@@ -17,7 +17,7 @@ pub(super) struct Sketch {
 }
 
 impl Sketch {
-    /// That of a free slot.
+    /// Sketch of a free slot.
     pub(super) const FREE: Self = Self { center: Vec3::ZERO, radius_m: 0.0, area_vector: Vec3::ZERO };
 
     pub(super) fn is_free(&self) -> bool {

@@ -7,13 +7,13 @@ use crate::{
     view::View,
 };
 
-/// What offering a polygon to the pool costs, nanoseconds, about.
+/// Approximate cost of offering a polygon to the pool, nanoseconds.
 const OFFER_NS: f64 = 1500.0;
 
 /// Looking at a polygon's area, nanoseconds.
 const LOOK_NS: f64 = 10.0;
 
-/// Polygons left over from candidates that have died that are offered anew in a frame, in steps.
+/// Most polygons of removed candidates that are offered again in a frame, in steps.
 const OFFERS_A_STEP: usize = 16;
 
 /// Most changed polygons that are tested one by one for whether they are large.
@@ -82,8 +82,8 @@ impl OcclusionStage {
         }
     }
 
-    /// As [`OcclusionStage::follow`], but what is left over from candidates that have died is offered anew a few at a time,
-    /// in this and later frames.
+    /// As [`OcclusionStage::follow`], but offers the polygons of removed candidates again a few at a time, in this and
+    /// later frames.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow_in_steps(geometry, changes, OFFERS_A_STEP);
     }
@@ -93,8 +93,8 @@ impl OcclusionStage {
         self.pool.is_behind(geometry)
     }
 
-    /// Whether one of the polygons that these changes bring may fill enough of a view to be an occluder, or they are too
-    /// many to look at.
+    /// Whether a new polygon of these changes may fill enough of a view to be an occluder, or there are too many to
+    /// test.
     pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),

@@ -4,13 +4,13 @@
 /// `f64` step between the vertices of an occluder and the answer. Larger: polygons that lie close behind their occluder
 /// are drawn though hidden.
 ///
-/// Why no much smaller one will do: the shadow planes are known to 2e-16 over [`END_ON_SINE`], so to 2e-10; planes that
-/// are left out add [`IMPLIED_SINE`], outlines that are taken for convex 1e-10.
+/// A much smaller one is too small: the shadow planes have an error of 2e-16 over [`END_ON_SINE`], so of 2e-10. Omitted
+/// planes add [`IMPLIED_SINE`], outlines that count as convex 1e-10.
 pub const QUERY_SLACK: f64 = 1.0e-9;
 
-/// A splitting plane is left out where the cell reaches behind it by at most this sine. Must stay far below
-/// [`QUERY_SLACK`]: it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two
-/// occluders share (some 1e-16 over the sine between its edge and the line to the eye): smaller, shared planes cut twice.
+/// A splitting plane is omitted if the cell reaches behind it by at most this sine. Must stay far below [`QUERY_SLACK`]:
+/// it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two occluders share
+/// (some 1e-16 over the sine between its edge and the line to the eye). If it is smaller, shared planes cut twice.
 pub const IMPLIED_SINE: f64 = 1.0e-13;
 
 /// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces are used
@@ -22,12 +22,12 @@ pub const RELEVANT_SINE: f64 = 1.0e-9;
 /// Larger: less work, smaller shadows. At zero, slivers that hide no pixel divide cells.
 pub const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
-/// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected:
-/// it is seen edge-on. Larger: long floors seen from low above stop occluding. Smaller: the depth of its plane, known to
-/// 4e-16 times the tangent of the direction over this, comes near to what a depth buffer in `f32` tells apart.
+/// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected: it
+/// is seen edge-on. Larger: long floors seen from low above stop occluding. Smaller: the error of its plane's depth,
+/// 4e-16 times the tangent of the direction over this, nears the resolution of a depth buffer in `f32`.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 
 /// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the
-/// sharpest corner as seen from the eye. Below, the edge is seen end-on or the corner is a needle, the relative error
-/// of the shadow planes (about 2e-16 over this product) nears [`QUERY_SLACK`], and the occluder is rejected.
+/// sharpest corner as seen from the eye. Below, the edge is seen end-on or the corner is a needle. The relative error
+/// of the shadow planes (about 2e-16 over this product) nears [`QUERY_SLACK`], so the occluder is rejected.
 pub const END_ON_SINE: f64 = 1.0e-6;

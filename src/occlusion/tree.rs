@@ -62,8 +62,8 @@ pub(super) struct Cap {
     pub(super) next: Caps,
 }
 
-/// Where in a culler a tested box lies: tests of what lies in that box may begin there. It belongs to the culler as it was
-/// built when it gave the answer.
+/// Cell of a culler in which a tested box lies: tests of boxes inside of it may begin there. It is valid until the culler
+/// is built again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell(Option<Child>);
 
@@ -77,13 +77,13 @@ impl Cell {
 pub struct Node {
     /// The plane's normal; the front is where `normal . x >= 0`.
     pub normal: DVec3,
-    /// What lies in front of it.
+    /// Child in front of it.
     pub front: Child,
-    /// What lies behind it.
+    /// Child behind it.
     pub back: Child,
 }
 
-/// Which child of a node.
+/// Side of a child at its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The one in front.
@@ -92,7 +92,7 @@ pub enum Side {
     Back,
 }
 
-/// Where a child is to be written: at the top, or below a node.
+/// Place of a child: at the top, or below a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
     /// At the top.
@@ -178,7 +178,7 @@ impl ShadowTree {
         &self.caps[caps.0 as usize]
     }
 
-    /// What a test that begins in this cell reads first.
+    /// First child that a test from this cell reads.
     pub(super) fn below(&self, cell: Cell) -> Child {
         cell.0.unwrap_or(self.top)
     }
@@ -402,11 +402,11 @@ impl<V> Query<'_, V> {
     }
 }
 
-/// What is tested, the eye being the origin.
+/// A tested volume, with the eye as the origin.
 pub trait Volume {
     /// Its smallest and largest distance from the plane through the eye with this unit normal.
     fn reach(&self, normal: DVec3) -> (f64, f64);
-    /// How far beyond a plane it must lie to count as beyond, metres.
+    /// Distance from which it counts as beyond a plane, metres.
     fn slack(&self) -> f64;
     /// No coordinate of it, as seen from the eye, is larger, metres.
     fn size(&self) -> f64 {

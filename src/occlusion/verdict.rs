@@ -1,4 +1,4 @@
-//! What a test of boxes finds.
+//! Results of tests of boxes.
 
 use crate::math::Aabb;
 
@@ -7,7 +7,7 @@ use crate::math::Aabb;
 pub enum Verdict {
     /// Nothing of it can be seen through the window.
     Hidden,
-    /// No part of it is hidden by these occluders: what it contains needs no test.
+    /// No part of it is hidden by these occluders: its contents need no test.
     Unoccluded,
     /// Neither of the two is certain.
     PartlyHidden,
@@ -25,12 +25,12 @@ pub struct Tested {
 /// Boxes that are tested at once.
 pub(super) const TOGETHER: usize = 16;
 
-/// What a test of some boxes has found, a bit for each box.
+/// Result of a test of some boxes, a bit for each box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TestedBoxes {
-    /// Those that are hidden.
+    /// Hidden boxes.
     pub hidden: u16,
-    /// Those of which nothing is hidden; only where that was asked.
+    /// Boxes of which nothing is hidden; valid only for [`Asked::Verdict`].
     pub unoccluded: u16,
     /// Planes that each box was tested against, added up.
     pub steps: u32,
@@ -38,12 +38,12 @@ pub struct TestedBoxes {
     pub planes: u32,
 }
 
-/// What is asked about boxes.
+/// Kind of a test of boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// Which are hidden.
+    /// The hidden boxes.
     Hidden,
-    /// Which are hidden, and which not at all.
+    /// The hidden boxes, and those of which nothing is hidden.
     Verdict,
 }
 

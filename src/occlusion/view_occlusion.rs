@@ -14,11 +14,11 @@ use crate::{
 /// Settings of [`ViewOcclusion`] and of the pool of candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OcclusionConfig {
-    /// Which polygons are kept as candidates.
+    /// Configuration of the pool of candidates.
     pub pool: PoolConfig,
-    /// How the occluders of a frame are chosen.
+    /// Configuration of the selection of a frame's occluders.
     pub select: SelectConfig,
-    /// How the index is culled.
+    /// Configuration of the culling of the index.
     pub cull: CullConfig,
 }
 
@@ -31,7 +31,7 @@ pub struct ViewInput<'a> {
     pub geometry: &'a dyn Geometry,
     /// The view.
     pub view: &'a View,
-    /// The polygons in the frustum: those that [`SpatialIndex::frustum_cull_blocks`] returned, and those of `spaces`.
+    /// The polygons in the frustum: the result of [`SpatialIndex::frustum_cull_blocks`], and the polygons of `spaces`.
     pub in_view: &'a VisibleBlocks,
     /// The polygons of `in_view` that are not in `index`, because they move with a space.
     pub spaces: Option<&'a SpacesInView>,
@@ -69,7 +69,7 @@ impl std::fmt::Debug for ViewOcclusion {
 }
 
 impl ViewOcclusion {
-    /// With the culler of a method ([`Occlusion::culler`]). Where that is none, [`ViewOcclusion::cull`] keeps everything in
+    /// With the culler of a method ([`Occlusion::culler`]). Without a method, [`ViewOcclusion::cull`] keeps everything in
     /// view.
     pub fn new(method: Occlusion, config: &OcclusionConfig) -> Self {
         Self::with_culler(method.create(config.select.occluders), config)

@@ -2,8 +2,8 @@
 //! polygons, where a [`super::patch::Patch`] has at most a few.
 //!
 //! A wall grows from its largest polygon by the nearest neighbours, as long as its border stays one closed line that meets no
-//! corner twice: then that line is the sum of the outlines, and what [`super::hull`] says of it holds, whatever the wall's
-//! shape. Of each wall it keeps the polygons that together hide most as seen from before.
+//! corner twice. Then that line is the sum of the outlines, and the proof in [`super::hull`] holds for any shape of the wall.
+//! Each wall keeps the polygons that together hide most as seen from before.
 
 use std::{
     cmp::Reverse,
@@ -41,7 +41,7 @@ const TURNED_COSINE: f32 = 0.5;
 /// A wall hides at least this many times as much as the largest other candidate that has one of its polygons.
 const WORTH_A_WALL: f64 = 2.0;
 
-/// What a wall hides is measured after each growth by this part.
+/// The hidden area of a wall is measured after each growth by this factor.
 const MEASURED_AFTER: f64 = 1.1;
 
 /// Many polygons that share edges bit for bit: one occluder.
@@ -69,7 +69,7 @@ impl Walls {
         &self.sketches
     }
 
-    /// How many there are.
+    /// Number of walls with polygons.
     pub(super) fn len(&self) -> usize {
         self.walls.iter().filter(|wall| !wall.ids.is_empty()).count()
     }
@@ -360,7 +360,7 @@ impl Region {
         true
     }
 
-    /// What it hides as seen from before, m^2.
+    /// Area that it hides as seen from before, m^2.
     fn hull_area(&self, mesh: &Mesh) -> f64 {
         let normal = self.area_vector.as_dvec3().normalize_or(DVec3::Z);
         let x = normal.any_orthonormal_vector();
@@ -397,7 +397,7 @@ mod tests {
         (0..columns * columns).filter(is_there).map(square).collect()
     }
 
-    /// What [`Region`] promises of its border.
+    /// Checks the invariants of [`Region`]'s border.
     fn check(region: &Region, mesh: &Mesh, context: &str) {
         let border = &region.border;
         assert!((1..border.len()).all(|i| !border[..i].contains(&border[i])), "{context}: {border:?}");

@@ -1,7 +1,8 @@
-//! Sixteen boxes at once against the cells of a shadow tree: neighbours go the same way, so one plane is read, and one
-//! instruction tests it, for all that reach its cell. Each box meets the planes that [`ShadowTree::test_box`] would meet, in
-//! the same arithmetic, so the same boxes are hidden. A box that is before a cap by less than its slack counts as partly hidden
-//! here and as unoccluded there. If only hidden boxes are asked for, a box is left at the first leaf that does not hide it.
+//! Sixteen boxes at once against the cells of a shadow tree. Neighbours go the same way, so one plane is read, and one
+//! instruction tests it, for all boxes that reach its cell. Each box meets the planes that [`ShadowTree::test_box`] would meet,
+//! in the same arithmetic, so the same boxes are hidden. A box that is before a cap by less than its slack counts as partly
+//! hidden here and as unoccluded there. If only hidden boxes are needed, the test of a box ends at the first leaf that does not
+//! hide it.
 
 use super::{
     Asked, QUERY_SLACK, TestedBoxes,
@@ -98,7 +99,7 @@ impl WithKernel for TestBoxes<'_> {
     }
 }
 
-/// How boxes lie to the caps of a leaf.
+/// Positions of boxes relative to the caps of a leaf.
 struct Leaf {
     beyond_one: u32,
     beyond_all: u32,

@@ -26,7 +26,7 @@ pub fn remove(words: &mut [u64], i: usize) {
     words[i / WORD] &= !(1 << (i % WORD));
 }
 
-/// How many of the bits before bit `i` are set in its word.
+/// Number of set bits before bit `i` in its word.
 #[inline]
 pub(crate) fn rank_in_word(words: &[u64], i: usize) -> usize {
     (words[i / WORD] & ((1 << (i % WORD)) - 1)).count_ones() as usize

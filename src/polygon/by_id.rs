@@ -16,7 +16,7 @@ pub struct ById<T> {
 #[derive(Clone, Debug)]
 struct Page<T> {
     values: Box<[T]>,
-    /// How many of them are not vacant; at least one.
+    /// Number of them that are not vacant; at least one.
     used: u32,
 }
 
@@ -37,7 +37,7 @@ impl<T: Copy + PartialEq> ById<T> {
         }
     }
 
-    /// What is kept for a number; the value of an untouched one beyond the end.
+    /// The value of a number; the vacant value beyond the end.
     #[inline]
     pub fn get(&self, id: PolygonId) -> T {
         match self.pages.get(id.index() / PAGE) {

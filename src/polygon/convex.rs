@@ -20,8 +20,8 @@ impl ConvexPolygon {
         Self { corners: [a, b, c, c], count: 3 }
     }
 
-    /// A quad that the caller knows to be flat ([`FLATNESS`]) and convex. `osp_session::stroke::split_into_convex`
-    /// divides any outline into such.
+    /// A quad that must be flat ([`FLATNESS`]) and convex; this is not checked.
+    /// `osp_session::stroke::split_into_convex` divides any outline into such quads.
     pub fn quad(corners: [Vec3; 4]) -> Self {
         Self { corners, count: 4 }
     }
@@ -31,7 +31,7 @@ impl ConvexPolygon {
         &self.corners[..self.count as usize]
     }
 
-    /// Where a ray meets the polygon, from either side; see [`Ray::meet_triangle`].
+    /// Distance at which a ray meets the polygon, from either side; see [`Ray::meet_triangle`].
     pub fn meet(&self, ray: &Ray) -> Option<f32> {
         match *self.vertices() {
             [a, b, c] => ray.meet_triangle([a, b, c]),

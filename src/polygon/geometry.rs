@@ -3,8 +3,8 @@ use glam::Affine3A;
 use super::{ConvexPolygon, PolygonId, SpaceId, SpacePlace};
 use crate::math::Aabb;
 
-/// The caller's polygons, in any form. A returned value holds until the caller passes a [`Change`](super::Change) of that polygon,
-/// or a [`Place`](super::Change::Place) of its space, which changes the box of each polygon in the space.
+/// The caller's polygons, in any form. A returned value holds until the caller passes a [`Change`](super::Change) of that
+/// polygon, or a [`Place`](super::Change::Place) of its space. A `Place` changes the box of each polygon in the space.
 ///
 /// A "polygon" is one drawn object with a number: a convex polygon, or a mesh with a box and without corners. A mesh hides
 /// nothing. To make a house an occluder, give its walls numbers of their own. Such a wall may be an undrawn stand-in inside the
@@ -13,7 +13,7 @@ pub trait Geometry {
     /// One more than the highest number that is or was in use.
     fn id_end(&self) -> usize;
 
-    /// Whether the polygon is there now. `false` for every number that is not in use.
+    /// Whether the polygon exists now. `false` for every number that is not in use.
     fn is_present(&self, id: PolygonId) -> bool;
 
     /// The tight box of a polygon, world space, metres. For a removed polygon any box will do ([`Aabb::EMPTY`]). Callers pass

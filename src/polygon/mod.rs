@@ -1,6 +1,6 @@
 //! Types for the caller's polygons: id, shape, change, and the trait [`Geometry`] that supplies their data.
 //!
-//! Knows [`math`](crate::math) only.
+//! Depends on [`math`](crate::math) only.
 
 pub mod bits;
 mod by_id;

@@ -45,8 +45,8 @@ fn distance_squared([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Whether anything of a triangle is left when it is cut off at the six faces of a box (Ivan Sutherland and Gary
-/// Hodgman, "Reentrant Polygon Clipping", 1974).
+/// Whether clipping by the six faces of a box leaves anything of a triangle (Ivan Sutherland and Gary Hodgman,
+/// "Reentrant Polygon Clipping", 1974).
 fn is_in_box(triangle: [DVec3; 3], bounds: &Aabb) -> bool {
     let mut outline = triangle.to_vec();
     let mut cut = Vec::with_capacity(9);

@@ -8,21 +8,21 @@ pub struct Paged<T, const PAGE: usize = 4096> {
     len: usize,
 }
 
-/// A full page is thinned when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages that are full
-/// of holes, more copying.
+/// A full page becomes a compact one when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages
+/// that are full of holes, more copying.
 const THIN: usize = 4;
 
 #[derive(Clone, Debug)]
 struct Page<T> {
     entries: Vec<T>,
-    /// Which places `entries` stand for, once the page has been thinned.
+    /// Places of the `entries` of a compact page.
     held: Option<Box<Held>>,
-    /// Which places have not been released; `None`: all.
+    /// Places that have not been released; `None`: all.
     left: Option<Box<[u64]>>,
     left_count: usize,
 }
 
-/// The places whose entries a thinned page holds.
+/// The places whose entries a compact page holds.
 #[derive(Clone, Debug)]
 struct Held {
     words: Box<[u64]>,
@@ -42,7 +42,7 @@ impl<T> Page<T> {
         Self { entries: Vec::with_capacity(entries), held: None, left: None, left_count: 0 }
     }
 
-    /// Where the entry of a place is, unless it was released.
+    /// Position of the entry of a place, unless it was released.
     fn find(&self, at: usize) -> Option<usize> {
         if let Some(left) = &self.left
             && !bits::contains(left, at)

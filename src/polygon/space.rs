@@ -43,7 +43,7 @@ impl SpacePlace {
         self.world_from_space.translation.abs().max(DVec3::splat(self.rounding_m / ROUNDING))
     }
 
-    /// How far beside its place any point of a box in the space may lie, metres.
+    /// Largest distance of any point of a box in the space from its exact place, metres.
     pub(crate) fn rounding_of(&self, in_space: &Aabb) -> f64 {
         let reach = in_space.min.abs().max(in_space.max.abs()).as_dvec3().length();
         self.rounding_m + self.rounding_per_m * reach

@@ -77,10 +77,10 @@ impl ViewWindow {
     }
 }
 
-/// What a perspective matrix shows, in `f64`, world space.
+/// View of a perspective matrix, in `f64`, world space.
 struct Shown {
     eye: DVec3,
-    /// How far rounding has moved the eye at most.
+    /// Largest distance by which rounding has moved the eye.
     eye_rounding: f64,
     /// Unit length, as `right`.
     forward: DVec3,

@@ -1,6 +1,6 @@
 //! An eye and what its screen shows.
 //!
-//! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Knows
+//! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Depends on
 //! [`math`](crate::math) only.
 
 mod matrix;

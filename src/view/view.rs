@@ -9,8 +9,8 @@ use crate::{
 /// Larger: less is hidden at the border of the screen and close to the eye.
 pub const WINDOW_MARGIN: f64 = 1.0e-4;
 
-/// What of the space in front of an eye a screen shows: the tangents of the angles to its four borders (negative to
-/// the left and below), so that off-axis screens need nothing special.
+/// Part of the space before an eye that a screen shows: the tangents of the angles to its four borders (negative to the
+/// left and below). Off-axis screens need nothing special.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Tangent to the left border; less than `right`.
@@ -44,7 +44,7 @@ pub struct View {
     pub eye_in_world: Vec3,
     /// World from view: the view looks along its -z, +y up.
     pub world_from_view: Quat,
-    /// What the screen shows.
+    /// Projection of the screen.
     pub projection: Projection,
 }
 
@@ -131,8 +131,8 @@ impl View {
 
     /// The view as the window that occlusion is culled for; `None` of a degenerate projection.
     ///
-    /// Widened by [`WINDOW_MARGIN`], and its near plane moved away by it, so that no rounding on a renderer's side can
-    /// show what lies outside of it, or cut off what hides something.
+    /// It is wider by [`WINDOW_MARGIN`], and its near plane farther by the same. So no rounding of a renderer can show
+    /// anything outside of it, or cut off an occluder.
     pub fn window(&self) -> Option<ViewWindow> {
         let corners = self.corner_directions().map(|corner| corner.as_dvec3());
         let middle = corners.iter().sum::<DVec3>() * 0.25;

@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 
 use crate::math::triangle_solid_angle_sr;
 
-/// What an eye sees through a screen: a pointed cone with four sides, beyond the near plane.
+/// View of an eye through a screen: a pointed cone with four sides, beyond the near plane.
 ///
 /// Screens may be off-axis; the cone only has to be convex and to lie within the half-space before the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +14,8 @@ pub struct ViewWindow {
 }
 
 impl ViewWindow {
-    /// A window from the eye, the direction of view, the directions to the screen's corners (in order, either way
-    /// round) and the distance along the direction of view before which nothing is drawn. World space, any lengths.
+    /// A window from the eye, the direction of view, and the directions to the screen's corners (in order, either way
+    /// round). Nothing is drawn nearer than `near_m` along the direction of view. World space, any lengths.
     ///
     /// `None` if that is not a pointed convex cone, or a number is not finite.
     pub fn new(eye_in_world: DVec3, forward: DVec3, corners: [DVec3; 4], near_m: f64) -> Option<Self> {

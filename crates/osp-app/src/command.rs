@@ -43,7 +43,7 @@ pub enum Command {
     Copy,
     /// Remember the selected strokes and erase them.
     Cut,
-    /// Draw the remembered strokes anew.
+    /// Draw the remembered strokes again.
     Paste,
     /// Draw the selected strokes once more.
     Duplicate,
@@ -59,7 +59,7 @@ pub enum Command {
     SelectGroup(GroupId),
     /// Give a group a name; none if it is empty.
     NameGroup(GroupId, String),
-    /// Place a group anew.
+    /// Place a group again.
     PlaceGroup(GroupId, Placing),
     /// Remember the view under a number.
     KeepView(u32),

@@ -198,7 +198,7 @@ impl Culling {
         &self.plan
     }
 
-    /// Inserts the whole model into another index, or anew into the same. Changes of the scene that no frame has taken
+    /// Inserts the whole model into another index, or again into the same. Changes of the scene that no frame has taken
     /// yet must not be given to the next frame: the model that is inserted here has them.
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Method, scene: &Scene, bounds: &Aabb) {
         let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };

@@ -10,7 +10,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// How a group is placed anew: moved in its parent's space, then turned about +y and scaled about its middle.
+/// How a group is placed again: moved in its parent's space, then turned about +y and scaled about its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
     /// Way, metres.
@@ -22,7 +22,7 @@ pub struct Placing {
 }
 
 impl Placing {
-    /// Where it is.
+    /// Its position.
     pub const STAY: Self = Self { by: Vec3::ZERO, turn_degrees: 0.0, scale: 1.0 };
 
     /// The transform after it, about a middle in the parent's space.

@@ -35,7 +35,7 @@ pub(super) use lock::{NotTaken, SessionLock};
 pub(super) use session_file::SessionFile;
 pub use session_file::Trouble;
 
-/// How long to wait before a failed file is tried again.
+/// Wait before the next try of a failed file.
 const RETRY: Duration = Duration::from_secs(3);
 
 /// Saves a session that is being drawn: every event is written to its file, as a line of its own, before the next one
@@ -91,10 +91,10 @@ fn rest(missing: u64, kept_in: Option<&Path>) -> String {
 /// Why a session was not saved at a place.
 #[derive(Debug, Error)]
 pub enum SaveError {
-    /// A session that can go on has another name.
+    /// A session that can continue has another name.
     #[error("{}: expected a name that ends in .ron", .0.display())]
     Name(PathBuf),
-    /// Another window has the session that is there.
+    /// Another window has the session at this path.
     #[error(transparent)]
     Held(OpenElsewhere),
     /// The file cannot be written.
@@ -392,7 +392,7 @@ impl Journal {
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
-        self.news.push(format!("the session goes on in {}", self.path.display()));
+        self.news.push(format!("the session continues in {}", self.path.display()));
         if let Some(lost) = self.file.replace(shelter) {
             lost.release();
         }
@@ -546,7 +546,7 @@ impl Journal {
 
 #[cfg(feature = "live")]
 impl Journal {
-    /// Removes the session's file: what it holds is elsewhere.
+    /// Removes the session's file: its contents are elsewhere.
     pub(super) fn remove(self) {
         self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
     }

@@ -170,7 +170,7 @@ impl Painter {
         }
     }
 
-    /// Makes the window's surface anew after it was lost.
+    /// Makes the window's surface again after it was lost.
     pub(super) fn replace_surface(&mut self, window: &Arc<Window>) -> Result<(), RenderError> {
         self.surface = window_surface(&self.gpu, window)?;
         Ok(())

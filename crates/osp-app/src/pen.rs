@@ -12,7 +12,7 @@ use osp_session::{
 const SAMPLE_PX: f32 = 2.5;
 /// Corners of a wall are this many pixels apart: it is cut into convex pieces, each corner costs one.
 const CORNER_PX: f32 = 14.0;
-/// A stroke that goes on drawing at least this part of its width apart does not fold over itself.
+/// A stroke whose samples are at least this part of its width apart does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
 /// Samples of a straight line are so many widths apart, unless they would be more than these.
 const LINE_WIDTHS: f32 = 1.0;

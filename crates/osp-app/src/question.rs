@@ -100,15 +100,15 @@ impl Question {
         match self {
             Self::Held { held, .. } => {
                 let name = held.session().file_name().unwrap_or_default().to_string_lossy();
-                format!("{name} is being drawn on: {}.", held.holder())
+                format!("{name} is open for drawing: {}.", held.holder())
             }
             Self::Edits(edits) => format!(
-                "{} has been drawn on before: the edits, of {}, are in {}. Whatever you choose, they stay there.",
+                "{} has earlier edits, of {}, in {}. They stay there in any case.",
                 edits.of(),
                 edits.time(),
                 edits.path().display()
             ),
-            Self::Damaged { damage, .. } => format!("{damage}. What can be read can be drawn on, as a copy."),
+            Self::Damaged { damage, .. } => format!("{damage}. You can draw on a copy of the readable part."),
             Self::SaveOver(path) | Self::ExportOver(path) | Self::PictureOver(path) => {
                 format!("{} exists already.", path.display())
             }
@@ -139,18 +139,20 @@ impl Question {
             Self::Edits(_) => {
                 &[(Answer::GoOn, "Go on with the edits"), (Answer::Cancel, "Open the original")]
             }
-            Self::Damaged { .. } => &[(Answer::Lenient, "Open what can be read"), (Answer::Cancel, "Cancel")],
+            Self::Damaged { .. } => {
+                &[(Answer::Lenient, "Open the readable part"), (Answer::Cancel, "Cancel")]
+            }
             Self::SaveOver(_) | Self::ExportOver(_) | Self::PictureOver(_) => {
                 &[(Answer::Replace, "Replace"), (Answer::Cancel, "Cancel")]
             }
             Self::Unwritten { is_kept: true, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
-                (Answer::GoOn, "Go on, keep it there"),
+                (Answer::GoOn, "Continue, keep it there"),
                 (Answer::Cancel, "Back"),
             ],
             Self::Unwritten { is_kept: false, .. } => &[
                 (Answer::SaveAs, "Save elsewhere…"),
-                (Answer::GoOn, "Go on, lose them"),
+                (Answer::GoOn, "Continue, lose them"),
                 (Answer::Cancel, "Back"),
             ],
             Self::Discard { .. } => &[(Answer::Discard, "Discard"), (Answer::Cancel, "Cancel")],

@@ -156,7 +156,7 @@ impl Studio {
         self.offer_edits();
     }
 
-    /// The session's time goes on from its last event.
+    /// The session's time continues from its last event.
     pub(super) fn take_up_time(&mut self) {
         self.started = Instant::now();
         self.resumed_secs = self.session.last_secs();
@@ -217,7 +217,7 @@ impl Studio {
             || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
-    /// How long the window may sleep at most: shorter while something may come from elsewhere.
+    /// Longest sleep of the window: shorter while data from elsewhere may arrive.
     pub fn tend_within(&self) -> Duration {
         if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;
@@ -253,7 +253,7 @@ impl Studio {
         self.strokes_ns += self.clock.since(start).ns;
     }
 
-    /// Tells the user that the session is read-only. In a replay it shows no message.
+    /// Shows that the session is read-only. In a replay it shows no message.
     fn tell_of_reading(&mut self) {
         if !self.session.is_replay() {
             self.say_once(LOOKED_AT);
@@ -297,7 +297,7 @@ impl Studio {
         self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
 
-    /// Says when the head goes behind a screen.
+    /// Reports that the head goes behind a screen.
     fn tell_of_screens_behind(&mut self) {
         let behind = self.room.screens_behind(&self.shown.views);
         if behind.clone().eq(self.shown.behind.iter().map(String::as_str)) {

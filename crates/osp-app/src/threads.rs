@@ -47,7 +47,7 @@ pub(crate) fn hand_over<T: Send, E: Send, R>(
     })
 }
 
-/// Waits for a future, or on a page, which cannot wait, goes on and hands its outcome over later.
+/// Waits for a future, or on a page, which cannot wait, continues and hands its outcome over later.
 pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, then: impl FnOnce(T) + 'static) {
     #[cfg(not(target_arch = "wasm32"))]
     then(pollster::block_on(work));

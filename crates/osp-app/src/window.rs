@@ -38,7 +38,7 @@ use osp::frame::StageClock;
 use osp_render::{Area, ComingImage, RenderError};
 use osp_session::platform::time::Instant;
 
-/// Devices opened anew after a loss, at most, before the window gives up.
+/// Most devices opened again after a loss, before the window gives up.
 const MAX_RECOVERIES: u32 = 5;
 
 /// Time between frames while nothing but paint moves.
@@ -337,7 +337,7 @@ impl App {
         self.take_painter(event_loop)
     }
 
-    /// The window goes to work once its painter is there.
+    /// The window starts work once it has its painter.
     fn take_painter(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let Some(Ok((window, painter))) = self.opening.as_ref().map(mpsc::Receiver::try_recv) else {
             return Ok(());
@@ -509,7 +509,7 @@ impl App {
         Ok(())
     }
 
-    /// Opens the device anew after it was lost: the scene is whole, only the GPU has forgotten it.
+    /// Opens the device again after a loss: the scene is whole, only the GPU's copy is lost.
     fn recover(&mut self, event_loop: &ActiveEventLoop, error: RenderError) -> Result<(), WindowError> {
         self.recoveries += 1;
         if self.recoveries > MAX_RECOVERIES {
@@ -517,7 +517,7 @@ impl App {
         }
         self.live = None;
         if let Some(studio) = &mut self.studio {
-            studio.say(format!("{error}; drawing goes on"));
+            studio.say(format!("{error}; drawing continues"));
             studio.send_all_again();
         }
         self.open_window(event_loop)

@@ -1,4 +1,4 @@
-//! Who has drawn a session, for `osp info`.
+//! The authors of a session, for `osp info`.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use osp_session::recording::{Author, Event};
 /// Most authors that the text lists.
 const MOST_LISTED: usize = 50;
 
-/// What an author has done.
+/// Counts of an author.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct AuthorRow {
     author: u32,

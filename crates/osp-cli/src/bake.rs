@@ -32,9 +32,9 @@ use osp_session::{output_file::OutputKind, recording::Event, scene::Scene};
 /// Compute potentially visible sets (PVS) of a finished model, for `osp verify --pvs`.
 ///
 /// The command divides space into cubic cells: the space that the head went through, or, without a head path, the model
-/// and half as much around it. From some points of each cell it draws six pictures, which say what polygons can be seen
-/// from there. The sets are sampled, not exact: they miss polygons that can be seen only from between the points
-/// (`osp verify FILE --whole --pvs OUT` says how many).
+/// and half as much around it. From some points of each cell it draws six pictures, and finds the polygons visible in
+/// them. The sets are sampled, not exact: they miss polygons that are visible only from between the points. `osp verify
+/// FILE --whole --pvs OUT` counts these.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp bake recordings/room.ron room.pvs

@@ -89,7 +89,7 @@ pub(super) struct BenchArgs {
     /// Length of a frame: `recorded` (by the session's time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:1")]
     pub(super) pace: Pace,
-    /// Position of the eye in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`;
+    /// Position of the eye in the sessions: `auto` is the recorded head path, else the session's own camera, else `orbit`.
     /// `orbit` circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,

@@ -21,7 +21,7 @@ impl PaperArgs {
         }
     }
 
-    /// Who draws; nobody if that was not asked for, or if there is no adapter, which is said in a line.
+    /// The adapter that draws. `None` without `--draw`, or if the machine has none; a line then reports that.
     pub(super) fn adapter(&self) -> Option<Adapter> {
         let (width, height) = self.draw?;
         match Adapter::open(width, height) {

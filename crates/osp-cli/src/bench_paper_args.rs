@@ -23,7 +23,7 @@ pub(super) struct PaperArgs {
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "alone", require_equals = true)]
     paper: Option<Which>,
     /// With --paper: draw the frames on the graphics adapter, so that their times include drawing [default size: 1280x720].
-    /// Without an adapter, or without the feature `render`, osp draws nothing, and the report says so.
+    /// Without an adapter, or without the feature `render`, osp draws nothing and reports that.
     #[arg(long, value_name = "WxH", num_args = 0..=1, default_missing_value = "1280x720", require_equals = true,
         requires = "paper", value_parser = size)]
     pub(super) draw: Option<(u32, u32)>,

@@ -31,7 +31,7 @@ pub(super) struct BrushRow {
     drawn_as: String,
     /// 0 for finished polygons, which belong to no drawn stroke.
     pub(super) strokes: u64,
-    /// Of these: strokes that are not drawn, as their layer is hidden.
+    /// Number of these strokes that are not drawn, as their layer is hidden.
     hidden_strokes: u64,
     points: u64,
     polygons: u64,

@@ -117,7 +117,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
 const OF_WORLDS: &[&str] =
     &["world", "memory", "wait", "path", "frames", "seed", "speed", "far", "prefetch", "rate", "loaders"];
 
-/// What of a command this build lacks: the entries of [`NEEDS`] for it and the commands above it.
+/// Parts of a command that this build lacks: the entries of [`NEEDS`] for it and the commands above it.
 fn lacking<'a>(
     names: &'a [&str],
 ) -> impl Iterator<Item = &'static (&'static [&'static str], &'static [&'static str], Feature)> + 'a {

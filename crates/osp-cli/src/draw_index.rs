@@ -40,7 +40,7 @@ fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
     Ok(outlines)
 }
 
-/// Where a ray meets the first polygon.
+/// Distance at which a ray meets the first polygon.
 fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> {
     let hit = index.ray_nearest(ray, f32::INFINITY, &mut |id| scene.polygon(id).meet(ray));
     hit.map(|(_, t)| t)

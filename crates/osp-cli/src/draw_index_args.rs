@@ -9,7 +9,7 @@ use osp_rivals::IndexKind;
 
 /// Draw an index as it is after a frame: its cells over the polygons, or its tree.
 ///
-/// Large trees are collapsed: the picture leaves out the deepest levels and says so. A legend names the levels.
+/// The picture of a large tree omits the deepest levels and states that. A legend names the levels.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg

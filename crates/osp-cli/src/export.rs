@@ -22,15 +22,15 @@ use osp_session::{
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
 ///
-/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices, and a
-/// material for each brush: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength. Two
-/// things look different there: glTF does not know how to add light, so brushes of light are blended; and textures of
-/// brushes are not exported, so cut-out brushes are whole ribbons. Particles, which face the eye here, face the session's
-/// camera for good.
+/// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices. Each
+/// brush has a material: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength. Some
+/// brushes look different there. glTF cannot add light, so brushes of light are blended. Textures are not exported, so
+/// cut-out brushes are whole ribbons. Particles face the session's camera, not the eye.
 ///
-/// Each vertex carries two numbers of osp: _TIMESTAMP, the seconds from the session's beginning until its polygon was drawn
-/// (in Blender an attribute of that name, to let the drawing grow), and _STROKE, the number of its stroke (-1: none). A frame
-/// of the session is applied at once, and its polygons share its samples' times in proportion: --pace samples:1 is exact.
+/// Each vertex carries two numbers of osp: _TIMESTAMP and _STROKE. _TIMESTAMP is the time from the session's beginning until
+/// the polygon was drawn, seconds; with this attribute Blender can let the drawing grow. _STROKE is the number of the stroke
+/// (-1: none). A frame of the session is applied at once, and its polygons share its samples' times in proportion: --pace
+/// samples:1 is exact.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp export sketch.tilt sketch.glb
@@ -42,7 +42,7 @@ pub(super) struct ExportArgs {
     /// The model to write, .glb.
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// What an object of the file is.
+    /// Content of an object of the file.
     #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
     objects: ObjectsArg,
     /// Let the model replace a file of another kind, but never the session.

@@ -1,4 +1,4 @@
-//! Which frame of a session a picture shows.
+//! Choice of the frame that a picture shows.
 
 use std::{path::Path, str::FromStr};
 

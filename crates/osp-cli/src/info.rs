@@ -1,4 +1,4 @@
-//! `osp info`: what a session holds.
+//! `osp info`: contents of a session.
 
 use std::path::PathBuf;
 
@@ -22,9 +22,8 @@ use osp_session::{
     scene::GroupNode,
 };
 
-/// Say what a session holds: strokes, points, polygons, what was erased, how long it took, the model's bounds, what was
-/// dropped and why, its authors and groups, its brushes and how they are drawn, its light and layers, and what of the file is not
-/// shown.
+/// Print the contents of a session: strokes, points, polygons, erased strokes, duration, bounds, dropped points with reasons.
+/// Also authors, groups, brushes, light, layers, and the parts of the file that osp does not show.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
@@ -268,7 +267,7 @@ fn text(
     lines.join("\n")
 }
 
-/// The strokes that are neither erased nor undone. Those of models have no brush.
+/// The strokes that are neither erased nor undone. Strokes of models have no brush.
 fn at_end(brushes: &[BrushRow], s: &Summary) -> u64 {
     match s.undos {
         0 => s.counts.strokes.saturating_sub(s.counts.erased_strokes),

@@ -27,9 +27,9 @@ use osp_lab::report::thousands;
 use osp_net::live::{Address, Connection, Link, News, Status, header};
 use osp_session::{output_file::is_same_file, recording::Event};
 
-/// How long a member that ends waits until all it has drawn is in the session.
+/// Longest wait at the end until all own strokes are in the session.
 const FAREWELL: Duration = Duration::from_secs(3);
-/// How long a member that a signal ends may take to say what there was.
+/// Longest time for the final report after a signal.
 const REPORT: Duration = Duration::from_secs(20);
 /// Time between two times that the recording goes to its file and the connection is looked at.
 const BETWEEN: Duration = Duration::from_millis(200);
@@ -117,7 +117,7 @@ pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     member.report(played)
 }
 
-/// What was said of the connection last.
+/// Last reported state of the connection.
 #[derive(Debug, Default)]
 struct Shown {
     connection: Connection,
@@ -220,7 +220,7 @@ impl Member<'_> {
         Ok(())
     }
 
-    /// Says what has changed about the connection.
+    /// Reports a change of the connection.
     fn show(&mut self) {
         let status = self.link.status();
         let is_new =
@@ -265,7 +265,7 @@ impl Member<'_> {
     }
 }
 
-/// What is wrong if own events are not in the session.
+/// Error text if own events are not in the session.
 fn unheard(events: u64) -> Option<String> {
     (events > 0).then(|| format!("{} own events are not in the session", thousands(events)))
 }
@@ -298,7 +298,7 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
             format!("reading the session: {} of {} messages", thousands(*read), thousands(*of))
         }
         Connection::Live => format!("connected to {address}"),
-        Connection::Silent => format!("{address} does not answer; it goes on here and is sent later"),
+        Connection::Silent => format!("{address} does not answer; your events stay here and are sent later"),
         Connection::Crowded => {
             format!("{address}: too many have joined before this member, which joins once there is room")
         }

@@ -13,11 +13,12 @@ use osp_session::recording::Pace;
 
 /// Take part in a shared session without a window: write its recording, watch it, or play a session into it.
 ///
-/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which keeps it. Every member
-/// writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte for
-/// byte. Without a server a member goes on and catches up when it is there.
+/// Several authors draw in one session over a server of NATS with JetStream (`nats-server -js`), which stores it. Every
+/// member writes the whole session as a recording, from its first event on; the recordings of all members are the same, byte
+/// for byte. Without a server a member continues, and catches up when the server returns.
 ///
-/// Without --watch or --play it is an author that draws nothing: it writes the recording, and says when others have gone.
+/// Without --watch or --play it is an author that draws nothing: it writes the recording, and reports when others
+/// leave.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   nats-server -js -a 127.0.0.1 -sd sessions
@@ -44,7 +45,7 @@ pub(super) struct JoinArgs {
     /// Only watch: publish nothing.
     #[arg(long)]
     pub(super) watch: bool,
-    /// The name by which the others know this member.
+    /// The name of this member for the others.
     #[arg(long, default_value = "", hide_default_value = true, conflicts_with = "watch", value_parser = shared_args::name)]
     pub(super) name: String,
     /// Play this session's events as one's own, then leave.
@@ -54,10 +55,11 @@ pub(super) struct JoinArgs {
     /// something in it.
     #[arg(long, value_name = "NUMBER", requires = "play")]
     pub(super) play_author: Option<u32>,
-    /// How much each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N samples of the hand).
+    /// Part of the session that each frame (90 a second) plays: `recorded` (by the time stamps) or `samples:N` (N
+    /// samples of the hand).
     #[arg(long, default_value = "recorded", requires = "play")]
     pub(super) pace: Pace,
-    /// How many times as fast as recorded to play.
+    /// Speed, as a multiple of the recorded one.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor, requires = "play")]
     pub(super) speed: f64,
     /// Leave after so many seconds.

@@ -20,7 +20,7 @@ const COMPARED: usize = 1 << 16;
 /// A file whose first bytes may be there: they are compared, what follows is written.
 struct Continued {
     file: File,
-    /// What differs is replaced; else it is an error.
+    /// Whether a different file is replaced; else it is an error.
     replaces: bool,
     /// Bytes that were there.
     known: u64,
@@ -59,7 +59,7 @@ impl Write for Continued {
     }
 }
 
-/// What was written.
+/// The written recording.
 #[derive(Debug)]
 pub(super) struct Written {
     pub(super) path: PathBuf,

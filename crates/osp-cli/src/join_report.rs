@@ -1,4 +1,4 @@
-//! What `osp join` says in the end.
+//! The final report of `osp join`.
 
 use std::io::{self, Write as _};
 
@@ -18,7 +18,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// What was there when the member ended.
+/// State when the member ended.
 pub(super) struct Report {
     pub(super) address: String,
     pub(super) status: Status,
@@ -35,7 +35,7 @@ pub(super) struct Report {
 struct Shape {
     strokes: u64,
     polygons: u64,
-    /// Of the polygons that are shown.
+    /// Fingerprint of the polygons that are shown.
     fingerprint: String,
 }
 

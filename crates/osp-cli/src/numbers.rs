@@ -4,7 +4,7 @@ use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 
 /// Most occluders of a view: each takes memory, and far fewer pay.
 const MOST_OCCLUDERS: usize = 65_536;
-/// Longest time that may be asked for: thirty years.
+/// Longest permitted time: thirty years.
 const MOST_SECONDS: f64 = 1.0e9;
 
 /// Parses a number from a range; the error names the range.
@@ -26,7 +26,7 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     within(text, &(0.0..=1.0), "a share")
 }
 
-/// How many times as large something is.
+/// A multiple of a size.
 pub(super) fn multiple(text: &str) -> Result<f32, String> {
     within(text, &(0.01..=100.0), "a multiple")
 }

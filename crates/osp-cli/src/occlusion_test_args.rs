@@ -1,4 +1,4 @@
-//! How occlusion culling tests nodes and scores occluders: options of several commands.
+//! Options of several commands: node tests and occluder scores of occlusion culling.
 
 use clap::{Args, builder::TypedValueParser};
 
@@ -8,8 +8,8 @@ use osp::occlusion::{NodeTest, Score};
 /// Options of the commands that cull by occlusion.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct TestArgs {
-    /// How occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper), the `outline`
-    /// of the box, or whether all eight `corners` lie in one shadow [default: box].
+    /// Volume by which occlusion culling tests a node of the index: its `box`, the `sphere` around it (as in the paper),
+    /// the `outline` of the box, or whether all eight `corners` lie in one shadow [default: box].
     #[arg(long, value_name = "VOLUME", value_parser = named(&NodeTest::ALL, NodeTest::name))]
     node_test: Option<NodeTest>,
     /// Score of an occluder: the `solid-angle` of its part in view, or equation (1) of the `paper` [default: solid-angle].

@@ -1,5 +1,5 @@
-//! Writes results to standard output and remarks to standard error. Names and titles come from files
-//! that others made: what a terminal would take for a command is shown as `\u001b`.
+//! Writes results to standard output and remarks to standard error. Names and titles come from files that others made:
+//! control characters are shown as `\u001b`.
 
 use std::{
     borrow::Cow,
@@ -22,7 +22,7 @@ pub(super) fn keep_standard_output_for_a_file() {
     HOLDS_A_FILE.store(true, Ordering::Relaxed);
 }
 
-/// Letters in a line of the terminal: the variable `COLUMNS`, or what the terminal says. `None` if neither does.
+/// Letters in a line of the terminal: the variable `COLUMNS`, or the width of the terminal. `None` if both are missing.
 pub(super) fn columns() -> Option<u16> {
     let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     said.filter(|columns| *columns > 0).or_else(|| Some(console::Term::stdout().size_checked()?.1))

@@ -14,7 +14,7 @@ use osp_session::{
     recording::import::files_beside,
 };
 
-/// The files that a command reads and those that it is asked to write.
+/// The files that a command reads and writes.
 pub(super) struct Outputs {
     force: bool,
     inputs: Vec<PathBuf>,
@@ -82,7 +82,7 @@ impl Outputs {
         Ok(output)
     }
 
-    /// Checks pictures in a folder that is there.
+    /// Checks pictures in an existing folder.
     #[cfg(feature = "render")]
     pub(super) fn add_pictures(
         &mut self,
@@ -125,7 +125,7 @@ impl Output {
         &self.path
     }
 
-    /// Whether a file of this kind is there already.
+    /// Whether a file of this kind exists already.
     pub(super) fn replaces_its_kind(&self) -> bool {
         is_there(&self.path, self.kind)
     }

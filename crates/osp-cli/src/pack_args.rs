@@ -11,9 +11,9 @@ const ORDERS: [&str; 2] = ["strokes", "space"];
 
 /// Pack finished sessions into a world that may be larger than memory, for `osp replay --world`.
 ///
-/// What is there of each session at its end becomes blocks of up to 4,096 polygons, 64 blocks in an object (a file of a folder).
-/// A manifest, which is written last, has the box, size and checksum of each block. Until then there is no world: what a pack that
-/// was stopped has left is removed by the next one into the same place.
+/// The final polygons of each session become blocks of up to 4,096 polygons, 64 blocks in an object (a file of a folder). A
+/// manifest, which is written last, has the box, size and checksum of each block. Until then there is no world. The next pack
+/// into the same place removes the remains of a stopped one.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp pack recordings/*.ron --out sketches.world
@@ -38,7 +38,7 @@ pub(super) struct PackArgs {
     /// From one place of --repeat to the next, metres [default: the longest side of the largest session, and a tenth].
     #[arg(long, value_name = "METRES", requires = "repeat", value_parser = numbers::metres)]
     pub(super) spacing: Option<f32>,
-    /// Replace the world that is there, once the new one is whole.
+    /// Replace an existing world, once the new one is whole.
     #[arg(long)]
     pub(super) force: bool,
     #[command(flatten)]

@@ -28,8 +28,8 @@ pub(super) struct PickArgs {
     /// The point of the picture: 0,0 is the upper left corner, 1,1 the lower right one.
     #[arg(long, default_value = "0.5,0.5", value_name = "X,Y")]
     at: At,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
-    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
     #[command(flatten)]

@@ -28,8 +28,7 @@ pub(super) struct FrameArgs {
     /// The frame, after its changes: its number from 0, or `last`.
     #[arg(long, default_value = "last")]
     frame: FrameChoice,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
     #[command(flatten)]

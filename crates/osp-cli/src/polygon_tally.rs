@@ -3,11 +3,11 @@ use osp_session::scene::Scene;
 /// The polygons of the strokes that are not erased.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PolygonTally {
-    /// Those in the model.
+    /// Polygons in the model.
     pub(super) drawn: u64,
-    /// Those in hidden layers.
+    /// Polygons in hidden layers.
     pub(super) hidden: u64,
-    /// Those in the model that are too small to cover anything.
+    /// Polygons in the model without area.
     pub(super) without_area: u64,
 }
 

@@ -1,4 +1,4 @@
-//! How far a command is, in the last lines of a terminal; nothing where standard error is no terminal.
+//! Progress of a command in the last lines of a terminal; nothing if standard error is no terminal.
 
 use std::{sync::LazyLock, time::Duration};
 
@@ -6,7 +6,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressFinish, ProgressStyle};
 
 use osp_lab::report::one_line;
 
-/// How often a spinner is redrawn.
+/// Interval between two drawings of a spinner.
 const TICK: Duration = Duration::from_millis(200);
 
 /// All that is shown, so that lines of output can go above it.
@@ -45,7 +45,7 @@ pub(super) fn pane() -> ProgressBar {
     BARS.add(ProgressBar::new(1).with_style(style).with_finish(ProgressFinish::AndClear))
 }
 
-/// Counts the events of a session that is read or written. No source knows beforehand how many it has.
+/// Counts the events of a session that is read or written. The total is unknown before the end.
 pub(super) fn events(name: &str) -> ProgressBar {
     let spinner = spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {human_pos} events") {

@@ -1,4 +1,4 @@
-//! `osp query`: what is in a part of a session's model.
+//! `osp query`: searches in a session's model.
 
 use std::{str::FromStr, time::Instant};
 
@@ -36,7 +36,7 @@ they were stored, and along a ray as seen from its start.")]
 pub(super) struct QueryArgs {
     #[command(flatten)]
     part: PartArgs,
-    /// Which polygons along a ray [default: all].
+    /// Polygons to report along a ray [default: all].
     #[arg(long, value_enum)]
     hits: Option<Hits>,
     #[command(flatten)]
@@ -49,16 +49,16 @@ pub(super) struct QueryArgs {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 struct PartArgs {
-    /// What is in a box: its least and its greatest corner.
+    /// Find polygons in a box: its least and its greatest corner.
     #[arg(long = "box", num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     bounds: Option<Vec<Numbers>>,
-    /// What is in a sphere: its centre and its radius.
+    /// Find polygons in a sphere: its centre and its radius.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "RADIUS"], allow_hyphen_values = true)]
     sphere: Option<Vec<Numbers>>,
-    /// What is nearest to a point: the point, and how many polygons.
+    /// Find the polygons nearest to a point: the point, and the number of polygons.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "COUNT"], allow_hyphen_values = true)]
     nearest: Option<Vec<Numbers>>,
-    /// What a ray meets: where it starts and in which direction it goes.
+    /// Find polygons along a ray: its start and its direction.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     ray: Option<Vec<Numbers>>,
 }
@@ -80,7 +80,7 @@ impl FromStr for Numbers {
     }
 }
 
-/// The ray that `--ray` says, with a direction of unit length, so that where it meets something is a distance.
+/// The ray of `--ray`, with a direction of unit length, so that hits are distances.
 pub(super) fn ray_of(values: &[Numbers]) -> anyhow::Result<Ray> {
     let (origin, direction) = match values {
         [origin, direction] => (origin.point("--ray")?, direction.point("--ray")?),
@@ -101,7 +101,7 @@ enum Hits {
     Any,
 }
 
-/// The part of the model that is asked about.
+/// The part of the model to search.
 #[derive(Clone, Copy, Debug)]
 enum Part {
     Box(Aabb),

@@ -36,11 +36,10 @@ pub(super) struct RaceArgs {
     /// Two to four structures, separated by commas.
     #[arg(long, value_delimiter = ',', default_value = "osp,octree-rebuild", value_parser = contender_parser())]
     pub(super) index: Vec<Contender>,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
-    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles
     /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,

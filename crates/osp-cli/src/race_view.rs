@@ -1,4 +1,4 @@
-//! A race as it is shown on a terminal: of each structure the time of the latest frame in large digits, and a strip chart.
+//! A race on a terminal: the time of the latest frame of each structure in large digits, and a strip chart.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use osp_lab::{
     report::thousands,
 };
 
-/// How often the view is drawn: all structures wait meanwhile.
+/// Interval between two drawings of the view: all structures wait meanwhile.
 const EVERY: Duration = Duration::from_millis(100);
 /// Lines of large digits, and of the strip chart beside them.
 const HEIGHT: usize = 3;

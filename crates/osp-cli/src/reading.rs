@@ -1,4 +1,4 @@
-//! How sessions are read: the options of every command that reads one.
+//! Options of every command that reads a session.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use osp_session::{
     replay::Summary,
 };
 
-/// What a command does about damage, and how large a session may be.
+/// Treatment of damage, and limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct ReadArgs {
     /// Skip damaged pieces and count them, instead of stopping at the first; stop reading at a limit instead of refusing
@@ -21,7 +21,7 @@ pub(super) struct ReadArgs {
     limits: LimitArgs,
 }
 
-/// How large a session may be.
+/// Limits of a session.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct LimitArgs {
     /// Largest number of polygons of a session: a sample of a ribbon counts as one, a sample of a tube as eight, a face as

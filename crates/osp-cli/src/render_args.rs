@@ -31,8 +31,8 @@ pub(super) const MOMENT_S: f32 = 5.6;
 
 /// Draw frames of a session to PNG files, without a window.
 ///
-/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws what is left on the
-/// graphics adapter (one in software will do).
+/// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws the rest on the
+/// graphics adapter. A software adapter suffices.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp render recordings/portrait.ron portrait.png
@@ -87,10 +87,10 @@ pub(super) struct RenderArgs {
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     pub(super) check: bool,
-    /// Draw by the painter's algorithm: what is in view back to front, one over the other, without a test of depth. `bsp`
-    /// finds the order by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their
-    /// middles. The picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no
-    /// edge explains gives exit code 1.
+    /// Draw by the painter's algorithm: polygons in view from back to front, without a depth test. `bsp` finds the order
+    /// by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their middles. The
+    /// picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no edge
+    /// explains gives exit code 1.
     #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
@@ -105,17 +105,16 @@ pub(super) struct RenderArgs {
     /// Print the figures of --order as JSON, an object a frame.
     #[arg(long, requires = "order")]
     pub(super) json: bool,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
     /// Place of the eye. `own` is the session's own camera (that of a sketch's thumbnail), else `whole`. `whole` frames the
     /// model without distant strays, from the side of the session's own camera, else from the artist's first side.
-    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles around
-    /// the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// `recorded` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles around the model,
+    /// `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "own", value_parser = camera_parser())]
     pub(super) camera: RenderCamera,
-    /// Where the eye is, in place of --camera, as the header of a recording says it: `(p: (x, y, z), q: (x, y, z, w),
+    /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),
     /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
     #[arg(long, conflicts_with = "camera")]
     pub(super) view: Option<Camera>,
@@ -137,7 +136,7 @@ pub(super) struct RenderArgs {
 /// The position of a picture's eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RenderCamera {
-    /// That of the session, or as `Whole`.
+    /// The session's camera, or as `Whole`.
     Own,
     /// So that it sees the whole model.
     Whole,

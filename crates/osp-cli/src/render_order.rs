@@ -1,4 +1,4 @@
-//! `osp render --order`: what an order of drawing costs, all in turns in one run.
+//! `osp render --order`: the cost of each order of drawing, all in turns in one run.
 
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ struct OrderFigures {
     differing_pixels: usize,
 }
 
-/// What one order has cost so far.
+/// Cost of one order so far.
 #[derive(Default)]
 struct Measured {
     sort_ns: Vec<u64>,

@@ -88,7 +88,7 @@ impl PainterPictures {
         })
     }
 
-    /// Says once what does not look as it does elsewhere.
+    /// Reports once the parts that look different elsewhere.
     fn note_what_is_drawn_otherwise(&mut self, scene: &Scene, polygons: &VisibleBlocks) {
         if self.is_noted {
             return;

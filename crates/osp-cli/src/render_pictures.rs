@@ -15,7 +15,7 @@ use osp_session::{replay::RigPath, rig::Eye};
 pub(super) struct Picture {
     /// The number of the drawer's view.
     pub(super) number: usize,
-    /// What is added to the name of the file, `left-right-eye`; none without a rig.
+    /// Suffix of the file's name, `left-right-eye`; none without a rig.
     suffix: Option<String>,
     /// The screen and the eye, for messages.
     on_screen: Option<(String, Eye)>,

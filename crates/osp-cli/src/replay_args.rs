@@ -21,7 +21,7 @@ use osp_session::{
     replay::CameraChoice,
 };
 
-/// Play sessions through several indexes, frame by frame, and say what every frame cost.
+/// Play sessions through several indexes, frame by frame, and print the cost of the frames.
 ///
 /// Each frame takes the next samples of the session and turns them into polygons. Each index then inserts these polygons
 /// and culls against the camera's frustum. Within a frame the indexes run one after the other, on the same polygons and
@@ -138,25 +138,24 @@ pub(super) struct ReplayArgs {
     pub(super) trace: Option<PathBuf>,
 }
 
-/// How a session is played, and through what.
+/// Pace, camera and structures of a replay.
 #[derive(Args, Clone, Debug)]
 pub(super) struct PlayArgs {
     /// The indexes to run, separated by commas [default: brute-force,osp-paper,osp,octree-rebuild].
     #[arg(long, value_delimiter = ',', value_parser = index_parser())]
     pub(super) index: Vec<IndexKind>,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
-    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     pub(super) camera: CameraChoice,
     /// Most seconds to spend on each index; applying the events counts, too.
     #[arg(long, default_value_t = 20.0, value_name = "SECS", value_parser = numbers::seconds)]
     pub(super) budget: f64,
-    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index
-    /// is then `osp`. `auto` chooses by measured times; in a study, and with --check or --pin, it chooses by counts of work,
+    /// Methods of occlusion culling, separated by commas; each runs after frustum culling. Without --index the only index is
+    /// then `osp`. `auto` chooses by measured times. In a study, and with --check or --pin, it chooses by counts of work,
     /// which are the same on every machine. `hzb` and `queries` need --draw.
     #[arg(long, value_delimiter = ',', value_parser = occlusion_parser())]
     pub(super) occlusion: Vec<Method>,
@@ -169,16 +168,15 @@ pub(super) struct PlayArgs {
     /// and `auto` decides by it.
     #[arg(long, value_name = "NS", default_value_t = 10.0, value_parser = numbers::nanoseconds)]
     pub(super) polygon_ns: f64,
-    /// How polygons of a group that is placed again and again are filed: `polygons` files each anew in every frame that
-    /// places the group, `whole` keeps them in an index in the group's own space, beside that of the run, whatever it is. The
-    /// answers are the same. A window takes them whole.
+    /// Index of the polygons of a group that moves: `polygons` updates each polygon in every frame that places the group.
+    /// `whole` keeps them in a second index, in the group's own space. The results are the same. A window takes groups whole.
     #[arg(long, value_enum, default_value_t = GroupFiling::Polygons)]
     pub(super) groups: GroupFiling,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
 }
 
-/// How polygons of groups that move are filed.
+/// Index of the polygons of groups that move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum GroupFiling {
     /// Each by its box in the world.
@@ -188,7 +186,7 @@ pub(super) enum GroupFiling {
 }
 
 impl PlayArgs {
-    /// The indexes, each with its method of occlusion culling where any is asked for.
+    /// The indexes, each with its method of occlusion culling, if any.
     pub(super) fn runs(&self) -> Vec<(IndexKind, Option<Method>)> {
         let indexes = match (self.index.as_slice(), self.occlusion.is_empty()) {
             ([], true) => IndexKind::DEFAULT,
@@ -235,7 +233,7 @@ impl PlayArgs {
         line
     }
 
-    /// Whatever is wrong with the options is said before the work, not after it. `draws`: whether frames are drawn.
+    /// Reports errors in the options before the work, not after it. `draws`: whether frames are drawn.
     pub(super) fn check(&self, draws: bool) -> anyhow::Result<()> {
         if let Some(choice) = self.occlusion.iter().find(|choice| choice.is_while_drawing() && !draws) {
             let name = choice.name();

@@ -30,13 +30,13 @@ use osp_session::{
     replay::{Budget, CameraPath, Lane, Player, Replay, RigPath, Summary, root_cube, summarize},
 };
 
-/// What is around a replay: who reads the session, who hears of it, and by what `auto` chooses.
+/// Environment of a replay: the session's reader, the receiver of remarks, and the measure by which `auto` chooses.
 pub(super) struct Around<'a> {
     pub(super) reader: Reader,
     /// By counts of work, where what is culled must not depend on the clock.
     pub(super) basis: AutoBasis,
     pub(super) progress: fn(frames: u64, name: &str) -> ProgressBar,
-    /// Hears what a person should know of the session.
+    /// Receives remarks on the session for the user.
     pub(super) remark: &'a mut dyn FnMut(&str),
 }
 

@@ -1,4 +1,4 @@
-//! What `osp replay` says of a session.
+//! The text of `osp replay` for a session.
 
 use super::{
     output::{columns, one_line},

@@ -74,7 +74,7 @@ Examples:
 enum What {
     /// List the monitors that a rig may name.
     Monitors,
-    /// Say what is wrong with rigs; exit code 1 if the head of one sees nothing on a screen, 2 if one is no rig.
+    /// List the errors of rigs; exit code 1 if a head sees nothing on a screen, 2 if a file is no rig.
     Check {
         /// Files, or names of shipped rigs.
         #[arg(required = true, value_name = "RIG")]
@@ -203,7 +203,7 @@ fn show(name: &str, plan: Option<&PathBuf>, force: bool) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// Where a screen's picture goes.
+/// Output of a screen's picture.
 fn shown_on(screen: &Screen, output: &Output) -> String {
     let Viewport(x, y, width, height) = output.viewport;
     let part = match output.viewport == Viewport::WHOLE {

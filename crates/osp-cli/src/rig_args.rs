@@ -17,8 +17,8 @@ pub(super) struct RigArgs {
     /// Show the model on the screens of a rig: desktop, dual-wall, cave4, or a file that describes one.
     #[arg(long, value_name = "RIG")]
     pub(super) rig: Option<String>,
-    /// How the pictures for the two eyes are shown: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen
-    /// and eye) [default: the rig's own].
+    /// Form of the pictures for the two eyes: mono, side-by-side, top-bottom, anaglyph, or windows (one for each screen and
+    /// eye) [default: the rig's own].
     #[arg(long, value_name = "HOW", value_parser = named(Stereo::ALL, Stereo::name))]
     pub(super) stereo: Option<Stereo>,
 }
@@ -28,8 +28,8 @@ pub(super) struct RigArgs {
 pub(super) struct RigPathArgs {
     #[command(flatten)]
     pub(super) screens: RigArgs,
-    /// What the rig's room does: `follows`: it goes along with the eye, which is always at the rig's place for the head,
-    /// and turns with it about the vertical; `stands`: it stays where the first frame's eye is, and the eye walks in it.
+    /// Motion of the rig's room. `follows`: it goes along with the eye and turns with it about the vertical; the eye is
+    /// always at the rig's place for the head. `stands`: it stays at the first frame's eye, and the eye walks in it.
     #[arg(long, value_name = "HOW", default_value = "follows", requires = "rig", value_parser = room_parser())]
     pub(super) room: RoomMotion,
 }

@@ -20,11 +20,11 @@ pub(super) struct SendArgs {
     /// Address and port of the window that listens.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) to: String,
-    /// How much of the session each packet time (90 a second) sends: `recorded` (by its time stamps) or `samples:N` (N
+    /// Part of the session that each packet time (90 a second) sends: `recorded` (by its time stamps) or `samples:N` (N
     /// samples of the hand).
     #[arg(long, default_value = "recorded")]
     pub(super) pace: Pace,
-    /// How many times as fast as recorded.
+    /// Speed, as a multiple of the recorded one.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = numbers::factor)]
     pub(super) speed: f64,
     /// The key that the window requires (`osp sketch --tracker-key`). The list of processes shows it to everybody on this machine.

@@ -26,16 +26,16 @@ enum Message {
     Notes(Notes),
 }
 
-/// Who reads the events of a session.
+/// Thread that reads the events of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reader {
     /// A thread of its own, which is ahead of whoever takes them.
     Thread,
-    /// Whoever takes them: for work that has one core to itself.
+    /// The thread that takes them: for work that has one core to itself.
     Here,
 }
 
-/// Where the events come from.
+/// Source of the events.
 enum Feed {
     Thread(Receiver<Message>),
     Here(Box<dyn EventSource>),
@@ -107,8 +107,8 @@ impl OpenSession {
     }
 }
 
-/// What to say of a session that is refused because a part of it is damaged: how to get at the rest. `None` if nothing
-/// of it can be read, or something else is wrong.
+/// Hint for recovering the readable part of a damaged session. `None` if nothing of it can be read, or for another
+/// error.
 pub(super) fn rescue(error: &anyhow::Error) -> Option<String> {
     let damaged = error.chain().find_map(|cause| match cause.downcast_ref()? {
         RecordingError::Line { path, .. } | RecordingError::Byte { path, .. } => Some(path),
@@ -223,7 +223,7 @@ mod tests {
     use super::*;
     use osp_session::recording::{Author, StrokeId};
 
-    /// Far more events than may be read ahead, naming so many strokes each; counts those that were asked for.
+    /// Far more events than may be read ahead, naming so many strokes each; counts those that were read.
     struct Endless(Arc<AtomicUsize>, usize);
 
     impl EventSource for Endless {

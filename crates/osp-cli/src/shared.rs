@@ -1,4 +1,4 @@
-//! How a command of a shared session reaches the server, and ends.
+//! Connection of a command to the server of a shared session, and its end.
 
 #[cfg(unix)]
 use std::{
@@ -17,7 +17,7 @@ use osp_net::live::{Address, Credentials, LinkOptions, Role, Who};
 use osp_session::small_file::read_text;
 
 impl ServerArgs {
-    /// An address as it was typed, with the credentials of a file. What is wrong with it is said without the password in it.
+    /// An address as it was typed, with the credentials of a file. Errors do not contain the password.
     pub(super) fn address(&self, typed: &str) -> anyhow::Result<Address> {
         let mut address: Address = typed.parse()?;
         if let Some(path) = &self.credentials {
@@ -32,7 +32,7 @@ impl ServerArgs {
         Ok(address)
     }
 
-    /// How to connect, as an author of this name or to watch.
+    /// Options of the connection, as an author of this name or to watch.
     pub(super) fn options(&self, watches: bool, name: &str) -> LinkOptions {
         let role = match watches {
             true => Role::Watcher,

@@ -1,4 +1,4 @@
-//! How a member of a shared session reaches the server, and who it is.
+//! Options of a member of a shared session: server and name.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use clap::Args;
 
 use osp_session::recording::Author;
 
-/// How to reach a server.
+/// Address of a server and access to it.
 #[derive(Args, Debug)]
 pub(super) struct ServerArgs {
     /// A file with who one is to the server: one line, a token or USER:PASSWORD.
@@ -20,7 +20,7 @@ pub(super) struct ServerArgs {
     pub(super) unencrypted: bool,
 }
 
-/// A name by which others know an author.
+/// An author's name for the others.
 pub(super) fn name(text: &str) -> Result<String, String> {
     match text.len() <= Author::MAX_NAME_BYTES {
         true => Ok(text.to_owned()),

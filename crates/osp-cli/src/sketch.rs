@@ -20,12 +20,12 @@ use osp_app::{
 use osp_app::{Live, Unjoined};
 use osp_session::output_file::OutputKind;
 
-/// If reading a session takes longer than this, the window opens meanwhile, and says itself what is wrong with the session.
+/// If reading a session takes longer than this, the window opens meanwhile, and reports errors itself.
 pub(super) const BEFORE_THE_WINDOW: Duration = Duration::from_millis(500);
 
 impl SketchArgs {
-    /// Opens the session to draw on it; if another window has it, for reading only, and says who has it. A long session is
-    /// read beside the window.
+    /// Opens the session to draw on it; if another window has it, for reading only, and reports its owner. A long session
+    /// is read beside the window.
     fn open(&self, path: &Path, autosaves: &Autosaves) -> anyhow::Result<Start> {
         let access = match (self.read_only, self.copy) {
             (true, _) => Access::ReadOnly,
@@ -71,7 +71,7 @@ impl SketchArgs {
     }
 }
 
-/// What a window begins with.
+/// Session and settings at the start of a window.
 struct Start {
     session: Session,
     opened: Opened,
@@ -87,7 +87,7 @@ impl Start {
 }
 
 impl WindowArgs {
-    /// How the window culls until somebody changes it.
+    /// Culling of the window until somebody changes it.
     fn culling(&self) -> CullingPlan {
         let plan = CullingPlan::new(self.index, self.occlusion);
         plan.with_tests(self.tests.node_test(), self.tests.score())

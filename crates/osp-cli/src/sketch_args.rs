@@ -18,17 +18,16 @@ use osp_rivals::IndexKind;
 
 /// Draw in a window: with a mouse or a pen, or with a tracker.
 ///
-/// The window writes every sample to the session's file before it takes the next one, and flushes the file to the disk at
+/// The window writes every sample to the session's file before it takes the next one. It flushes the file to the disk at
 /// the next pause. If you name no file, the session is written to an autosave file; after a crash the next `osp sketch`
-/// restores it. Nothing is written before something is drawn, and no file is replaced unless you say so.
+/// restores it. Nothing is written before something is drawn, and no file is replaced without your consent.
 ///
-/// The menus and F1 list all keys. The window remembers recent sessions, its colours and the size of its letters in
-/// osp/window.settings in the folder XDG_CONFIG_HOME (else ~/.config); you may delete that file.
+/// The menus and F1 list all keys. The window stores recent sessions, colours and letter size in osp/window.settings in
+/// the folder XDG_CONFIG_HOME (else ~/.config). You may delete that file.
 ///
-/// Only one window at a time draws on a session. A second window says who has the session open, and asks whether you want
-/// to look at it or to draw on a copy (--read-only and --copy answer beforehand). If somebody removes or replaces the file,
-/// another program changes it, or the disk is full, the window leaves the file alone, says so, and goes on in an autosave
-/// file.
+/// Only one window at a time draws on a session. A second window shows the owner and offers to look at the session or to
+/// draw on a copy; --read-only and --copy choose in advance. If the file is removed, replaced or changed, or the disk is
+/// full, the window reports that. It leaves the file alone and continues in an autosave file.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp sketch
@@ -73,8 +72,8 @@ pub(super) struct SketchArgs {
     /// Skip damaged pieces and count them, instead of refusing the session, and draw on a copy.
     #[arg(long, requires = "file")]
     pub(super) lenient: bool,
-    /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME
-    /// (`osp join --help` says how to start one). The recording of the whole session is saved as you draw, in FILE if it is
+    /// Draw together with others, in a session on a server of NATS: nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME (`osp
+    /// join --help` describes how to start one). The recording of the whole session is saved as you draw, in FILE if it is
     /// given: a new file, or one that is the beginning of this session, as it was left; what was drawn since is appended.
     // Parsed later: what is wrong with it is said without the password in it.
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["read_only", "copy", "lenient"])]
@@ -82,7 +81,7 @@ pub(super) struct SketchArgs {
     /// Only watch the others.
     #[arg(long, requires = "join")]
     pub(super) watch: bool,
-    /// The name by which the others know you.
+    /// Your name for the others.
     #[arg(long, default_value = "", hide_default_value = true, requires = "join", conflicts_with = "watch")]
     #[arg(value_parser = shared_args::name)]
     pub(super) name: String,

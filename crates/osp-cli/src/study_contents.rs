@@ -18,8 +18,7 @@ const CHUNK: usize = 1 << 20;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Contents {
     pub(super) bytes: u64,
-    /// 32 hexadecimal digits. For a single file it is the hash of that file; for several files it is the hash of a list of
-    /// their names and hashes.
+    /// 32 hexadecimal digits. The hash of a single file, or of a list of the names and hashes of several files.
     pub(super) hash: String,
 }
 

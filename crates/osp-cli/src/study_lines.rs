@@ -147,7 +147,7 @@ struct Verdict {
     indexes_agree: bool,
 }
 
-/// The output file of a study, and what its lines say of sessions with the same options on the same machine.
+/// The output file of a study, and its lines for sessions with the same options on the same machine.
 pub(super) struct StudyFile {
     path: PathBuf,
     file: File,

@@ -40,7 +40,7 @@ Kinds:
   brushes    a card of samples: each brush draws a wave, in rows (--polygons 2400: each once)
   class      several artists scribble at once; one moves at times what another has drawn (--authors)")]
 pub(super) struct SynthArgs {
-    /// What is drawn.
+    /// Kind of the session.
     #[arg(value_parser = kind_parser())]
     kind: SynthKind,
     /// File to write, `.ron` or `.ron.zst`.
@@ -51,7 +51,7 @@ pub(super) struct SynthArgs {
     /// Seed of the random numbers; another seed gives another session of the same kind.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Number of artists of `class`, who share the polygons; 3 if it is not said.
+    /// Number of artists of `class`, who share the polygons; 3 without this option.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SynthKind::MOST_AUTHORS)))]
     authors: Option<u32>,
     /// Replace the file if it exists.

@@ -1,4 +1,4 @@
-//! How a command listens to the tracker of its options, and the key that packets begin with.
+//! Options of a command's tracker, and the key at the beginning of packets.
 
 use std::{env, path::Path};
 
@@ -23,7 +23,7 @@ impl TrackerArgs {
         Ok(())
     }
 
-    /// How to listen; what is dangerous about it is said. Without a tracker no key is read.
+    /// Options of the tracker; prints a warning about dangerous ones. Without a tracker no key is read.
     pub(super) fn options(&self) -> anyhow::Result<TrackerOptions> {
         let key = match self.tracker {
             Some(_) => key(self.tracker_key.as_ref(), self.tracker_key_file.as_deref())?,
@@ -41,8 +41,8 @@ impl TrackerArgs {
     }
 }
 
-/// The key of the command line, else that of the file, else that of the variable. A variable that is set to no key is refused: to go
-/// on without one would let everybody in.
+/// The key of the command line, else that of the file, else that of the variable. A variable that is set to no key is refused: to
+/// continue without one would let everybody in.
 pub(super) fn key(word: Option<&TrackerKey>, file: Option<&Path>) -> anyhow::Result<Option<TrackerKey>> {
     if word.is_some() {
         return Ok(word.cloned());

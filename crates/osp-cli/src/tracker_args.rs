@@ -22,8 +22,8 @@ pub(super) struct TrackerArgs {
     /// Accept the messages of every sender, not only of the first.
     #[arg(long, requires = "tracker")]
     pub(super) tracker_any: bool,
-    /// Accept only packets that begin with this key. The key is sent unencrypted: whoever can read the packets knows it. So does
-    /// everybody on this machine: the list of processes shows the word. A file or the variable OSP_TRACKER_KEY keeps it out of
+    /// Accept only packets that begin with this key. The key is sent unencrypted: everybody who reads the packets can use it.
+    /// The list of processes shows it to everybody on this machine. A file or the variable OSP_TRACKER_KEY keeps it out of
     /// there.
     #[arg(long, value_name = "KEY", requires = "tracker")]
     pub(super) tracker_key: Option<TrackerKey>,

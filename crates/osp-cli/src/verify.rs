@@ -100,18 +100,18 @@ pub(super) struct VerifyArgs {
     /// The sessions, of any format that replay reads, or `scene:NAME` for a built-in scene; with --all folders, too.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Verify every session in the folders named, go on after one that cannot be read (the exit code is 1 then), and end with
-    /// a table of all.
+    /// Verify every session in the named folders, and end with a table of all. After an unreadable session the command
+    /// continues; the exit code is then 1.
     #[arg(long)]
     all: bool,
-    /// Of the sessions of --all, sorted by path, only the K-th of N parts: each N-th session from the K-th on. A part that
-    /// changes from day to day is a rotating sample.
+    /// Verify only the K-th of N parts of the sessions of --all, sorted by path: each N-th session from the K-th on. A
+    /// part that changes from day to day is a rotating sample.
     #[arg(long, value_name = "K/N", requires = "all")]
     part: Option<Part>,
     /// Number of views of each session.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     views: u64,
-    /// The methods, separated by commas [default: those that are conservative and run on the processor].
+    /// The methods, separated by commas [default: all conservative methods on the processor].
     #[arg(long, value_delimiter = ',', value_parser = method_parser())]
     occlusion: Vec<NamedMethod>,
     /// Width and height of the pictures drawn for hzb, queries and auto, pixels.
@@ -121,8 +121,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = AtRest::default().frames, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
-    /// Number of frames of each view before those that are measured. In the first of them the methods that depend on the
-    /// previous frame know only the view before; `auto` first tries another method after 16 frames.
+    /// Number of frames of each view before those that are measured. In the first of them, methods that depend on the
+    /// previous frame have only the view before. `auto` first tries another method after 16 frames.
     #[arg(long, default_value_t = AtRest::default().settle, value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=10_000))]
     settle: u32,
@@ -132,26 +132,25 @@ pub(super) struct VerifyArgs {
     /// The index whose nodes are tested.
     #[arg(long, default_value = "osp", value_parser = index_parser())]
     index: IndexKind,
-    /// Where the eye is: `auto` is the recorded head path, else the session's own camera, else `orbit`; `orbit` circles
-    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    /// Position of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit`
+    /// circles around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
     #[arg(long, default_value = "auto", value_parser = camera_parser())]
     camera: CameraChoice,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand).
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
     #[arg(long, default_value = "samples:16")]
     pace: Pace,
     /// Look from every view at the finished model, not at the model of that moment.
     #[arg(long)]
     whole: bool,
-    /// What an occluder is: a `patch` of neighbouring polygons, or a `single` polygon.
+    /// Form of an occluder: a `patch` of neighbouring polygons, or a `single` polygon.
     #[arg(long, default_value = "patch", value_parser = ["patch", "single"])]
     grouping: String,
-    /// How a node is tested: by its `box`, by the `sphere` around it (as in the paper), by the `outline` of the box, by its
-    /// eight `corners` in one shadow, or by its `corners-apart`, each in any shadow (the paper's figure 14, on the left: not
-    /// conservative).
+    /// Volume by which a node is tested: its `box`, the `sphere` around it (as in the paper), the `outline` of the box, or
+    /// its eight `corners` in one shadow. `corners-apart` tests each corner in any shadow (the paper's figure 14, on the
+    /// left: not conservative).
     #[arg(long, alias = "test", default_value = "box", value_parser = ["box", "sphere", "outline", "corners", CORNERS_APART])]
     node_test: String,
-    /// What makes a good occluder: the `solid-angle` of what the picture shows of it, or equation (1) of the `paper`.
+    /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
     score: Score,
     /// Use no occluders that fill less than this share of the picture.
@@ -169,10 +168,10 @@ pub(super) struct VerifyArgs {
     /// Measure each stage this many times and report the fastest.
     #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
-    /// Size of the picture that says what is visible, pixels.
+    /// Size of the picture that determines the visible polygons, pixels.
     #[arg(long, default_value = "2560x1440", value_name = "WxH")]
     pixels: Pixels,
-    /// Do not find out what can be seen (which takes minutes in a model of a million polygons); report only times, counts and
+    /// Do not determine the visible polygons, which takes minutes for a million polygons; report only times, counts and
     /// pixels that differ.
     #[arg(long)]
     no_truth: bool,

@@ -17,7 +17,7 @@ use osp_lab::{
 };
 use osp_session::{atomic_file::is_unfinished, output_file::STUDY_START, recording::looks_like_session};
 
-/// Bytes of a file that say whether it is a session.
+/// Bytes at the beginning of a file by which a session is detected.
 const START_BYTES: u64 = 4096;
 
 /// One of several parts of the sessions, `K/N`.

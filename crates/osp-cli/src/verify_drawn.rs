@@ -1,4 +1,4 @@
-//! `osp verify --occlusion hzb`: which share of the hidden polygons a method that culls while drawing finds.
+//! `osp verify --occlusion hzb`: the share of the hidden polygons that a method finds while drawing.
 
 use std::{collections::HashSet, sync::Arc};
 
@@ -46,7 +46,7 @@ fn median(values: impl Iterator<Item = u64>) -> u64 {
 }
 
 impl Trial {
-    /// Those of these polygons that the last frame drew.
+    /// The polygons of these that the last frame drew.
     fn drawn(&self, scene: &Scene, ids: &[PolygonId]) -> anyhow::Result<DrawList> {
         let mut drawn = DrawList::new();
         match self.drawer.drawn()? {

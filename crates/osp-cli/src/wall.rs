@@ -28,7 +28,7 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// How long a node without a display waits for something to do, at most.
+/// Longest wait of an idle node without a display.
 const NAP: Duration = Duration::from_millis(20);
 
 pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
@@ -164,7 +164,7 @@ struct TrackedHead {
     rig: Rig,
     head: (Vec3, Quat),
     heard: Instant,
-    /// Whether it was said that nothing is heard.
+    /// Whether silence was reported.
     is_missed: bool,
 }
 
@@ -197,7 +197,7 @@ impl TrackedHead {
         self.head
     }
 
-    /// What is to be said of the tracker, if that is new.
+    /// A new message about the tracker, if any.
     fn news(&mut self) -> Option<&'static str> {
         let is_missed = self.heard.elapsed() > Duration::from_secs(1);
         let is_new = std::mem::replace(&mut self.is_missed, is_missed) != is_missed;

@@ -12,10 +12,10 @@ use osp_session::replay::RoomMotion;
 
 /// Show a shared session on a wall of several machines, each frame on all screens at once.
 ///
-/// A hub says which moment of the session is shown, and a node on each machine shows it on one screen of the rig. The hub
-/// waits until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a
-/// node that shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it
-/// has answered 20 frames in time.
+/// A hub chooses the moment of the session, and a node on each machine shows it on one screen of the rig. The hub waits
+/// until every node that is in has drawn a frame, then has all of them show it. It has the model, too, and names a node that
+/// shows something else. A node that misses three frames in a row is out: the hub no longer waits for it, until it has
+/// answered 20 frames in time.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -42,7 +42,7 @@ pub(super) struct WallArgs {
     // Parsed later: what is wrong with it is said without the password in it.
     #[arg(value_name = "ADDRESS", required = true)]
     pub(super) address: Option<String>,
-    /// Be the hub: say what is shown, and when.
+    /// Be the hub, which chooses what is shown, and when.
     #[arg(long, required_unless_present = "node", conflicts_with = "node")]
     pub(super) hub: bool,
     /// Be a node: show this screen of the rig.
@@ -50,7 +50,7 @@ pub(super) struct WallArgs {
     pub(super) node: Option<String>,
     #[command(flatten)]
     pub(super) rig: RigArgs,
-    /// What the hub's room does: `follows`: it goes along with the head of the session's artist; `stands`: the room's space is
+    /// Motion of the hub's room. `follows`: it goes along with the head of the session's artist. `stands`: the room's space is
     /// the world's, and the artist's head walks in it. With --tracker it stands.
     #[arg(long, value_name = "HOW", default_value = "follows", conflicts_with = "node", value_parser = room_parser())]
     pub(super) room: RoomMotion,
@@ -73,7 +73,7 @@ pub(super) struct WallArgs {
     pub(super) way: WayArgs,
 }
 
-/// How to reach the server, and what is printed.
+/// Access to the server, and form of the output.
 #[derive(Args, Debug)]
 pub(super) struct WayArgs {
     #[command(flatten)]
@@ -85,8 +85,8 @@ pub(super) struct WayArgs {
 
 #[derive(Subcommand, Debug)]
 pub(super) enum What {
-    /// Ask the hub of a wall for its nodes, frames a second, skew and lag; exit code 1 if a screen has no node that is in, or
-    /// one that shows something else than the hub has.
+    /// Print the nodes, frames a second, skew and lag of a wall. The exit code is 1 if a screen has no active node, or
+    /// one that differs from the hub.
     Status {
         /// The session.
         #[arg(value_name = "ADDRESS")]

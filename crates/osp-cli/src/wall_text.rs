@@ -80,7 +80,7 @@ fn row(node: &NodeReport) -> [String; 9] {
     ]
 }
 
-/// What a node says in the end.
+/// The final report of a node.
 pub(super) fn counts_text(counts: &NodeCounts) -> String {
     format!("{} frames, {} events of the session", thousands(counts.frames), thousands(counts.events))
 }

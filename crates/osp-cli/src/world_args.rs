@@ -29,14 +29,15 @@ const NOT_OF_WORLDS: [&str; 15] = [
 #[derive(Args, Clone, Debug)]
 pub(super) struct WorldArgs {
     /// Fly through a world that `osp pack` has made, instead of playing sessions: a folder, or (feature `worlds-cloud`) an
-    /// http://, https:// or s3:// address. Of the other options --camera, --pace, --csv, --json and those of worlds apply.
+    /// http://, https:// or s3:// address. The other options that apply are --camera, --pace, --csv, --json and those of
+    /// worlds.
     #[arg(long, value_name = "DIR|URL", conflicts_with_all = NOT_OF_WORLDS)]
     pub(super) world: Option<String>,
     /// With --world: bytes that blocks may take in memory; k, M and G stand for 2^10, 2^20 and 2^30.
     #[arg(long, value_name = "BYTES", default_value = "1G", requires = "world", value_parser = numbers::bytes)]
     pub(super) memory: u64,
     /// With --world: wait in each frame for all blocks that are in view, so that the fingerprint is that of the same sessions in
-    /// memory. Without, a frame goes on without them and says how many they were.
+    /// memory. Without it, a frame continues without them and counts them.
     #[arg(long, requires = "world")]
     pub(super) wait: bool,
     /// With --world: fly along the recorded head path of this session, cut into frames by --pace.
@@ -48,10 +49,11 @@ pub(super) struct WorldArgs {
     /// With --world: seed of the flight that is made up if there is no --path and no other --camera.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "world", conflicts_with = "path")]
     pub(super) seed: u64,
-    /// With --world: how far this flight goes in a second of 90 frames, metres [default: the world's longest side in 10 s].
+    /// With --world: distance of this flight in a second of 90 frames, metres [default: the world's longest side in 10
+    /// s].
     #[arg(long, value_name = "METRES", requires = "world", conflicts_with = "path", value_parser = numbers::metres)]
     pub(super) speed: Option<f32>,
-    /// With --world: how far the eye sees, metres [default: everything].
+    /// With --world: limit of the view, metres [default: everything].
     #[arg(long, value_name = "METRES", requires = "world", value_parser = numbers::metres)]
     pub(super) far: Option<f32>,
     /// With --world: load what is in view so many frames later, too; 0: nothing ahead.

@@ -1,4 +1,4 @@
-//! What `osp replay --world` says of a flight.
+//! The report of `osp replay --world` on a flight.
 
 use hdrhistogram::Histogram;
 use indicatif::HumanBytes;
@@ -38,7 +38,7 @@ pub(super) struct WorldReport {
     counts: WalkCounts,
 }
 
-/// Of some frames: how many, the sum of something and the most of it in one.
+/// Number of some frames, the sum of a figure and its maximum in one frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     frames: u64,

@@ -1,4 +1,4 @@
-//! Where osp is judged: slow and exact references, benchmarks, reports.
+//! Slow and exact references, benchmarks and reports for osp.
 //!
 //! [`oracle`] finds the visible polygons. [`verify`] compares culling with it on the models of [`scenes`]. [`literal`] is
 //! the paper's own method where that is wrong. [`pvs`] samples potentially visible sets. [`mod@bench`] compares structures

@@ -1,5 +1,5 @@
-//! What the OSP paper says of occlusion culling, to the letter, where that culls visible polygons. For comparisons only:
-//! nothing here can be chosen as a method of culling.
+//! The rules of the OSP paper for occlusion culling, to the letter, where they cull visible polygons. For comparisons
+//! only: nothing here can be chosen as a method of culling.
 
 use osp::{
     math::{Aabb, Sphere},
@@ -10,7 +10,7 @@ use osp::{
 };
 use osp_rivals::occlusion::{MsvbspPaper, PaperCaps};
 
-/// The paper's tree without caps: what lies between the eye and an occluder counts as hidden, too.
+/// The paper's tree without caps: volumes between the eye and an occluder count as hidden, too.
 pub fn msvbsp_without_caps(occluders: usize) -> Box<dyn OcclusionCuller> {
     Box::new(MsvbspPaper::new(PaperCaps::None, node_budget(occluders)))
 }

@@ -113,7 +113,7 @@ impl Method {
         }
     }
 
-    /// What it does while drawing.
+    /// Its method on the GPU, while drawing.
     #[cfg(feature = "render")]
     pub fn while_drawing(self) -> GpuOcclusion {
         match self {

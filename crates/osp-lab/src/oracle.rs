@@ -1,4 +1,4 @@
-//! The reference: which polygons can really be seen. Slow, exact up to sampling, independent of every culler.
+//! The reference: the polygons that are really visible. Slow, exact up to sampling, independent of every culler.
 //!
 //! A polygon that owns a pixel of a buffer of polygon numbers is visible. At any resolution, polygons
 //! smaller than a pixel fall between the samples, so rays are cast at each polygon without a pixel: to points close
@@ -13,7 +13,7 @@ use osp::{
     view::ViewWindow,
 };
 
-/// How far beside a triangle a ray still meets it, as a sine: neighbours have no crack between them.
+/// Largest distance at which a ray beside a triangle still meets it, as a sine: neighbours have no crack between them.
 const BORDER_SINE: f64 = 1.0e-10;
 
 /// A surface hides another if it is nearer by this part of the distance.

@@ -1,5 +1,5 @@
-//! The reference for the frustum: which polygons reach into a view. In `f64` and relative to the eye, as things are drawn;
-//! by another method than [`View::frustum`], and without boxes.
+//! The reference for the frustum: the polygons that reach into a view. In `f64` and relative to the eye, as things are
+//! drawn; by another method than [`View::frustum`], and without boxes.
 
 use glam::{DMat3, DVec3};
 

@@ -1,5 +1,5 @@
-//! Compares occlusion culling with the truth: which visible polygons a method culls, which share of the hidden ones it finds,
-//! and what that costs.
+//! Compares occlusion culling with the truth: the visible polygons that a method culls, the share of the hidden ones that it
+//! finds, and its cost.
 
 use crate::{
     Method, lost_polygons,
@@ -25,11 +25,11 @@ pub struct VerifyConfig {
     pub kinds: Vec<Method>,
     /// Numbers of occluders, each with every method.
     pub occluders: Vec<usize>,
-    /// Which polygons become candidates for occluders.
+    /// Configuration of the candidates for occluders.
     pub pool: PoolConfig,
-    /// How the occluders of a view are chosen, except for their number.
+    /// Configuration of the selection of a view's occluders, except for their number.
     pub select: SelectConfig,
-    /// How nodes are tested.
+    /// Configuration of the node tests.
     pub cull: CullConfig,
     /// Resolution of the [`Oracle`], which finds the truth.
     pub oracle: OracleConfig,
@@ -37,8 +37,9 @@ pub struct VerifyConfig {
     pub repeats: u32,
 }
 
-/// How many frames a camera rests at each view, for methods that depend on the previous frames. The measured frames are
-/// the same for all of these methods. Other methods do the same work in each of them, so they are given one frame.
+/// Number of frames for which a camera rests at each view, for methods that depend on the previous frames. The measured
+/// frames are the same for all of these methods. Other methods do the same work in each of them, so they are given one
+/// frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtRest {
     /// Frames before the measured ones; of these only culled visible polygons are counted.
@@ -61,7 +62,7 @@ pub struct Trial {
     totals: Totals,
 }
 
-/// Which occluders a method takes.
+/// Occluders that a method takes.
 enum Means {
     /// The best of the large polygons.
     Chosen(Box<ViewOcclusion>),
@@ -166,9 +167,9 @@ pub struct ViewTotals {
     pub unusable: u64,
     /// Polygons in the frustum.
     pub in_view: u64,
-    /// Of these, polygons that can be seen.
+    /// Visible polygons among them.
     pub visible: u64,
-    /// Of these, polygons in the window that cannot be seen.
+    /// Invisible polygons in the window among them.
     pub hidden: u64,
     /// Polygons that reach into a view, hidden or not, but that its frustum has culled.
     pub lost: u64,
@@ -193,7 +194,7 @@ pub struct Verifier {
     /// The same as a frame has it, and what a method leaves of it.
     blocks: [VisibleBlocks; 2],
     drawn: DrawList,
-    /// By polygon, for one view: what the truth says, and how often it was drawn.
+    /// By polygon, for one view: the true visibility, and the number of frames that drew it.
     truth: Vec<(Option<Sight>, u8)>,
 }
 
@@ -263,7 +264,7 @@ impl Verifier {
         self
     }
 
-    /// How long the camera rests at each view.
+    /// Sets the rest of the camera at each view.
     #[must_use]
     pub fn with_rest(mut self, at_rest: AtRest) -> Self {
         self.at_rest = at_rest;
@@ -548,7 +549,7 @@ pub fn visible_polygons(
     visible
 }
 
-/// How many of these polygons are not drawn.
+/// Number of these polygons that are not drawn.
 pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     let mut drawn = drawn.to_vec();
     drawn.sort_unstable();

@@ -1,4 +1,4 @@
-//! What a verification found, as rows.
+//! Results of a verification, as rows.
 
 use crate::{
     rows::{Figures, Rows},
@@ -82,7 +82,7 @@ impl Verifier {
     }
 }
 
-/// What a method did to the polygons.
+/// Adds the counts of a method's polygons.
 fn found(figures: &mut Figures<'_>, totals: &Totals) {
     figures
         .value("wrong", "polygons", totals.false_culls as f64)

@@ -1,4 +1,4 @@
-//! What wgpu makes from descriptors, without the fields that are the same in all of them.
+//! Constructors of wgpu objects, without the fields that are the same in all of them.
 
 use super::formats::DEPTH_FORMAT;
 
@@ -55,7 +55,7 @@ pub(super) fn fragment<'a>(
     wgpu::FragmentState { module, entry_point: Some(entry), compilation_options: Default::default(), targets }
 }
 
-/// How depth is tested against what was drawn before, and whether it is written.
+/// Depth test against earlier drawings, and whether depth is written.
 pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
@@ -113,7 +113,7 @@ pub(super) fn bind_layout(
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// A uniform buffer of at least so many bytes; 0 where the shader says how many.
+/// A uniform buffer of at least this number of bytes; 0 if the shader determines it.
 pub(super) fn uniform(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Uniform, bytes)
 }

@@ -4,7 +4,7 @@ use osp::occlusion::TryBudget;
 const FIRST_TRY: u32 = 16;
 /// Each way is measured by the fastest of this many frames: a disturbance only makes a frame longer.
 const MEASURED: usize = 4;
-/// Frames of a try. The first one knows of no previous frame and does not count.
+/// Frames of a try. The first one has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
 /// A try ends after this many frames, even if the times of some have not come back.
 const LONGEST_TRY: u32 = 24;
@@ -27,7 +27,7 @@ pub(super) struct DrawSwitch {
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
     budget: TryBudget,
-    /// How much longer the frames of the last try took than they would have otherwise, nanoseconds.
+    /// Extra time of the frames of the last try, nanoseconds.
     price_ns: Option<f64>,
 }
 
@@ -56,7 +56,7 @@ impl Default for DrawSwitch {
 }
 
 impl DrawSwitch {
-    /// Whether to cull the next frame; asked once a frame, with the number of polygons in view.
+    /// Whether to cull the next frame; called once a frame, with the number of polygons in view.
     pub(super) fn decide(&mut self, in_view: usize) -> bool {
         if in_view < LEAST_POLYGONS {
             return false;

@@ -15,7 +15,7 @@ pub enum RenderError {
     Lacks {
         /// Name of the adapter.
         adapter: String,
-        /// What it would have to have.
+        /// The missing capability.
         lacks: &'static str,
     },
     /// The driver cannot do what culling while drawing needs.
@@ -23,7 +23,7 @@ pub enum RenderError {
     NoOcclusion {
         /// Name of the adapter.
         adapter: String,
-        /// What it would have to have.
+        /// The missing capability.
         lacks: &'static str,
     },
     /// The driver refused to open a device.
@@ -31,7 +31,7 @@ pub enum RenderError {
     NoDevice {
         /// Name of the adapter.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
     /// The device was lost (driver restarted, adapter unplugged). A new [`super::Gpu`] can take over.
@@ -43,9 +43,9 @@ pub enum RenderError {
     /// A picture of this size cannot be made.
     #[error("a picture of {width}x{height} cannot be drawn: expected 1 to {limit} pixels each way")]
     Size {
-        /// Width asked for, pixels.
+        /// Width requested, pixels.
         width: u32,
-        /// Height asked for, pixels.
+        /// Height requested, pixels.
         height: u32,
         /// Most pixels in one direction.
         limit: u32,
@@ -58,7 +58,7 @@ pub enum RenderError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system or the encoder said.
+        /// The message of the system or the encoder.
         reason: String,
     },
 }

@@ -59,7 +59,7 @@ impl Finish {
         }
     }
 
-    /// Encodes what makes the target's picture; `spreads` says whether light spreads.
+    /// Encodes the passes that make the target's picture; `spreads`: whether light spreads.
     pub(super) fn encode(
         &self,
         gpu: &Gpu,

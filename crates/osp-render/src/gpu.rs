@@ -151,7 +151,7 @@ impl Gpu {
         &self.queue
     }
 
-    /// Says whether the device still works.
+    /// Checks whether the device still works.
     ///
     /// # Errors
     /// The first fault since the device was opened: it was lost, or the driver refused something.

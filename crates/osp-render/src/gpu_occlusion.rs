@@ -1,4 +1,4 @@
-/// How a view culls hidden polygons on the GPU, while drawing.
+/// Method by which a view culls hidden polygons on the GPU, while drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GpuOcclusion {
     /// Not at all.

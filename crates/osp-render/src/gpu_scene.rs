@@ -16,13 +16,13 @@ const TRANSFER: usize = 1 << 14;
 /// Most polygons of a chunk, whole blocks: 128 MiB, what every adapter binds at once.
 const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / BLOCK * BLOCK;
 
-/// Every polygon of a scene on the GPU, in chunks of fixed size: growing adds a chunk and never moves what is there.
+/// Every polygon of a scene on the GPU, in chunks of fixed size: growth adds a chunk and never moves present ones.
 #[derive(Debug)]
 pub(super) struct GpuScene {
     /// Polygons of a chunk.
     chunk_len: usize,
     chunks: Vec<wgpu::Buffer>,
-    /// Of each chunk, whether the placeholder is in its place: the scene has let go every polygon of it.
+    /// For each chunk, whether the placeholder is in its place: the scene has released every polygon of it.
     is_free: Vec<bool>,
     /// Polygons that the scene had let go when that was last looked at.
     let_go: u64,
@@ -75,7 +75,7 @@ impl GpuScene {
         }
     }
 
-    /// Changes the colours: everything is sent anew.
+    /// Changes the colours: everything is sent again.
     pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
         let is_other = colors != self.colors;
         if is_other {
@@ -98,7 +98,7 @@ impl GpuScene {
         &self.chunks
     }
 
-    /// Polygons of a page: those that one draw call reaches.
+    /// Polygons of a page, which one draw call reaches.
     pub(super) fn page_len(&self) -> usize {
         self.chunk_len * CHUNKS_A_PAGE
     }
@@ -117,7 +117,7 @@ impl GpuScene {
         chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
     }
 
-    /// How the 64 polygons from `first`, a multiple of 64, are drawn.
+    /// Drawing classes of the 64 polygons from `first`, a multiple of 64.
     pub(super) fn classes_of(&self, first: usize) -> Classes {
         let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }

@@ -1,8 +1,8 @@
 //! Drawing on a GPU with wgpu: a scene that only grows, pictures to a file, frames to a surface.
 //!
-//! * [`Gpu`] is an adapter and its device, or one clear line that says why there is none.
+//! * [`Gpu`] is an adapter and its device, or one clear line with the reason why there is none.
 //! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it
-//!   has moved; a frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]), and the vertex shader
+//!   has moved. A frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]). The vertex shader
 //!   fetches the corners itself.
 //! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
 //!   measures.
@@ -15,7 +15,7 @@
 //! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
 //! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
 //!
-//! Knows [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter the tree of
+//! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter the tree of
 //! [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
 
 mod backdrop;

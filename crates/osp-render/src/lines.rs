@@ -11,7 +11,7 @@ use osp::{math::Aabb, view::View};
 /// Whether the model hides a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// What is nearer hides it.
+    /// Nearer surfaces hide it.
     Hidden,
     /// It shows through everything.
     Through,

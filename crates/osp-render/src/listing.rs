@@ -17,7 +17,7 @@ const WORD: usize = 64;
 /// Words that are looked at together.
 const CHUNK_WORDS: usize = 8;
 
-/// Of a chunk in a span, at least so many polygons are drawn: for the others the vertex shader runs in vain.
+/// Least number of drawn polygons of a chunk in a span: undrawn polygons still cost a vertex invocation.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
 /// As many polygons are a span, a run of their own that sends a bit a polygon in place of a list. Fewer: more draw calls.
@@ -45,7 +45,7 @@ pub(super) trait Sink {
         false
     }
 
-    /// What was added since the page before is all of this page.
+    /// Ends a page: all polygons added since the previous page belong to it.
     fn end_page(&mut self, page: usize);
 }
 
@@ -133,7 +133,7 @@ fn word_of(masks: &[u16; WORD / BLOCK]) -> u64 {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpanBits {
     words: Vec<u64>,
-    /// What a run reaches to, in words.
+    /// Range of a run, in words.
     used: Range<usize>,
 }
 
@@ -166,7 +166,7 @@ pub(super) struct Numbers<'a> {
     runs: &'a mut Vec<Run>,
     style: u32,
     blend: Blend,
-    /// What is listed from here on is of no run yet.
+    /// Beginning of the list's part without a run.
     start: usize,
     /// None where everything is listed.
     bits: Option<&'a mut SpanBits>,

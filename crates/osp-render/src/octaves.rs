@@ -1,7 +1,7 @@
 /// Heights of the octaves, pixels: a quarter, a twelfth and so on of a picture of 256.
 pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 
-/// What finishing the picture of one target needs.
+/// Resources for finishing the picture of one target.
 #[derive(Debug)]
 pub(super) struct Octaves {
     pub(super) resolved: wgpu::BindGroup,

@@ -33,7 +33,7 @@ pub struct DrawTimes {
 }
 
 impl AddAssign for DrawTimes {
-    /// Of several views together.
+    /// Sum over several views.
     fn add_assign(&mut self, other: Self) {
         self.prepare += other.prepare;
         self.draw += other.draw;
@@ -175,7 +175,7 @@ impl Offscreen {
         self.renderer.bytes()
     }
 
-    /// Draws a frame of the first view and waits until it is done. The picture is as wide as the view says: see
+    /// Draws a frame of the first view and waits until it is done. The view gives the picture's width: see
     /// [`View::with_aspect`].
     ///
     /// # Errors
@@ -241,18 +241,18 @@ impl Offscreen {
         })
     }
 
-    /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each stretch of one material
+    /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each range of one material
     /// takes a draw call of its own, as if its state had to be changed.
     pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.sights[0].slot.order.set_opaque(order, splits_by_material);
     }
 
-    /// What the order of the last frame costs in calls and changes of state; `scene` is what it drew.
+    /// Cost of the last frame's order in calls and changes of state; `scene` is the drawn scene.
     pub fn order_counts(&self, scene: &Scene) -> OrderCounts {
         self.renderer.order_counts(&self.sights[0].slot, scene)
     }
 
-    /// How often the opaque polygons of the last frame were drawn over each other, in the order that they have.
+    /// Overdraw of the opaque polygons of the last frame, in their order.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.
@@ -260,7 +260,7 @@ impl Offscreen {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
 
-    /// Says whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].
+    /// Sets whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].
     pub fn set_solid(&mut self, is_solid: bool) {
         self.renderer.set_solid(is_solid);
     }

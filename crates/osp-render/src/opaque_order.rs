@@ -4,20 +4,20 @@ use super::run::{Blend, Run, push};
 use osp::polygon::PolygonId;
 use osp_session::scene::Scene;
 
-/// In which order opaque polygons are drawn. Where two of them lie at the same depth the later drawn is seen; else every
-/// order gives the same picture.
+/// Order in which opaque polygons are drawn. At the same depth the polygon that is drawn later wins; else every order
+/// gives the same picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OpaqueOrder {
     /// By number, as they came: the renderer's own.
     #[default]
     None,
-    /// The nearest first, by the middles of their boxes: what is drawn later and lies behind is rejected unshaded.
+    /// The nearest first, by the middles of their boxes: later polygons behind are rejected unshaded.
     FrontToBack,
-    /// The farthest first: the most is shaded in vain.
+    /// The farthest first: the most samples are shaded without effect.
     BackToFront,
     /// By material, then by number: the fewest changes of state, if each material has its own.
     Material,
-    /// By number, twice: first for depth alone, then with colours, so that nothing is shaded in vain.
+    /// By number, twice: first for depth alone, then with colours, so that nothing is shaded without effect.
     ZPrepass,
 }
 
@@ -49,15 +49,15 @@ impl OpaqueOrder {
     }
 }
 
-/// What an order costs in calls and changes of state.
+/// Cost of an order in calls and changes of state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OrderCounts {
     /// Draw calls, of all passes.
     pub draw_calls: u64,
     /// Pipelines that are bound, of all passes.
     pub pipelines: u64,
-    /// Stretches of opaque polygons of one material in the order of drawing: so many times a renderer with a state for each
-    /// material has to change it. This one reads the material with the polygon.
+    /// Ranges of opaque polygons of one material in the order of drawing: the number of state changes of a renderer with
+    /// a state for each material. This one reads the material with the polygon.
     pub material_runs: u64,
 }
 
@@ -91,7 +91,7 @@ pub(super) fn sort(
     }
 }
 
-/// Gives each stretch of one material a run of its own.
+/// Gives each range of one material a run of its own.
 pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec<Run>) {
     let mut split = Vec::with_capacity(runs.len());
     for run in runs.iter() {
@@ -106,7 +106,7 @@ pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec
     *runs = split;
 }
 
-/// Stretches of one material, of opaque polygons.
+/// Ranges of one material, of opaque polygons.
 pub(super) fn material_runs(scene: &Scene, ids: impl Iterator<Item = PolygonId>) -> u64 {
     let (mut runs, mut last) = (0, None);
     for id in ids {

@@ -8,7 +8,7 @@ use super::{
 use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits};
 use osp_session::scene::Scene;
 
-/// What is kept of a list of polygons.
+/// Form of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
     /// The number of every polygon, but for long spans with few gaps.
@@ -21,15 +21,14 @@ pub(super) enum Listing {
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
 ///
 /// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
-/// first, then by number. The place of a polygon
-/// among others does not depend on what else is in the list, nor on the order in which it came in: leaving out what is
-/// hidden leaves the picture as it is.
+/// first, then by number. The place of a polygon among others depends neither on the rest of the list nor on the order
+/// of arrival. So the picture does not change if hidden polygons are left out.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<PolygonId>,
     runs: Vec<Run>,
     listing: Listing,
-    /// The order of the opaque polygons of [`Listing::Ids`], and whether each stretch of one material is a run of its own.
+    /// The order of the opaque polygons of [`Listing::Ids`], and whether each range of one material is a run of its own.
     opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
     /// In the order of numbers.
@@ -91,12 +90,12 @@ impl DrawOrder {
         self.handle_runs.iter().map(|run| run.polygons).sum()
     }
 
-    /// What is kept of the frame at hand.
+    /// Form of the current frame's list.
     pub(super) fn listing(&self) -> Listing {
         self.listing
     }
 
-    /// Chooses the order of opaque polygons, and whether each stretch of one material takes a draw call of its own; from the
+    /// Chooses the order of opaque polygons, and whether each range of one material takes a draw call of its own; from the
     /// next frame on.
     pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.opaque = (order, splits_by_material);
@@ -138,7 +137,7 @@ impl DrawOrder {
     }
 
     /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
-    /// 16; `classes_of` says of 64 polygons from a multiple of 64 on how they are drawn.
+    /// 16; `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
     pub fn add(
         &mut self,
         scene: &Scene,

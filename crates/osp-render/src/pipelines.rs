@@ -14,7 +14,7 @@ pub(super) struct Pipelines {
     transparent: wgpu::RenderPipeline,
     /// Opaque polygons, without colours.
     depth: wgpu::RenderPipeline,
-    /// Counts opaque polygons in the fourth number of each sample; made when it is first asked for.
+    /// Counts opaque polygons in the fourth number of each sample; made when it is first requested.
     count: OnceLock<wgpu::RenderPipeline>,
     /// What `count` is made of.
     opaque_shader: OwnShader,

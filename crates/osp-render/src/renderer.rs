@@ -129,7 +129,7 @@ impl Renderer {
         self.time_s = time_s;
     }
 
-    /// Changes the colours that polygons are drawn in; those that are there are sent anew.
+    /// Changes the colours that polygons are drawn in; those that are there are sent again.
     pub fn set_colors(&mut self, colors: Colors) {
         self.has_changed |= self.scene.set_colors(colors);
     }
@@ -182,7 +182,7 @@ impl Renderer {
     }
 
     /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many (0 for
-    /// another scene): they are sent anew when they come again.
+    /// another scene): they are sent again when they come again.
     pub fn forget_from(&mut self, count: usize) {
         self.has_changed = true;
         self.scene.truncate(count);

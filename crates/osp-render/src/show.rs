@@ -67,7 +67,7 @@ impl ShowPass {
         Self { layout, all, red, cyan }
     }
 
-    /// Makes a target's picture showable; to be made anew with the target.
+    /// Makes a target's picture showable; to be made again with the target.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
         Shown(descriptors::bind_group(
             gpu.device(),

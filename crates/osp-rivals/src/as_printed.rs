@@ -13,7 +13,7 @@ pub enum CutNodes {
 /// What filing polygons into a tree took, since the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilingCounts {
-    /// Polygons filed; in a tree that is rebuilt, each one again in every build.
+    /// Number of polygons; in a tree that is rebuilt, each one again in every build.
     pub polygons: u64,
     /// Nodes that a polygon was compared with, one by one (the eight children of a node of an octree).
     pub nodes: u64,

@@ -58,7 +58,7 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The child of an inner node that a centre belongs to.
     fn child_of(&self, cell: &Self::Cell, center: Vec3) -> usize;
 
-    /// Whether splits follow the polygons, so that a subtree that has lost most of them is built anew.
+    /// Whether splits follow the polygons, so that a subtree that has lost most of them is built again.
     const FOLLOWS_POLYGONS: bool;
 
     /// Whether a child with `child` of its parent's `count` polygons has too many of them.

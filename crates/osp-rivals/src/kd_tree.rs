@@ -2,10 +2,10 @@
 //!
 //! Source: Jon Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975), with polygons in
 //! leaves; kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993), and, for moving points, Yixi
-//! Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021): the highest subtree that has become lopsided is built anew. Leaves are
+//! Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021): the highest subtree that has become lopsided is built again. Leaves are
 //! split at the median of the longest axis.
 //!
-//! Differences: polygons are filed by the centres of their boxes, and every node has the tight box of what is below; a
+//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box of what is below; a
 //! polygon that moves within its leaf's cell stays there. An unbalanced tree without rebuilds would grow one level for
 //! every few polygons of a stroke that runs in one direction.
 
@@ -20,7 +20,7 @@ use osp::{
     math::Aabb,
 };
 
-/// How a k-d tree is kept.
+/// Configuration of a k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdTreeConfig {
     /// A leaf with more polygons is split.
@@ -46,7 +46,7 @@ struct KdPartition {
     max_share: f32,
 }
 
-/// Where an inner node is split: below `at` to the first child.
+/// Split of an inner node: below `at` to the first child.
 #[derive(Clone, Copy, Debug)]
 struct KdSplit {
     axis: usize,

@@ -72,7 +72,7 @@ impl IndexKind {
         Self::Bsp,
     ];
 
-    /// Those that are compared unless told otherwise: the reference, the paper's two structures, and the fast tree.
+    /// Indexes that are compared by default: the reference, the paper's two structures, and the fast tree.
     pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
 
     /// Its name on the command line and in tables.

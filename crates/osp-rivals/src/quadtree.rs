@@ -3,7 +3,7 @@
 //! Source: Raphael Finkel and Jon Bentley, "Quad Trees: A Data Structure for Retrieval on Composite Keys" (1974), in the
 //! regular form with polygons in leaves (Hanan Samet, "The Quadtree and Related Hierarchical Data Structures", 1984).
 //!
-//! Differences: polygons are filed by the centres of their boxes, and every node has the tight box, in three
+//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box, in three
 //! dimensions, of what is below; the root doubles towards polygons that come from outside.
 
 use glam::Vec3;
@@ -17,12 +17,12 @@ use osp::{
     math::Aabb,
 };
 
-/// How a quadtree is kept.
+/// Configuration of a quadtree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QuadtreeConfig {
     /// A leaf with more polygons is split.
     pub leaf_capacity: usize,
-    /// Levels below the first root; polygons that share a cell there are never told apart.
+    /// Levels below the first root; polygons that share a cell there stay together.
     pub max_depth: u32,
 }
 
@@ -46,7 +46,7 @@ pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn Spatial
 }
 
 /// Farthest place that the root grows to, in units: all whole numbers up to there, and a half more, are `f64`s, so that
-/// no border moves by rounding. What lies farther out is filed as if it lay there.
+/// no border moves by rounding. Polygons farther out are stored as if they lay there.
 const FARTHEST: f64 = (1u64 << 50) as f64;
 
 /// Squares are measured in units of half the first root's edge, from its middle.

@@ -23,7 +23,7 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// What a commit does if boxes have changed, but nothing came or went.
+    /// Action of a commit if only boxes have changed.
     const ON_UPDATE: OnUpdate;
 
     /// Fills `tree` with all `items` (at least one), which it may reorder.
@@ -36,13 +36,13 @@ pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
 /// See [`TreeBuilder::ON_UPDATE`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnUpdate {
-    /// Build anew.
+    /// Build again.
     Rebuild,
     /// Make the node boxes tight again, bottom up, as long as the tree stays good (see [`REFIT_LIMIT`]).
     Refit,
 }
 
-/// What has to be done at the next commit.
+/// Work due at the next commit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Due {
     Nothing,
@@ -85,7 +85,7 @@ impl<B: TreeBuilder> Rebuilt<B> {
         &self.builder
     }
 
-    /// The builder, to be told something that boxes do not say: the next commit builds anew.
+    /// The builder, for settings that boxes do not contain: the next commit builds again.
     pub(super) fn builder_mut(&mut self) -> &mut B {
         self.due = Due::Rebuild;
         &mut self.builder

@@ -6,11 +6,11 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Where a query puts what it finds: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
+/// Receiver of a query's results: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
 pub(super) trait Sink {
     fn put(&mut self, ids: &[PolygonId]);
 
-    /// Those of sixteen ids that are in `lanes`.
+    /// Puts the ids of `lanes` among sixteen ids.
     #[inline(always)]
     fn put_lanes<K: Kernel>(&mut self, _kernel: K, ids: &[u32; 16], lanes: u32) {
         let (mut seen, mut count, mut left) = ([PolygonId(0); 16], 0, lanes & 0xFFFF);

@@ -16,7 +16,7 @@ pub struct TimeOrder {
     levels: Vec<Vec<Boxes<16>>>,
     /// Memory of further levels, the lowest last, for as many polygons as there is to be room for.
     spare: Vec<Vec<Boxes<16>>>,
-    /// Per block of polygons the ids that are filed.
+    /// Present ids of each block of polygons.
     filed: Vec<u16>,
     len: usize,
     upkeep: Upkeep,

@@ -1,8 +1,8 @@
 /// Entries that fit without memory from the heap.
 const INLINE: usize = 128;
 
-/// What a walk through a tree has still to look at. A tree of sane depth never fills the part on the stack; one that
-/// does costs an allocation, not a crash.
+/// Nodes that a walk through a tree has still to visit. A tree of sane depth never fills the part on the stack; one
+/// that does costs an allocation, not a crash.
 pub(super) struct WalkStack<T> {
     inline: [T; INLINE],
     len: usize,

@@ -1,8 +1,8 @@
-//! How every output gets under its name: whole, or not at all.
+//! Atomic outputs: each appears under its name whole, or not at all.
 //!
-//! What is written goes to a file without a name of its own beside the target, reaches the disk, and then takes the
-//! target's place in one step. Until then the target is what it was before; a writer that fails, is dropped, or (in the
-//! program) is ended by a signal leaves nothing behind.
+//! A writer fills an unnamed file beside the target, flushes it to the disk, and then replaces the target in one step.
+//! Until then the target stays as it was. A writer that fails, is dropped, or (in the program) is ended by a signal
+//! leaves nothing behind.
 
 use std::{
     collections::BTreeSet,
@@ -32,7 +32,7 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where an output goes.
+/// Destination of an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
     /// Standard output: `-` or `/dev/stdout`.
@@ -46,7 +46,7 @@ pub enum Destination {
 }
 
 impl Destination {
-    /// What a path names. The file need not exist, and a link may lead to none.
+    /// Destination of a path. The file need not exist, and a link may lead to none.
     ///
     /// # Errors
     /// It names no file, or the links lead in a circle.
@@ -80,7 +80,7 @@ impl Destination {
     }
 }
 
-/// Whether a link names a file, and the file is where the name says.
+/// Whether a link names a file that exists under this name.
 fn is_link_to_file(path: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(target), Ok(open)) = (fs::read_link(path), fs::metadata(path)) {
@@ -97,8 +97,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file on its way. What is written takes the place of the target with [`AtomicFile::commit`]; without, nothing has
-/// happened. Pipes, devices and standard output are written to directly.
+/// An unfinished output. [`AtomicFile::commit`] replaces the target by it; without a commit the target stays. Pipes,
+/// devices and standard output are written to directly.
 #[derive(Debug)]
 pub struct AtomicFile {
     // Closed before the file is renamed or removed: fields are dropped in their order.
@@ -140,7 +140,7 @@ impl AtomicFile {
         self.finish(|unfinished, target| unfinished.persist(target))
     }
 
-    /// As [`AtomicFile::commit`], but nothing is replaced: that the target exists by now is an error.
+    /// As [`AtomicFile::commit`], but replaces nothing: a target that exists by now is an error.
     ///
     /// # Errors
     /// As [`AtomicFile::commit`], or the target exists.
@@ -193,7 +193,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     file.commit().map(drop)
 }
 
-/// Opens an output whose readers follow it while it grows: what was in the file is gone at once.
+/// Opens an output whose readers follow it while it grows. The old contents are gone at once.
 ///
 /// # Errors
 /// It cannot be written.
@@ -328,11 +328,11 @@ fn own_copy(stream: &impl std::os::windows::io::AsHandle) -> io::Result<File> {
     stream.as_handle().try_clone_to_owned().map(File::from)
 }
 
-/// What the program says before a signal ends it.
+/// Message of the program before a signal ends it.
 type LastWords = Box<dyn Fn() + Send>;
 static LAST_WORDS: Mutex<Option<LastWords>> = Mutex::new(None);
 
-/// Has the program say something before a signal ends it, or nothing any more.
+/// Sets the program's message before a signal ends it, or removes it.
 pub fn before_a_signal_ends(words: Option<LastWords>) {
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
@@ -370,7 +370,7 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
     Ok(())
 }
 
-/// Whether this process was started with a signal ignored, where the system tells.
+/// Whether this process was started with a signal ignored, if the system reports that.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let Ok(status) = fs::read_to_string("/proc/self/status") else { return false };

@@ -1,4 +1,4 @@
-//! Recorded sketching sessions: what a tracked hand drew, as files, as polygons, and frame by frame.
+//! Recorded sketching sessions: strokes of a tracked hand, as files, as polygons, and frame by frame.
 //!
 //! ```text
 //! a file ──> recording (events) ──> stroke (polygons) ──> scene (a Geometry of osp) ──> replay (frames of osp)

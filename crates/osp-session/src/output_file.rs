@@ -1,4 +1,5 @@
-//! What an output may replace: nothing or its own kind. A session, or a file of another kind, is somebody's work.
+//! Rules for replacing files: an output replaces nothing or its own kind. A session, or a file of another kind, is
+//! somebody's work.
 
 use std::{
     io::{self, Read},
@@ -47,7 +48,7 @@ pub enum OutputKind {
 
 /// First bytes of the lines of a study.
 pub const STUDY_START: &[u8] = b"{\"osp_study\":";
-/// How the JSON of our own models begins, behind the heads of the file and of its first chunk.
+/// Beginning of the JSON of our own models, behind the heads of the file and of its first chunk.
 const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 /// Bytes of both heads.
 const MODEL_HEADS: usize = 20;
@@ -57,7 +58,7 @@ use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, St
 impl OutputKind {
     const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
-    /// What it is called in messages.
+    /// Its name in messages.
     fn name(self) -> &'static str {
         match self {
             Csv => "a table (CSV)",
@@ -76,7 +77,7 @@ impl OutputKind {
         }
     }
 
-    /// How names of this kind end.
+    /// Endings of names of this kind.
     fn endings(self) -> &'static [&'static str] {
         match self {
             Csv => &[".csv"],
@@ -176,7 +177,7 @@ impl OutputKind {
     }
 }
 
-/// Whether a file of this kind is there.
+/// Whether a file of this kind exists.
 pub fn is_there(path: &Path, kind: OutputKind) -> bool {
     start_of(path).is_ok_and(|start| kind_of(&start, path) == Some(Ok(kind)))
 }
@@ -188,13 +189,13 @@ pub enum OutputError {
     /// The name is that of another kind of file.
     #[error("{}: expected a name that ends in {expected}", path.display())]
     Ending { path: PathBuf, expected: String },
-    /// A file of another kind is there.
+    /// A file of another kind exists.
     #[error("{}: holds {found}, not {wanted}", path.display())]
     OtherKind { path: PathBuf, found: &'static str, wanted: &'static str },
-    /// A model that another program wrote is there: somebody's work, and a session that osp reads.
+    /// A model of another program exists: somebody's work, and a session that osp reads.
     #[error("{}: holds a model of another program", path.display())]
     ForeignModel { path: PathBuf },
-    /// A file of a kind that is never replaced unasked is there.
+    /// A file exists of a kind that is only replaced on request.
     #[error("{}: exists already", path.display())]
     Exists { path: PathBuf },
     /// The place cannot be used.
@@ -207,7 +208,7 @@ impl OutputError {
         Self::Io { path: path.to_owned(), cause }
     }
 
-    /// Whether the file would be written if its owner said so.
+    /// Whether `--force` would replace the file.
     pub fn yields_to_force(&self) -> bool {
         match self {
             Self::OtherKind { .. } | Self::ForeignModel { .. } | Self::Exists { .. } => true,
@@ -284,7 +285,7 @@ fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
-/// What a file holds that begins so; `None` if it is empty.
+/// Kind of a file with this beginning; `None` if it is empty.
 fn kind_of(start: &[u8], path: &Path) -> Option<Result<OutputKind, &'static str>> {
     if start.is_empty() {
         return None;

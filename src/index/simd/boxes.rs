@@ -81,7 +81,7 @@ impl Halves {
     /// No box in any lane.
     pub(crate) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
 
-    /// Where the half with a lane lies: to be prefetched.
+    /// Address of the half with a lane, for prefetching.
     #[inline]
     pub(crate) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
         halves.cast::<Boxes<8>>().wrapping_add(lane / 8 % 2)

@@ -10,7 +10,7 @@ pub struct EyeBoxes {
     pub(crate) center: [[f64; 16]; 3],
     /// Half edges: x, y, z.
     pub(crate) half: [[f64; 16]; 3],
-    /// How far beyond a plane each must lie to count as beyond.
+    /// Distance from which each counts as beyond a plane.
     pub(crate) slack: [f64; 16],
 }
 

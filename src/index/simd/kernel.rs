@@ -10,8 +10,7 @@ pub trait Kernel: Copy {
     /// The lanes behind one of six planes.
     fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32;
 
-    /// Of the eight lanes from `at` (at most `N - 8`) those wholly behind the plane, and those wholly on its inner
-    /// side.
+    /// Lanes wholly behind the plane, and lanes wholly on its inner side, among the eight from `at` (at most `N - 8`).
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
     /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out`;
@@ -51,10 +50,10 @@ pub trait Kernel: Copy {
     }
 }
 
-/// Code that runs on any kernel. `run` should be `#[inline(always)]`, so that it is compiled anew for
-/// each instruction set.
+/// Code that runs on any kernel. `run` should be `#[inline(always)]`, so that it is compiled again for each instruction
+/// set.
 pub trait WithKernel {
-    /// What it returns.
+    /// Result of `run`.
     type Output;
 
     /// Runs it.

@@ -29,7 +29,7 @@ impl PlaneSet {
         Self { planes: [prepare(0), prepare(1), prepare(2), prepare(3), prepare(4), prepare(5)] }
     }
 
-    /// How sixteen boxes lie to the planes of `mask`.
+    /// Positions of sixteen boxes relative to the planes of `mask`.
     #[inline(always)]
     pub(crate) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
@@ -59,7 +59,7 @@ impl PlaneSet {
         behind
     }
 
-    /// How sixteen boxes in whole rows lie to the planes of `mask`.
+    /// Positions of sixteen boxes in whole rows relative to the planes of `mask`.
     #[inline(always)]
     pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
@@ -85,7 +85,7 @@ impl PlaneSet {
         true
     }
 
-    /// How eight boxes lie to the planes of `mask`.
+    /// Positions of eight boxes relative to the planes of `mask`.
     #[inline(always)]
     pub fn sides8<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<8>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };

@@ -3,7 +3,7 @@
     expect(unsafe_code, reason = "a prefetch is an intrinsic; it reads nothing")
 )]
 
-/// Asks the processor to fetch the cache line that `place` begins in.
+/// Prefetches the cache line in which `place` begins.
 #[inline(always)]
 pub(crate) fn prefetch<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
@@ -16,7 +16,7 @@ pub(crate) fn prefetch<T>(place: *const T) {
     let _ = place;
 }
 
-/// Asks for `N` cache lines from `place` on.
+/// Prefetches `N` cache lines from `place` on.
 #[inline(always)]
 pub fn prefetch_lines<const N: usize, T>(place: *const T) {
     for line in 0..N {

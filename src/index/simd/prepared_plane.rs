@@ -1,7 +1,7 @@
 use super::{Boxes, prefetch};
 
-/// A plane made ready for boxes in rows: which row holds the corner farthest along the normal, and which the one
-/// farthest against it, per axis.
+/// A plane prepared for boxes in rows: per axis, the row of the corner farthest along the normal, and the row of the
+/// corner farthest against it.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedPlane {
     pub(super) normal: [f32; 3],
@@ -25,7 +25,7 @@ impl PreparedPlane {
         Self { d: other.d, ..self }
     }
 
-    /// Asks for the cache lines that [`super::Kernel::behind`] will read.
+    /// Prefetches the cache lines that [`super::Kernel::behind`] will read.
     #[inline(always)]
     pub fn prefetch(&self, boxes: &Boxes<16>) {
         for row in self.far {

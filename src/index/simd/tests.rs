@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::{Backend, Boxes, Kernel, PlaneSet, PreparedPlane, WithKernel};
 use crate::math::{Aabb, Frustum, Plane};
 
-/// What a kernel says about one case.
+/// Results of a kernel for one case.
 #[derive(Debug, PartialEq)]
 struct Said {
     behind: [u32; 6],

@@ -86,7 +86,7 @@ fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(u
     count
 }
 
-/// By four lanes: the bytes of those in the mask, moved to the front. What lies behind them is 0.
+/// For each mask of four lanes: the bytes of its lanes, moved to the front. The bytes behind them are 0.
 const PACKED: [[u8; 16]; 16] = {
     let mut table = [[255; 16]; 16];
     let mut mask = 0;

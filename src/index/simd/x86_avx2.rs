@@ -27,7 +27,7 @@ impl Avx2 {
 /// Signed distances of eight corners, given by their rows from lane `at` on.
 ///
 /// # Safety
-/// AVX2 is there; `at + 8 <= N`; the rows are at most 40, `N` is 8 or 16.
+/// AVX2 is available; `at + 8 <= N`; the rows are at most 40, `N` is 8 or 16.
 #[inline(always)]
 unsafe fn distance<const N: usize>(
     plane: &PreparedPlane,
@@ -73,7 +73,7 @@ fn sign_bits(lanes: __m256) -> u32 {
 }
 
 /// # Safety
-/// AVX2 is there.
+/// AVX2 is available.
 #[inline(always)]
 unsafe fn negative(distance: __m256) -> u32 {
     // SAFETY: register arithmetic.
@@ -81,7 +81,7 @@ unsafe fn negative(distance: __m256) -> u32 {
 }
 
 /// # Safety
-/// AVX2 is there.
+/// AVX2 is available.
 #[inline(always)]
 unsafe fn not_negative(distance: __m256) -> u32 {
     // SAFETY: register arithmetic.
@@ -217,7 +217,7 @@ impl Kernel for Avx2 {
 /// The sum of four lanes of three rows with these weights.
 ///
 /// # Safety
-/// AVX2 is there; `at` is at most 12.
+/// AVX2 is available; `at` is at most 12.
 #[inline(always)]
 unsafe fn weighted4(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m256d {
     // SAFETY: each load lies within its row of sixteen.
@@ -232,7 +232,7 @@ unsafe fn weighted4(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m256d {
 /// The numbers of the lanes set in `mask` (below 256), packed to the front.
 ///
 /// # Safety
-/// AVX2 is there.
+/// AVX2 is available.
 #[inline(always)]
 unsafe fn chosen_lanes(mask: u32) -> __m256i {
     let packed = LANES_OF[(mask & 0xFF) as usize];

@@ -22,7 +22,7 @@ impl Avx512 {
 /// Signed distances of sixteen corners, given by their rows.
 ///
 /// # Safety
-/// AVX-512F is there; the rows are at most 40.
+/// AVX-512F is available; the rows are at most 40.
 #[inline(always)]
 unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>) -> __m512 {
     // SAFETY: a row times eight is at most 40, so every load lies within `boxes.rows`.
@@ -41,7 +41,7 @@ unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>)
 /// Signed distances of the eight corners from lane `at` on, given by their rows.
 ///
 /// # Safety
-/// AVX-512VL is there; the rows are at most 40; `at + 8 <= N`, and `N` is 8 or 16.
+/// AVX-512VL is available; the rows are at most 40; `at + 8 <= N`, and `N` is 8 or 16.
 #[inline(always)]
 unsafe fn distance8<const N: usize>(
     plane: &PreparedPlane,
@@ -161,7 +161,7 @@ impl Kernel for Avx512 {
 /// [`Kernel::beyond_and_before`] of the eight lanes from `at` on.
 ///
 /// # Safety
-/// AVX-512F is there; `at` is at most 8.
+/// AVX-512F is available; `at` is at most 8.
 #[inline(always)]
 unsafe fn far_sides8(normal: [f64; 3], distance: f64, boxes: &EyeBoxes, at: usize) -> (u32, u32) {
     // SAFETY: each load lies within its row of sixteen.
@@ -196,7 +196,7 @@ unsafe fn weighted8(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m512d {
 /// The numbers of the lanes.
 ///
 /// # Safety
-/// AVX-512F is there.
+/// AVX-512F is available.
 #[inline(always)]
 unsafe fn lanes() -> __m512i {
     // SAFETY: register arithmetic.

@@ -25,7 +25,7 @@ use crate::{
 /// Boxes that are tested at once.
 const LANES: usize = 16;
 
-/// Rounding of a box's pixels: what [`nearest_sine`] keeps them exact to.
+/// Rounding of a box's pixels, within the bound of [`nearest_sine`].
 const PIXEL_SLACK: f64 = 1.0e-6;
 
 /// Rounding of a box's depth.
@@ -42,7 +42,7 @@ fn nearest_sine(raster: &Raster) -> f64 {
     if tangent <= LARGEST_TANGENT { (pixels / PIXEL_SLACK).max(1.0e-6) } else { f64::INFINITY }
 }
 
-/// A picture of the surfaces before the eye: which pixels they cover wholly, and how far away at most.
+/// A picture of the surfaces before the eye: the pixels that they cover wholly, and their largest distance.
 #[derive(Clone, Debug)]
 pub struct CoverageBuffer {
     raster: Option<Raster>,
@@ -154,7 +154,7 @@ impl CoverageBuffer {
     }
 }
 
-/// Where some boxes lie in the picture, by lane.
+/// Positions of some boxes in the picture, by lane.
 struct Outlines {
     /// Pixels.
     low: [[f64; LANES]; 2],

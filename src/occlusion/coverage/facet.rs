@@ -10,7 +10,7 @@ use super::{
     table::NONE,
 };
 
-/// Most sides of a facet: those of a quad, and one at the near plane.
+/// Most sides of a facet: four of a quad, and one at the near plane.
 pub(super) const FACET_SIDES: usize = SIDES + 1;
 
 /// Rounding of depths in `f32`, and what it takes to stay clear of it.
@@ -72,8 +72,8 @@ impl Outline {
 }
 
 impl Outline {
-    /// Whether no corner lies outside an edge. Turns do not show it of more than four corners: where two of them have the same
-    /// place, none is seen.
+    /// Whether no corner lies outside an edge. For more than four corners turns do not suffice: two corners at the same
+    /// place have none.
     fn is_convex(&self, is_turned: bool) -> bool {
         let at = |i: usize| self.at[i % self.len].map(i64::from);
         (0..self.len).all(|i| {
@@ -86,7 +86,7 @@ impl Outline {
     }
 }
 
-/// Which way a plane is moved until no corner of a bent polygon lies beyond it.
+/// Direction in which a plane is moved until no corner of a bent polygon lies beyond it.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Pushed {
     Back,

@@ -26,9 +26,9 @@ struct Seen {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facets {
     seen: Vec<Seen>,
-    /// By corner of the surfaces: its place in `seen`, if that says so, too.
+    /// By corner of the surfaces: its place in `seen`; valid only if `seen` has the corner there.
     seen_of: Vec<u32>,
-    /// By polygon: its facet, if that says so, too.
+    /// By polygon: its facet; valid only if the facet has the polygon.
     facet_of: Vec<u32>,
     /// One for each polygon, then the other parts of those that are cut into two.
     facets: Vec<Facet>,
@@ -57,7 +57,7 @@ impl Facets {
         &self.facets
     }
 
-    /// Of these the first one of each polygon.
+    /// The first one of each polygon.
     pub(super) fn taken(&self) -> &[Facet] {
         &self.facets[..self.taken]
     }
@@ -244,8 +244,8 @@ impl Facets {
         }
     }
 
-    /// The facet that an edge of another polygon bounds, and which of its sides it is, if it begins at `start` there and has no
-    /// neighbour yet.
+    /// The facet that an edge of another polygon bounds, and the number of its side there. The side must begin at `start` and
+    /// have no neighbour yet.
     #[inline(always)]
     fn free_side(&self, edge: EdgeCode, but: u32, start: u32, surfaces: &Surfaces) -> Option<(u32, usize)> {
         let polygon = edge / SIDES as u32;

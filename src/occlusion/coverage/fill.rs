@@ -1,4 +1,4 @@
-//! Filling facets into tiles: which pixels' samples they cover, and through which pixels their edges pass.
+//! Filling facets into tiles: the pixels whose samples they cover, and the pixels that their edges pass.
 
 use super::{
     facet::{FACET_SIDES, Facet},
@@ -9,11 +9,12 @@ use super::{
 };
 use crate::index::simd::{Kernel, WithKernel};
 
-/// Where in a pixel its sample lies, both ways: off the steps of corners, so that no upright or level edge passes through.
+/// Position of the sample in a pixel, both ways: off the steps of corners, so that no upright or level edge passes
+/// through.
 const SAMPLE: f64 = 0.5 + 0.5 / STEPS;
 
-/// How far inside an edge a sample has to lie, pixels along the row. More than all rounding: where an edge is in the picture,
-/// the terms of its place in a row are below 2^25 pixels, so it is wrong by less than 1e-8.
+/// Least distance of a sample from an edge, on its inner side, pixels along the row. It is above all rounding: in the
+/// picture, the terms of an edge's place in a row are below 2^25 pixels, so it is wrong by less than 1e-8.
 const INSIDE: f64 = 1.0e-6;
 
 /// Fills all facets into tiles.
@@ -81,7 +82,7 @@ type Rows = [i32; SIDE];
 /// A facet, set up to be filled in strips of tiles.
 pub(super) struct Strips<'a> {
     facet: &'a Facet,
-    /// What bounds it on the left, and on the right.
+    /// Lines that bound it on the left, and on the right.
     left: Lines,
     right: Lines,
     /// Edges without a neighbour, and their ends: from left to right, from low to high.
@@ -151,7 +152,7 @@ impl<'a> Strips<'a> {
         [strip_of(low), strip_of(high) + 1]
     }
 
-    /// What it does in a strip of tiles.
+    /// Fills its part in a strip of tiles.
     #[inline(always)]
     fn fill_strip(&self, strip: i32, number: u32, tiles: &mut Tiles) {
         const SIZE: f64 = SIDE as f64;
@@ -227,7 +228,8 @@ impl<'a> Strips<'a> {
         Some([tile_of(from), tile_of(to) + 1])
     }
 
-    /// Of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
+    /// The pixels in the rows of a strip whose samples are covered, and the pixels that each edge without a neighbour
+    /// passes.
     #[inline(always)]
     fn spans(&self, low: f64, width: f64) -> Spans {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
@@ -274,7 +276,7 @@ impl<'a> Strips<'a> {
         spans
     }
 
-    /// Of the rows of a strip all pixels that it may touch.
+    /// All pixels in the rows of a strip that it may touch.
     #[inline(always)]
     fn touched(&self, low: f64, width: f64) -> (Rows, Rows) {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
@@ -331,7 +333,7 @@ impl<'a> Strips<'a> {
     }
 }
 
-/// Of each row of a strip the first pixel and the end: those covered, and those of each edge without a neighbour.
+/// First pixel and end of the covered pixels in each row of a strip, and the same for each edge without a neighbour.
 struct Spans {
     from: Rows,
     to: Rows,
@@ -344,13 +346,13 @@ impl Spans {
         Self { from: [0; SIDE], to: [0; SIDE], open: [([0; SIDE], [0; SIDE]); FACET_SIDES], open_count: 0 };
 }
 
-/// The larger number; of a NaN nothing is said.
+/// The larger number; unspecified for NaN.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller number; of a NaN nothing is said.
+/// The smaller number; unspecified for NaN.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

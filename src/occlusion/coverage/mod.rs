@@ -5,7 +5,7 @@
 //! only these edges take coverage away.
 //!
 //! # How
-//! * [`surfaces`] knows which polygons share corners and edges, bit for bit, from change to change.
+//! * [`surfaces`] stores the polygons that share corners and edges, bit for bit, and follows changes.
 //! * [`facets`] projects each corner once, rounds it to 1/64 pixel, and cuts at the near plane; [`facet`] turns every outline counterclockwise.
 //!   Two facets of one edge are neighbours if they pass it in opposite ways: then they lie on both sides of it. An edge without
 //!   a neighbour is open: a border, a silhouette, or the near plane.
@@ -13,15 +13,15 @@
 //!   `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
 //!   those near its open edges, from the farthest depth of its facets in the tile on.
-//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth; a polygon, if
-//!   all pixels that it touches are covered before its nearest depth in their tile.
+//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth. It calls a
+//!   polygon hidden if all pixels that it touches are covered before its nearest depth in their tile.
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
 //! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). So at a point off its edges
-//!    its winding number is 0 or 1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the winding
-//!    number of the sum of all outlines. There, an edge with its neighbour cancels, for they pass it in opposite ways. What is left
-//!    are the open edges, and edges whose neighbour is not in `S`.
+//!    its winding number is 0 or 1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the
+//!    winding number of the sum of all outlines. There, an edge with its neighbour cancels, for they pass it in opposite ways.
+//!    Only open edges remain, and edges whose neighbour is not in `S`.
 //! 2. *Only open edges come near.* If an edge comes within `MARGIN` of the tile, its neighbour does, too: so it has an entry there
 //!    (`reach`), unless it fills the whole tile (`whole`, by twice the margin). Then the edge, which is a border of that facet, is not
 //!    near the tile. Facets whose entries found no room break the tile, which then hides nothing.

@@ -8,10 +8,10 @@ use crate::view::ViewWindow;
 /// Steps of a pixel to which corners are rounded.
 pub(super) const STEPS: f64 = 64.0;
 
-/// How far, across and up, a corner's picture may lie from where it really is, pixels: half a step, and [`KNOWN`].
+/// Largest error of a corner's picture, across and up, pixels: half a step, and [`KNOWN`].
 pub(super) const MARGIN: f64 = 1.0 / 64.0;
 
-/// How well a corner's picture is known before it is rounded, pixels.
+/// Largest error of a corner's picture before it is rounded to steps, pixels.
 const KNOWN: f64 = 0.004;
 
 /// Largest coordinate of a corner's picture, pixels: steps fit into `i32`, products of their differences into `i64`.

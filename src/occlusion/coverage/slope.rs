@@ -8,9 +8,9 @@ pub(super) const SIDE: usize = 8;
 pub(super) struct Slope {
     /// At the corner from which both coordinates grow.
     pub(super) from: f32,
-    /// What is added on the way to the other end, across and up.
+    /// Increase on the way to the other end, across and up.
     pub(super) across: [f32; 2],
-    /// Of a lower bound the least value, or less; of an upper bound the largest, or more.
+    /// For a lower bound the least value, or less; for an upper bound the largest, or more.
     pub(super) end: f32,
 }
 

@@ -1,4 +1,4 @@
-//! Which occluders share corners and edges, from change to change.
+//! Occluders that share corners and edges; follows changes.
 
 use glam::Vec3;
 
@@ -17,9 +17,9 @@ pub(super) type EdgeCode = u32;
 /// A polygon that may occlude.
 #[derive(Clone, Copy, Debug)]
 struct Face {
-    /// Numbers of its corners. Of a triangle the last one is [`NONE`]; of what is no occluder, all are.
+    /// Numbers of its corners. The last one of a triangle is [`NONE`]; if the polygon is no occluder, all are.
     corners: [u32; SIDES],
-    /// For each edge another polygon's same edge: those of one edge make a ring.
+    /// For each edge the same edge of another polygon: all polygons at one edge make a ring.
     next: [EdgeCode; SIDES],
 }
 
@@ -45,7 +45,7 @@ const NO_FACE: Face = Face { corners: [NONE; SIDES], next: [NONE; SIDES] };
 pub(in crate::occlusion) struct Surfaces {
     faces: Vec<Face>,
     corners: Vec<Vec3>,
-    /// How many polygons have a corner; a free corner's count is 0.
+    /// Number of polygons that have a corner; 0 for a free corner.
     uses: Vec<u32>,
     free: Vec<u32>,
     corner_table: Table,
@@ -66,7 +66,7 @@ impl Surfaces {
         }
     }
 
-    /// Reads a polygon anew. What is in a space that moves as a whole is no occluder.
+    /// Reads a polygon again. A polygon in a space that moves as a whole is no occluder.
     pub(in crate::occlusion) fn set(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         let is_fixed = id.0 < PolygonId::LIMIT && geometry.is_present(id) && geometry.space(id).is_none();
         let polygon = if is_fixed { geometry.occluder(id) } else { None };
@@ -184,7 +184,7 @@ impl Surfaces {
         self.edge_table = table;
     }
 
-    /// Takes a polygon out, if it is there.
+    /// Removes a polygon, if present.
     pub(in crate::occlusion) fn take_out(&mut self, id: PolygonId) {
         let count = self.corners_of(id).len();
         if count == 0 {
@@ -229,7 +229,7 @@ impl Surfaces {
         if nearest < size { f32::INFINITY } else { sides * a.cross(b).dot(c).abs() / (away * away * away) }
     }
 
-    /// Where a corner lies, world space.
+    /// Position of a corner, world space.
     #[inline]
     pub(super) fn position(&self, corner: u32) -> Vec3 {
         self.corners[corner as usize]

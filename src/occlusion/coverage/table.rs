@@ -38,7 +38,7 @@ impl Table {
         self.place(hash, is_it).map(|at| self.places[at])
     }
 
-    /// Where that number lies.
+    /// Position of that number.
     #[inline]
     fn place(&self, hash: u64, is_it: impl Fn(u32) -> bool) -> Option<usize> {
         if self.places.is_empty() {
@@ -82,7 +82,7 @@ impl Table {
         }
     }
 
-    /// Takes a number out. What follows it moves up, so that no search ends early.
+    /// Removes a number. The following ones move up, so that no search ends early.
     pub(super) fn remove(&mut self, number: u32, hash_of: impl Fn(u32) -> u64) {
         let Some(mut hole) = self.place(hash_of(number), |there| there == number) else { return };
         let last = self.places.len() - 1;

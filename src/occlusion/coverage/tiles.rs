@@ -20,7 +20,7 @@ pub(super) struct Layer {
     pub(super) depth: Slope,
 }
 
-/// A part of a tile's pixels: what one facet does there.
+/// The part of one facet in a tile's pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) facet: u32,
@@ -50,7 +50,7 @@ pub(super) struct Tiles {
     /// By tile: its last entry.
     last: Vec<u32>,
     entries: Vec<Entry>,
-    /// Tiles for whose entries there was no room: what they have is not all.
+    /// Tiles for whose entries there was no room: their entries are incomplete.
     broken: Vec<bool>,
     is_broken: bool,
     /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
@@ -297,8 +297,8 @@ impl Tiles {
         pixels & !(covered(first) | covered(second)) == 0
     }
 
-    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
-    /// something at the other one; and the tiles read. Both ranges lie in the picture and are not empty.
+    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. Whether any may hide
+    /// something at the other depth. The number of tiles read. Both ranges lie in the picture and are not empty.
     #[inline(always)]
     pub(super) fn test(&self, x: [i32; 2], y: [i32; 2], near: f32, far: f32) -> (bool, bool, u32) {
         let side = SIDE as i32;

@@ -39,12 +39,13 @@ impl Studio {
         self.work.is_closing
     }
 
-    /// Closes the window if the session is fully written, else asks.
+    /// Closes the window if the session is fully written, else shows a question.
     pub fn ask_to_close(&mut self) {
         self.leave(Then::Close);
     }
 
-    /// Closes the current session and continues with `then`. Asks first if a part of the session could not be written.
+    /// Closes the current session and continues with `then`. Shows a question first if a part of the session could not
+    /// be written.
     pub(crate) fn leave(&mut self, then: Then) {
         self.finish_gestures();
         if matches!(then, Then::Open(..)) && self.is_busy() {
@@ -86,7 +87,7 @@ impl Studio {
         self.open_beside(path, how);
     }
 
-    /// Asks what to do with a session that could not be opened, or reports the error.
+    /// Shows the choices for a session that could not be opened, or reports the error.
     pub(crate) fn tell_not_opened(&mut self, path: &Path, how: Opening, error: OpenError) {
         match error {
             OpenError::Held(held) => {

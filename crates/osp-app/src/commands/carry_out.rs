@@ -146,7 +146,7 @@ impl Studio {
                 let (p, q) = (self.navigator.eye(), self.navigator.world_from_view());
                 let distance = self.navigator.distance_m();
                 self.events.push(Event::View { author: Author::SOLE, t, slot, p, q, distance });
-                self.say(format!("view {} is kept", slot + 1));
+                self.say(format!("view {} is stored", slot + 1));
             }
             Command::GoToView(slot) => {
                 if let Some(view) = self.session.scene().views().get(&slot).copied() {
@@ -250,7 +250,7 @@ impl Studio {
             true => Err("a replay is saved already: open it with `osp sketch` to change it".to_owned()),
             false => self.session.save_as(path).map_err(|error| error.to_string()),
         };
-        let done = format!("saved as {}; it goes on there", path.display());
+        let done = format!("saved as {}; drawing continues there", path.display());
         self.tell_of_file(outcome.map(|()| done));
     }
 

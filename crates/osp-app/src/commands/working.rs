@@ -56,7 +56,7 @@ impl Studio {
         self.work.working.as_ref().is_some_and(Working::is_reading)
     }
 
-    /// Whether there is background work; if so, tells the user to wait.
+    /// Whether there is background work; if so, shows that the user has to wait.
     pub(crate) fn is_busy(&mut self) -> bool {
         let Some(work) = &self.work.working else { return false };
         let busy = format!("{}: wait until this is done, or cancel it", work.what());

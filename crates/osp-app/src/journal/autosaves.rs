@@ -19,9 +19,9 @@ use osp_session::{
 /// Bytes of another session's name that the name of a copy begins with.
 const MOST_STEM_BYTES: usize = 100;
 
-/// Longest first line of an autosave file that is read to know where its session comes from.
+/// Longest first line of an autosave file that is read for the session's source.
 const MOST_HEADER_BYTES: u64 = 1 << 16;
-/// How the source in the header of a session begins if osp drew it.
+/// Beginning of the source in the header of a session that osp drew.
 pub(crate) const OURS: &str = "osp sketch ";
 /// Precedes the path of the original session in the source of a copy.
 const FROM: &str = ", from ";
@@ -43,7 +43,7 @@ pub(super) fn name_of_origin(header: &Header) -> Option<String> {
     Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned())
 }
 
-/// An autosave file that is there.
+/// An existing autosave file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Autosave {
     path: PathBuf,
@@ -139,8 +139,8 @@ impl Autosaves {
         found
     }
 
-    /// Those that were written last, the last one first, at most so many. One whose beginning cannot be read has the name of its
-    /// file.
+    /// The last written autosave files, the last one first, at most `most`. A file with an unreadable beginning has its file
+    /// name.
     pub fn last(&self, most: usize) -> Vec<Autosave> {
         let mut found = self.files();
         found.truncate(most);

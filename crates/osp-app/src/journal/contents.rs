@@ -15,7 +15,7 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Of the first bytes of a file, or of all if there are fewer. Where it is read or written next is then unknown.
+    /// Contents of the first bytes of a file, or of all if there are fewer. The file's position is then unspecified.
     pub(super) fn read(mut file: &File, bytes: u64) -> io::Result<Self> {
         let mut contents = Self::default();
         file.seek(SeekFrom::Start(0))?;

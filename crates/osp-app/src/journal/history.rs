@@ -172,15 +172,15 @@ impl History {
 pub(crate) struct Lines {
     events: Vec<Event>,
     text: String,
-    /// Where each event's line ends in the text; one without a line takes no bytes of it.
+    /// End of each event's line in the text; an event without a line takes no bytes of it.
     ends: Vec<usize>,
     /// Bytes of the lines that were read.
     bytes: usize,
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from. A line that is longer than most is written anew: it may hold nothing
-    /// but a remark, which no limit counts.
+    /// Adds an event, and the line that it was read from. A very long line is written again: it may consist of a remark, which
+    /// no limit counts.
     pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
         self.bytes += line.map_or(0, str::len);

@@ -17,7 +17,7 @@ use osp_session::platform::{
 
 /// Most bytes of a lock file that are read: a longer file is not ours.
 const MOST_MARK_BYTES: u64 = 4096;
-/// How the text in every lock file begins.
+/// Beginning of the text in every lock file.
 const WORD_START: &[u8] = b"Open(";
 /// Lock files that may vanish while we open them, one after the other, before we give up.
 const MOST_ATTEMPTS: u32 = 100;
@@ -80,11 +80,11 @@ impl OpenElsewhere {
         &self.session
     }
 
-    /// Who has it: process, machine, since when.
+    /// The holder: process, machine, time of opening.
     pub fn holder(&self) -> impl fmt::Display + '_ {
         fmt::from_fn(|f| match &self.word {
             Some(Word { process, host, since }) => write!(f, "process {process} on {host}, since {since}"),
-            None => f.write_str("under another name, or by a program that does not say who it is"),
+            None => f.write_str("under another name, or by an unknown program"),
         })
     }
 }
@@ -106,8 +106,8 @@ pub(crate) enum NotTaken {
 /// [`SessionFile`](super::session_file::SessionFile)). The mark says who has the session. It is removed when the session
 /// is closed on purpose; after a crash it stays, without its lock.
 ///
-/// Where the file system has no locks (some network shares), the mark's text counts: then two programs that start
-/// within the same instant may both believe that they were first.
+/// If the file system has no locks (some network shares), the mark's text counts. Then two programs that start within
+/// the same instant may both take the session.
 #[derive(Debug)]
 pub(crate) struct SessionLock {
     /// None where the folder takes no files.
@@ -266,7 +266,7 @@ pub(crate) fn true_path(path: &Path) -> PathBuf {
     })
 }
 
-/// What identifies a file, so that another one under the same name is noticed.
+/// Identity of a file, to detect another one under the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
     #[cfg(unix)]

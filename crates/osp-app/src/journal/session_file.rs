@@ -150,7 +150,7 @@ impl SessionFile {
         Self { path, lock, open: None, held: 0, lines: 0, before: None }
     }
 
-    /// Opens a session to go on with it. The lock comes first: what is read afterwards stays as it is.
+    /// Opens a session to continue it. The lock comes first: no other program changes the file afterwards.
     ///
     /// # Errors
     /// Another program has the file, or it cannot be opened for writing; the lock comes back.
@@ -327,7 +327,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Writes the whole session to the place anew.
+    /// Writes the whole session to the place again.
     fn rewrite(&mut self, history: &History) -> Result<(), Trouble> {
         let place = true_path(&self.path);
         write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
@@ -379,7 +379,7 @@ impl SessionFile {
     }
 
     /// Takes the file back to what it was when the session was opened. A file that another program has changed is left
-    /// alone; if that program undoes its change, the file is written anew.
+    /// alone; if that program undoes its change, the file is written again.
     pub(super) fn revert(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         open.is_doubtful = true;
@@ -550,7 +550,7 @@ impl OpenFile {
         self.note_sync(result)
     }
 
-    /// A file whose flush failed may have lost any part: it is written anew.
+    /// A file whose flush failed may have lost any part: it is written again.
     fn note_sync(&mut self, result: io::Result<()>) -> Result<(), Trouble> {
         result.map_err(|error| {
             self.is_doubtful = true;
@@ -559,7 +559,7 @@ impl OpenFile {
     }
 }
 
-/// Opens a file that is there, and locks it.
+/// Opens an existing file, and locks it.
 fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
     let open = || {
         let file = File::options().read(true).write(true).open(path)?;
@@ -588,8 +588,8 @@ fn sync(file: &File, path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Two names of one file that no symbolic link tells (hard links, a folder mounted twice) have marks of their own; the
-/// file has one lock. Elsewhere than on Unix such a lock would keep readers out.
+/// Two names of one file without a symbolic link (hard links, a folder mounted twice) have marks of their own; the file
+/// has one lock. Elsewhere than on Unix such a lock would keep readers out.
 fn lock_itself(file: &File, path: &Path) -> Result<(), Trouble> {
     if cfg!(unix) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
         return Err(Trouble::Held(OpenElsewhere::by_somebody(path)));

@@ -185,7 +185,7 @@ fn another_name_of_the_file_is_no_way_around() {
     assert_eq!(fs::read_dir(desk.folder.path()).expect("the folder").count(), 3);
 }
 
-/// What may happen to a file while it is open.
+/// Accidents of a file while it is open.
 type Accident = (&'static str, fn(&Path));
 
 fn accidents() -> [Accident; 6] {

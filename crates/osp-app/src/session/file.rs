@@ -273,7 +273,7 @@ impl Session {
         let format = session.header.format.max(ONE_AUTHOR_FORMAT);
         let header = Header { source, format, ..session.header.clone() };
         let journal = Journal::unnamed(autosaves, &stem, header)?;
-        let remark = format!("{}: {why}: a copy is drawn on", path.display());
+        let remark = format!("{}: {why}; you draw on a copy", path.display());
         Ok(SessionReader::new(session, journal, SessionFile::release).remarking(None, Some(remark)))
     }
 }

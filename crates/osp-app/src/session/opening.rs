@@ -27,7 +27,7 @@ pub struct Opening {
     pub access: Access,
     /// Skips damaged pieces instead of refusing the session. The user then draws on a copy.
     pub lenient: bool,
-    /// How much the session may hold.
+    /// Limits of the session.
     pub limits: Limits,
     /// A new file becomes a session of several authors.
     pub of_several: bool,

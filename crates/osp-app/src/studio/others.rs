@@ -1,4 +1,4 @@
-//! Where the others of a shared session draw, as the window shows it.
+//! Positions at which the others of a shared session draw, as the window shows them.
 
 use glam::{Vec2, Vec3};
 
@@ -17,11 +17,11 @@ const MOST_SHOWN: usize = 100;
 pub struct OtherInView {
     /// Whose it is.
     pub author: Author,
-    /// The author's name; empty if none was said.
+    /// The author's name; empty if there is none.
     pub name: String,
-    /// Where the pen is.
+    /// Position of the pen.
     pub at: Vec2,
-    /// How far the ring around it reaches, in parts of the height.
+    /// Radius of the ring around it, in parts of the height.
     pub radius: f32,
     /// Left and lower corner of the view that it is seen in.
     pub from: Vec2,
@@ -47,7 +47,8 @@ impl Studio {
         (pens.map(|pen| (pen.author, pen.at)), self.navigator.distance_m() * RING_PART)
     }
 
-    /// Who else draws now, where it is in view, on a window `aspect` times as wide as high. A pen behind the eye is not.
+    /// Other authors who draw now in view, on a window `aspect` times as wide as high. A pen behind the eye is not in
+    /// view.
     pub fn others_in_view(&self, aspect: f32) -> Vec<OtherInView> {
         let (others, radius_m) = self.others();
         let mut others = others.peekable();

@@ -1,4 +1,4 @@
-//! What a frame shows besides the model: culled polygons, and lines.
+//! Additions of a frame to the model: culled polygons, and lines.
 
 use glam::Vec2;
 

@@ -101,7 +101,7 @@ pub(crate) struct Work {
     pub(crate) picture: Option<PathBuf>,
     /// Writes each frame to a picture file, if set.
     pub(crate) frames: Option<FrameWriter>,
-    /// How commands read and write: at once or in the background.
+    /// Mode in which commands read and write: at once or in the background.
     pub(crate) way: Way,
     pub(crate) working: Option<Working>,
     /// The error of a session that could not be read.

@@ -20,7 +20,7 @@ use osp::{
 use osp_render::{DrawnCounts, LineBatch, PassTimes};
 use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
-/// What is set from outside, and what the panels ask for.
+/// Settings from outside, and values for the panels.
 impl Studio {
     /// Sets the tracker to listen to.
     pub fn set_tracker(&mut self, tracker: Tracker) {
@@ -40,13 +40,13 @@ impl Studio {
         self.session.live_mut().map(Live::overlay_mut)
     }
 
-    /// Says how occlusion culling tests nodes and scores occluders, before it is chosen.
+    /// Sets the node test and the score of occlusion culling, before it is chosen.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
         self.culling.set_tests(node_test, score);
     }
 
-    /// Says what `auto` compares to find the cheapest method of occlusion culling, before it is chosen: the times measured here,
-    /// or counts, by which it decides the same on every machine.
+    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are measured
+    /// here; by counts it decides the same on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }
@@ -66,7 +66,7 @@ impl Studio {
         self.input.tracker.as_ref()
     }
 
-    /// What the tracker has said lately.
+    /// Recent messages of the tracker.
     pub fn watch(&self) -> &Watch {
         &self.input.watch
     }
@@ -116,13 +116,13 @@ impl Studio {
         self.input.tool
     }
 
-    /// How strokes find their depth.
+    /// Rule for the depth of strokes.
     pub fn snap(&self) -> Snap {
         self.input.snap
     }
 
-    /// Of the polygons in the first view, how many lie in the frustum as a whole, and how many its planes cut; only while
-    /// that is shown.
+    /// Numbers of polygons in the first view that lie wholly in the frustum, and that its planes cut; only while that is
+    /// shown.
     pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
         self.shown.cut
     }
@@ -132,7 +132,7 @@ impl Studio {
         self.moment_s
     }
 
-    /// Which pictures of the structures are shown.
+    /// Pictures of the structures that are shown.
     pub fn layers(&self) -> LayerChoice {
         self.layers
     }
@@ -194,8 +194,8 @@ impl Studio {
         self.shown.report
     }
 
-    /// Counts of culling on the GPU, all views together, and times of the GPU, of the latest frame whose results have
-    /// arrived; `None` where there is none.
+    /// Counts of culling on the GPU, all views together, and times of the GPU. They belong to the latest frame whose
+    /// results have arrived; `None` if there is none.
     pub fn while_drawing(&self) -> Option<(DrawnCounts, Option<PassTimes>)> {
         self.shown.while_drawing
     }
@@ -215,7 +215,7 @@ impl Studio {
         &self.shown.lines
     }
 
-    /// The lines of a view: those on top of the model, or the test pattern of its screen.
+    /// The lines of a view: lines on top of the model, or the test pattern of its screen.
     pub(crate) fn lines_of(&self, view: usize) -> &LineBatch {
         self.shown.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.shown.lines)
     }

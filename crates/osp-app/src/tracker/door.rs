@@ -10,7 +10,7 @@ const DATAGRAMS_A_SECOND: u32 = 10_000;
 /// Senders that are authors at the same time, at most.
 const MOST_AUTHORS: usize = 16;
 
-/// Who is listened to.
+/// Accepted senders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Listening {
     /// The sender that was first, until it falls silent.
@@ -25,7 +25,7 @@ pub enum Listening {
 /// Whose datagrams are read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrackerOptions {
-    /// Which senders'.
+    /// Accepted senders.
     pub listening: Listening,
     /// Only those that begin with this key.
     pub key: Option<TrackerKey>,
@@ -89,7 +89,7 @@ pub(super) struct Door {
 }
 
 impl Door {
-    /// A sender that says nothing for so long may be replaced by another one: it was started anew, on another port.
+    /// Silence of a sender after which another one may replace it: it was started again, on another port.
     pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
@@ -120,7 +120,7 @@ impl Door {
         if self.this_second > DATAGRAMS_A_SECOND { Admission::TooMany } else { Admission::Read }
     }
 
-    /// An admitted sender has said something that was understood: it is one to listen to.
+    /// Marks an admitted sender whose message was valid: its messages are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
         if self.options.listening != Listening::Everybody {
             self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);

@@ -1,8 +1,8 @@
 //! Packets of DTrack, the program of ART's trackers (Advanced Realtime Tracking, "DTrack2 User Manual", appendix B.2): lines of
 //! ASCII, millimetres, rotation matrices by columns.
 //!
-//! Body 0 (`6d`, or `6di` with its state) is the head, Flysticks (`6df2`, or the older `6df`) are the hands; a hand draws while
-//! the first button of its Flystick is pressed. All other lines are left alone.
+//! Body 0 (`6d`, or `6di` with its state) is the head, Flysticks (`6df2`, or the older `6df`) are the hands. A hand draws while
+//! the first button of its Flystick is pressed. All other lines are ignored.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -13,8 +13,8 @@ pub(super) fn is_dtrack(packet: &[u8]) -> bool {
     packet.starts_with(b"fr ")
 }
 
-/// Reads a packet; appends what it says and returns how many lines were malformed. `z_up`: the room was calibrated with z
-/// up; it is turned so that y is.
+/// Reads a packet; appends its messages and returns the number of malformed lines. `z_up`: the room was calibrated with z
+/// up; poses are turned to y up.
 pub fn parse_dtrack(text: &str, z_up: bool, messages: &mut Vec<Message>) -> u64 {
     let mut malformed = 0;
     for line in text.lines() {
@@ -33,7 +33,7 @@ pub fn parse_dtrack(text: &str, z_up: bool, messages: &mut Vec<Message>) -> u64 
     malformed
 }
 
-/// Where something is, and the world from it.
+/// Position, and rotation to the world.
 type Pose = (Vec3, Quat);
 
 fn head(id: f64, is_tracked: bool, (p, q): Pose) -> Option<Message> {

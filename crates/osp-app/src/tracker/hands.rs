@@ -29,7 +29,7 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// A hand that draws and says nothing for this long, seconds, has stopped: its last message may be lost.
+    /// Silence after which a drawing hand counts as stopped, seconds: its last message may be lost.
     pub const SILENCE_SECS: f64 = 1.0;
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
@@ -114,7 +114,7 @@ impl Hands {
         }
     }
 
-    /// Ends all strokes: what the hands draw from now on is another one's.
+    /// Ends all strokes. The next sample of a hand begins a new stroke.
     pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
         let strokes = self.hands.values_mut().filter_map(|hand| hand.drawing.take());
         out.extend(strokes.map(|stroke| Event::End { t, stroke }));

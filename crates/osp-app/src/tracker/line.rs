@@ -4,10 +4,10 @@ use glam::{Quat, Vec3};
 
 use super::message::{BrushChoice, Message, TOOLS, normal_name, normal_of};
 
-/// Reads a line. `Ok(None)`: it says nothing (empty, a comment, a key). A brush that nobody knows is a plain ribbon.
+/// Reads a line. `Ok(None)`: it has no message (empty, a comment, a key). An unknown brush is a plain ribbon.
 ///
 /// # Errors
-/// What was expected instead.
+/// The expected form.
 pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_telling(line, &mut |_| {})
 }
@@ -23,7 +23,7 @@ pub(super) fn frame_number(packet: &str) -> Option<u32> {
     })
 }
 
-/// As [`parse_line`]; tells the name of a brush that nobody knows.
+/// As [`parse_line`]; reports the name of an unknown brush.
 pub(super) fn parse_line_telling(
     line: &str,
     unknown: &mut dyn FnMut(&str),

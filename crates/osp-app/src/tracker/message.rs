@@ -17,7 +17,7 @@ pub struct BrushChoice {
     pub width_m: f32,
     /// Red, green, blue, opacity, sRGB, 0 to 1.
     pub color: (f32, f32, f32, f32),
-    /// How a ribbon lies to the pose.
+    /// Direction of a ribbon relative to the pose.
     pub normal: NormalRule,
 }
 
@@ -33,7 +33,7 @@ pub enum Message {
     },
     /// The pose of a hand; it draws while `pressure` is above 0.
     Hand {
-        /// Which hand.
+        /// Number of the hand.
         hand: u8,
         /// Position.
         p: Vec3,
@@ -44,7 +44,7 @@ pub enum Message {
     },
     /// The brush of a hand from its next stroke on.
     Brush {
-        /// Which hand.
+        /// Number of the hand.
         hand: u8,
         /// The brush.
         brush: BrushChoice,
@@ -88,8 +88,8 @@ impl Message {
 pub(super) const TOOLS: &str = "a tool (ribbon, wall or tube) or the name of a brush";
 
 impl BrushChoice {
-    /// The tool of this name, or the ribbon with the brush of this name, and how it lies if the message does not say it.
-    /// A brush that nobody knows is told, and drawn as a plain ribbon.
+    /// The tool of this name, or the ribbon with the brush of this name, and its default direction. An unknown brush is
+    /// reported, and drawn as a plain ribbon.
     pub(super) fn named(
         name: &str,
         unknown: &mut dyn FnMut(&str),

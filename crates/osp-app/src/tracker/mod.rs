@@ -15,9 +15,9 @@
 //! # anything
 //! ```
 //!
-//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`; a brush that nobody knows is named once and
-//! drawn as a plain ribbon. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` says how a ribbon
-//! lies to the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
+//! `TOOL` is `ribbon`, `wall`, `tube` or the name of a brush, such as `Light`. An unknown brush is reported once and drawn
+//! as a plain ribbon. `HAND` is 0 to 255 and 0 if left out: each hand draws its own stroke. `NORMAL` is the direction of a
+//! ribbon relative to the pose: `local-x` (default), `side-x`, `travel` (default of brushes) or `transport`.
 //!
 //! The same as OSC: addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`, `/osp/redo`, with the
 //! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a
@@ -26,11 +26,11 @@
 //! Packets of ART's DTrack (ASCII) are understood on the same socket: body 0 is the head, Flysticks are the hands, and a hand
 //! draws while the first button is pressed ([`parse_dtrack`]).
 //!
-//! Of a socket, one sender is listened to: the first that is understood, until it has been silent for five seconds. The
-//! datagrams of others, and those without the key where one is asked for, are counted and not read. Asked for, each sender is an
-//! author of its own instead ([`Senders`]), sixteen at a time.
+//! A socket accepts one sender: the first with a valid message, until it is silent for five seconds. The datagrams of others,
+//! and datagrams without a required key, are counted and not read. As an option, each sender is an author of its own instead
+//! ([`Senders`]), sixteen at a time.
 //!
-//! Every message stands for itself, so that a lost packet costs a sample and nothing else. What is malformed is
+//! Every message stands for itself, so that a lost packet costs a sample and nothing else. Malformed messages are
 //! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
 
 mod door;

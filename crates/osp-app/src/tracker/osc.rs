@@ -9,7 +9,7 @@ use super::message::{BrushChoice, Message, normal_name, normal_of};
 
 /// Bundles in bundles, at most.
 const MAX_DEPTH: u32 = 4;
-/// How a bundle begins; a time tag of 8 bytes follows, which is ignored: poses count when they arrive.
+/// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored: poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
 /// The address of the message with the key.
 const KEY: &str = "/osp/key";
@@ -22,7 +22,7 @@ pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
     parse_osc_telling(bytes, out, &mut |_| {})
 }
 
-/// As [`parse_osc`]; tells the names of brushes that nobody knows.
+/// As [`parse_osc`]; reports the names of unknown brushes.
 pub(super) fn parse_osc_telling(bytes: &[u8], out: &mut Vec<Message>, unknown: &mut dyn FnMut(&str)) -> u64 {
     take_packet(bytes, 0, out, unknown)
 }

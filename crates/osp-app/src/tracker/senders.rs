@@ -60,7 +60,7 @@ impl Senders {
         Some((*author, hands.take(t, message, next_stroke, out)))
     }
 
-    /// The author of the lowest number that is there and has said where its head is.
+    /// The present author of the lowest number who has sent a head pose.
     pub fn first_with_head(&self) -> Option<Author> {
         let with_head = self.present.values().filter(|sender| sender.hands.state().head.is_some());
         with_head.map(|sender| sender.author).min()
@@ -74,7 +74,7 @@ impl Senders {
         self.leave_if(|sender| now.saturating_duration_since(sender.heard) >= Door::SILENCE, t, out);
     }
 
-    /// Has all of them leave: what they draw from now on is in another session.
+    /// Makes all of them leave: later strokes are in another session.
     pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
         self.leave_if(|_| true, t, out);
         self.last = Author::default();

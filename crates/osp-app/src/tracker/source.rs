@@ -27,8 +27,8 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Messages that may wait for the next frame. Of a socket, later ones are dropped and counted; a stream is read on once
-/// there is room.
+/// Messages that may wait for the next frame. Later ones of a socket are dropped and counted; a stream is read further
+/// once there is room.
 const WAITING: usize = 1 << 16;
 /// Messages of one datagram, at most; those behind are dropped and counted.
 const MESSAGES_A_DATAGRAM: usize = 1024;
@@ -38,7 +38,7 @@ const MAX_LINE_BYTES: u64 = 4096;
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
 /// Unknown brushes that are named, at most.
 const MOST_UNKNOWN_BRUSHES: usize = 20;
-/// How often a thread looks whether it is still wanted, and whether a file has grown.
+/// Interval at which a thread checks whether it should end, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
 
 /// The source of a tracker's messages.
@@ -75,8 +75,8 @@ impl TrackerAddress {
     pub fn warning(&self, options: &TrackerOptions) -> Option<String> {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
-            None => "--tracker-key-file asks for a key, udp://127.0.0.1 listens to this machine only",
-            Some(_) => "only who knows the key is read, but it is sent as it is",
+            None => "--tracker-key-file requires a key, udp://127.0.0.1 listens to this machine only",
+            Some(_) => "only senders with the key are read, but the key is sent as it is",
         };
         let everybody = address.ip().is_unspecified();
         everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))
@@ -111,9 +111,9 @@ pub struct Counts {
     /// Messages dropped because nobody took them in time, or because a datagram had too many; datagrams dropped because
     /// there were too many in a second.
     pub dropped: u64,
-    /// Of a sender that numbers its frames: those that never came. `None` of one that does not.
+    /// Missing frames of a sender that numbers them; `None` without numbers.
     pub lost: Option<u64>,
-    /// Datagrams not read: of another sender than the one that is listened to, or without the key.
+    /// Datagrams not read: of a sender that is not accepted, or without the key.
     pub refused: u64,
     /// The stream is not read any further: it has no lines.
     pub has_given_up: bool,
@@ -139,7 +139,7 @@ struct Shared {
 #[derive(Debug, Default)]
 struct UnknownBrushes {
     names: Vec<String>,
-    /// So many of them have been asked for.
+    /// Number of them that have been reported.
     told: usize,
 }
 
@@ -163,9 +163,9 @@ impl Shared {
 pub struct Came {
     /// When it came.
     pub at: Instant,
-    /// Who sent it to a socket.
+    /// Sender of a message to a socket.
     pub from: Option<SocketAddr>,
-    /// What it says.
+    /// The message.
     pub message: Message,
 }
 
@@ -220,12 +220,12 @@ impl Tracker {
         Ok(Self { messages, shared, local_address, listening: options.listening, thread })
     }
 
-    /// The address listened to, if it is a socket; the port is the real one where 0 was asked for.
+    /// The address of the socket, if there is one; the port is the real one if 0 was given.
     pub fn local_address(&self) -> Option<SocketAddr> {
         self.local_address
     }
 
-    /// Who is listened to.
+    /// Accepted senders.
     pub fn listening(&self) -> Listening {
         self.listening
     }
@@ -273,7 +273,7 @@ impl Drop for Tracker {
     }
 }
 
-/// What a reader does at the end of a stream.
+/// Behaviour of a reader at the end of a stream.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum AtEnd {
     Stop,
@@ -300,7 +300,7 @@ impl Output {
         self.shared.is_over.load(Ordering::Relaxed)
     }
 
-    /// Passes a message of a socket on, if there is room: what comes next is newer.
+    /// Passes a message of a socket on, if there is room: later messages are newer.
     fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
         if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
@@ -329,12 +329,12 @@ impl Output {
         self.shared.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Counts the frames between the last one and this. One that comes late is not lost after all; a sender that has begun
-    /// anew counts nothing.
+    /// Counts the frames between the last one and this. A late one no longer counts as lost; a restarted sender counts
+    /// nothing.
     fn note_frame(&self, number: u32) {
         /// More are no loss but another count.
         const MOST_LOST: u64 = 100_000;
-        /// One that is farther behind begins anew.
+        /// A sender farther behind has restarted.
         const LATE: u64 = 1000;
         let Shared { lost, last_frame, .. } = &*self.shared;
         let (next, expected) = (u64::from(number) + 1, last_frame.load(Ordering::Relaxed));

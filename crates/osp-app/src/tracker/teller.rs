@@ -8,7 +8,7 @@ use osp_session::{
     recording::{Event, StrokeId},
 };
 
-/// Tells a session as a tracker would have: the events become messages. Strokes that overlap in time get a hand each.
+/// Turns the events of a session into the messages of a tracker. Strokes that overlap in time get a hand each.
 ///
 /// Events without a message for them (groups, moved strokes, finished polygons) are left out and counted.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ pub struct Teller {
     left_out: u64,
 }
 
-/// A stroke being told.
+/// A stroke being sent.
 #[derive(Clone, Copy, Debug)]
 struct Drawing {
     stroke: StrokeId,
@@ -34,7 +34,7 @@ impl Teller {
         Self::default()
     }
 
-    /// Events that could not be told.
+    /// Events that have no message.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }

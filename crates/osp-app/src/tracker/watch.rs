@@ -15,7 +15,7 @@ const SILENCE: Duration = Duration::from_millis(1500);
 /// The time over which poses are counted.
 const COUNTED: Duration = Duration::from_secs(1);
 
-/// What a tracker has said lately: for the person who looks after it.
+/// Recent messages of a tracker, for its operator.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     head: Body,
@@ -36,7 +36,7 @@ pub struct Heard {
     pub in_tracker: (Vec3, Quat),
     /// In the room: position, room from body.
     pub in_room: (Vec3, Quat),
-    /// How hard the hand presses, 0 to 1.
+    /// Pressure of the hand, 0 to 1.
     pub pressure: f32,
 }
 
@@ -115,7 +115,7 @@ impl Watch {
         self.hands.get(&hand)?.last
     }
 
-    /// The hands that have said something.
+    /// The hands with messages.
     pub fn hands(&self) -> impl Iterator<Item = u8> + '_ {
         self.hands.keys().copied()
     }
@@ -125,8 +125,8 @@ impl Watch {
         [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
     }
 
-    /// Median time from the first pose's arrival to the handing over of the picture that shows it. What the tracker took
-    /// before, and what the display takes after, is not in it.
+    /// Median time from the first pose's arrival to the submission of the picture that shows it. The delays of the
+    /// tracker before, and of the display after, are not in it.
     pub fn latency(&self) -> Option<Duration> {
         let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
         sorted.sort_unstable();

@@ -5,7 +5,7 @@ use super::{
 use crate::{command::Command, drawing_aids::Aids, layers::LayerChoice, studio::Studio};
 use osp_rivals::IndexKind;
 
-/// What a key, a menu entry or a button does.
+/// Action of a key, a menu entry or a button.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// A command without a question before it.
@@ -16,7 +16,7 @@ pub enum Action {
     NextIndex,
     /// Cull by the next occlusion method of the list.
     NextOcclusion,
-    /// Save the session in its file; one without a name is asked for.
+    /// Save the session in its file; a dialog opens if it has no name.
     Save,
     /// Open the dialog for a session to open.
     AskOpen,

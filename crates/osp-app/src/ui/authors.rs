@@ -9,7 +9,7 @@ const MOST_SHOWN: usize = 100;
 /// Bytes of a name that are shown.
 const MOST_BYTES: usize = 40;
 
-/// Those who draw a session of several, with their colours; nothing for a session without authors.
+/// The authors of a shared session, with their colours; nothing for a session without authors.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let scene = studio.scene();
     let count = scene.authors().count();

@@ -87,7 +87,7 @@ pub(super) struct BrushList {
     is_answered: bool,
     previews: Option<TextureHandle>,
     is_open: bool,
-    /// What is typed above the list: brushes of such a name are in it.
+    /// Text above the list: the list shows brushes with such names.
     typed: String,
     /// The row that Return chooses.
     at: usize,

@@ -20,14 +20,14 @@ const GOOD_M: f32 = 0.01;
 #[derive(Debug, Default)]
 pub(super) struct Calibrating {
     screen: usize,
-    /// The hand that touches the corners; the first that is heard.
+    /// The hand that touches the corners; the first that sends a pose.
     hand: Option<u8>,
     /// In the tracker's space.
     points: Vec<Vec3>,
 }
 
 impl Calibrating {
-    /// Shows the dialog; returns whether it goes on.
+    /// Shows the dialog; returns whether it continues.
     pub(super) fn show(&mut self, ctx: &Context, studio: &Studio, wishes: &mut Wishes) -> bool {
         let Some(rig) = studio.room().rig() else { return false };
         let mut is_open = true;
@@ -102,7 +102,7 @@ impl Calibrating {
         is_open && !is_done
     }
 
-    /// What the three points say about the tracker's place, once they are there.
+    /// The tracker's place by the three points, once all are measured.
     fn found(&self, screen: &Screen) -> Option<Result<Calibration, &'static str>> {
         let points: [Vec3; 3] = self.points.as_slice().try_into().ok()?;
         let places = [screen.lower_left, screen.lower_right, screen.upper_left];

@@ -12,8 +12,8 @@ use super::wishes::{ALARM, Ask};
 use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
-/// Whether the system's dialog asks before a file is replaced. Those of Windows and macOS do; which one a desktop
-/// portal brings up is not known, and one question too many is better than a file too few.
+/// Whether the system's dialog confirms the replacement of a file. Dialogs of Windows and macOS do. The dialog of a
+/// desktop portal is unknown, and one question too many is better than a lost file.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
 
 impl Ask {
@@ -53,8 +53,8 @@ impl Ask {
         }
     }
 
-    /// The command for a path from the system's own dialog, which has asked whether to replace a file there,
-    /// but not about a name whose ending is added here.
+    /// The command for a path from the system's own dialog. That dialog has confirmed the replacement of a file, but
+    /// not for a name whose ending is added here.
     fn command_of_chosen(self, path: PathBuf) -> Command {
         let is_whole = path.extension().is_some();
         match (self, is_whole && ASKS_ITSELF) {
@@ -72,7 +72,7 @@ fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
     if is_folder || path.extension().is_some() { path } else { path.with_extension(ending) }
 }
 
-/// Where a file could go: the session's own file, or one of its name beside it; one without a name goes home.
+/// Suggested path of a file: the session's own file, or one of its name beside it; one without a name goes home.
 fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     let ending = match ask {
         Ask::Open | Ask::SaveAs => "ron",
@@ -104,7 +104,7 @@ fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
     state.store(ctx, edit);
 }
 
-/// Asks for a path: typed here, or chosen in the system's own dialog where there is one.
+/// Dialog for a path: typed here, or chosen in the system's own dialog if there is one.
 #[derive(Debug)]
 pub(super) struct PathDialog {
     ask: Ask,
@@ -138,7 +138,7 @@ impl PathDialog {
         self.is_new = true;
     }
 
-    /// It did not work: the dialog stays and says why.
+    /// After a failure the dialog stays open and shows the reason.
     pub(super) fn fail(&mut self, reason: String) {
         (self.reason, self.is_new) = (Some(reason), true);
     }

@@ -87,7 +87,7 @@ impl Interface {
         self.keeper = Some(SettingsKeeper::new(path));
     }
 
-    /// What is kept from one time to the next.
+    /// Settings that are stored between two runs.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -122,7 +122,7 @@ impl Interface {
         self.brushes.wants_previews()
     }
 
-    /// Takes the pictures of the brushes, laid out as [`PreviewGrid`](super::PreviewGrid) says; without them the list shows
+    /// Takes the pictures of the brushes, in the layout of [`PreviewGrid`](super::PreviewGrid). Without them the list shows
     /// names alone.
     pub fn set_previews(&mut self, previews: Option<egui::TextureHandle>) {
         self.brushes.set_previews(previews);
@@ -133,7 +133,7 @@ impl Interface {
         self.history.frames().len() < 3
     }
 
-    /// Lays everything out, does what was asked for, and returns the part of the window that is the model's, in points.
+    /// Lays everything out, executes commands of the user, and returns the model's part of the window, in points.
     pub fn show(&mut self, ui: &mut Ui, studio: &mut Studio) -> Rect {
         let mut wishes = Wishes {
             panel: self.shows_panel,
@@ -380,7 +380,7 @@ fn flight(ui: &Ui) -> Vec3 {
     })
 }
 
-/// What is read or written beside the window.
+/// Progress of reading and writing in the background.
 fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {

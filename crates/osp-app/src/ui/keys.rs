@@ -32,13 +32,13 @@ const fn command_shift_key(key: Key, what: &'static str, action: Action) -> Shor
     Shortcut { keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key), what, action }
 }
 
-/// What a key turns the selection by, and what it scales it by.
+/// Angle and factor by which keys turn and scale the selection.
 pub(super) const TURN_LEFT: Command = Command::Alter(Altering::Turn(15.0));
 pub(super) const TURN_RIGHT: Command = Command::Alter(Altering::Turn(-15.0));
 pub(super) const LARGER: Command = Command::Alter(Altering::Scale(1.1));
 pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 
-/// All shortcuts. Those with more keys held come first, so that the same key without them does not match first.
+/// All shortcuts. Shortcuts with more held keys come first, so that the same key without them does not match first.
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),

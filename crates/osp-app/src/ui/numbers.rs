@@ -14,7 +14,7 @@ use osp_lab::Method;
 use osp_render::{DrawnCounts, PassTimes};
 use osp_rivals::IndexKind;
 
-/// What the panel shows of the last frames, and by what it was measured.
+/// Figures of the last frames in the panel, and their clock.
 #[derive(Debug)]
 pub(super) struct Measured<'a> {
     pub(super) history: &'a History,
@@ -41,7 +41,7 @@ fn short(ns: u64) -> String {
     }
 }
 
-/// A time that was measured once: of less than a step, a clock tells nothing but that.
+/// A time that was measured once. Below a step of the clock only the step is shown.
 fn once(ns: u64, clock_step_ns: u64, text: impl Fn(u64) -> String) -> String {
     if ns < clock_step_ns { format!("less than {}", short(clock_step_ns)) } else { text(ns) }
 }

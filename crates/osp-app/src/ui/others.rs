@@ -42,7 +42,8 @@ fn letters_on(color: Color32) -> Color32 {
     if 0.3 * r + 0.6 * g + 0.1 * b > 120.0 { Color32::BLACK } else { Color32::WHITE }
 }
 
-/// Where a label stands: to the right of a ring, or to the left where the view ends; never outside of the view if it fits in.
+/// Place of a label: to the right of a ring, or to the left at the end of the view. Never outside of the view if it
+/// fits in.
 fn beside(ring: Pos2, radius: f32, size: Vec2, view: Rect) -> Rect {
     let right = ring.x + radius + GAP;
     let left = ring.x - radius - GAP - size.x;

@@ -43,7 +43,7 @@ impl LayerList {
                         (
                             "Take",
                             LayerEdit::TakeSelection,
-                            "bring the selection to the layer that is drawn on (Ctrl+L)",
+                            "move the selection to the current layer (Ctrl+L)",
                         ),
                     ];
                     for (name, edit, hint) in buttons {

@@ -9,7 +9,7 @@ use osp_session::platform::fs;
 /// Autosaves that are listed.
 const MOST_AUTOSAVES: usize = 12;
 
-/// The sessions that can be opened again: those that had a name, and those that are autosave files.
+/// The sessions that can be opened again: sessions with a name, and autosave files.
 #[derive(Debug, Default)]
 pub(super) struct RecentList {
     autosaves: Vec<Autosave>,

@@ -1,4 +1,4 @@
-//! The strip for who runs a wall: the head and the hand as the tracker says, and how the screens show the model.
+//! The strip for the operator of a wall: the tracked head and hand, and the display of the model on the screens.
 
 use egui::{
     Align2, Color32, ComboBox, DragValue, FontId, Grid, Painter, Pos2, Rect, RichText, Sense, Stroke, Ui,
@@ -50,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
     }
 }
 
-/// What the tracker says.
+/// State of the tracker.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
     // Ages grow while nothing comes: soon it is seen that a body is lost, then how long ago.
@@ -111,7 +111,7 @@ fn duration(secs: f32) -> String {
     }
 }
 
-/// How the screens show the model.
+/// Display of the model on the screens.
 fn screens(
     ui: &mut Ui,
     studio: &Studio,
@@ -160,9 +160,7 @@ fn screens(
 fn plan(ui: &mut Ui, studio: &Studio) {
     let (response, painter) = ui.allocate_painter(PLAN, Sense::hover());
     let rect = response.rect;
-    response.on_hover_text(
-        "the room from above: screens, the head (green) and the hand (blue) as the tracker says",
-    );
+    response.on_hover_text("the room from above: screens, the head (green) and the hand (blue) as tracked");
     let weak = ui.visuals().weak_text_color();
     painter.rect_stroke(rect, 3.0, Stroke::new(1.0, weak.gamma_multiply(0.5)), egui::StrokeKind::Inside);
     let (head, hand) = (studio.watch().head(), studio.watch().hand());

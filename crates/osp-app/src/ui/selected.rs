@@ -8,7 +8,7 @@ use crate::{
     tool::{Span, ToolChoice},
 };
 
-/// What can be done to the selection, and what is being typed for it.
+/// Panel with the commands for the selection and their text fields.
 #[derive(Debug, Default)]
 pub(super) struct SelectionPanel {
     turn_degrees: f32,

@@ -178,14 +178,14 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
         if let Some(mut x) = aids.mirror_x {
             let at = DragValue::new(&mut x).speed(0.01).range(-1.0e4..=1.0e4).max_decimals(2).suffix(" m");
-            if ui.add(at).on_hover_text("where the mirror is on the x axis").changed() {
+            if ui.add(at).on_hover_text("position of the mirror on the x axis").changed() {
                 wishes.commands.push(Command::Aids(Aids { mirror_x: Some(x), ..aids }));
             }
         }
     });
 }
 
-/// Where the session is saved, and whether all of it is.
+/// Path of the session, and whether all of it is saved.
 fn session(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let session = studio.session();
     if session.is_replay() {

@@ -14,7 +14,7 @@ pub(super) enum Ask {
     Picture,
 }
 
-/// Commands that the panels asked for; they are carried out when all panels are laid out.
+/// Commands from the panels, executed when all panels are laid out.
 #[derive(Debug, Default)]
 pub(super) struct Wishes {
     pub(super) commands: Vec<Command>,

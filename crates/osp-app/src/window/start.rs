@@ -1,4 +1,4 @@
-//! How a window is opened, and why there is none.
+//! Options and errors of opening a window.
 
 use std::{io, path::PathBuf};
 
@@ -12,18 +12,18 @@ use crate::{
 };
 use osp_render::RenderError;
 
-/// How the window is opened.
+/// Options of a window.
 #[derive(Clone, Debug, Default)]
 pub struct WindowOptions {
     /// Width and height in points; 1280 by 800 if left out.
     pub size: Option<(u32, u32)>,
     /// A tracker to listen to.
     pub tracker: Option<TrackerAddress>,
-    /// Which senders' messages are accepted.
+    /// Senders whose messages are accepted.
     pub tracker_options: TrackerOptions,
     /// A file that gets one line of JSON for each frame.
     pub trace: Option<PathBuf>,
-    /// Where the window keeps its settings; nowhere if left out.
+    /// File of the window's settings; none if left out.
     pub settings: Option<PathBuf>,
 }
 
@@ -32,7 +32,7 @@ pub struct WindowOptions {
 pub struct MonitorInfo {
     /// Its number, from 1: from left to right, then from top to bottom.
     pub number: usize,
-    /// Its name as the system says it; empty if it has none.
+    /// Its name in the system; empty if it has none.
     pub name: String,
     /// Width and height, pixels.
     pub size_px: (u32, u32),
@@ -47,7 +47,7 @@ impl std::fmt::Display for MonitorInfo {
     }
 }
 
-/// An error of the window system without the place in its source, which says nothing to a user.
+/// An error of the window system without its source position, which does not help a user.
 fn without_place(error: &str) -> &str {
     let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
     cause.map_or(error, |(_, cause)| cause)
@@ -68,9 +68,9 @@ pub enum WindowError {
     /// A rig names a monitor that is not there.
     #[error("no monitor `{wanted}`: expected {}", said(.there))]
     NoMonitor {
-        /// What the rig says.
+        /// The monitor in the rig.
         wanted: String,
-        /// Those that are there.
+        /// The existing monitors.
         there: Vec<MonitorInfo>,
     },
     /// A rig calls one monitor by two names.

@@ -106,8 +106,8 @@ pub(crate) fn open_node_windows(
     Ok(windows_of(event_loop, &numbered(event_loop), walls_of_one(room))?.0)
 }
 
-/// Opens the windows that a rig asks for. They have no panels; the first window, from which they are controlled, goes to a
-/// monitor that none of them covers; a remark if there is none.
+/// Opens the windows of a rig. They have no panels. The first window, which controls them, goes to a monitor that none of
+/// them covers; returns a remark if there is none.
 pub(super) fn open_walls(
     event_loop: &ActiveEventLoop,
     studio: &Studio,

@@ -29,7 +29,7 @@ const FEWEST_FRAMES: usize = 3;
 
 /// Budgets that filling an index, and drawing the fewest frames, may take.
 const LONGEST: f64 = 10.0;
-/// Polygons whose corners are kept for an index that wants them; of later ones it gets the boxes.
+/// Polygons whose corners are stored for an index that needs them; for later ones it gets the boxes.
 const MOST_SHAPES: usize = 1_100_000;
 
 /// Settings of [`grow`].
@@ -41,7 +41,7 @@ pub struct GrowthConfig {
     pub kinds: Vec<Contender>,
     /// The index that the others are compared with, frame by frame.
     pub reference: IndexKind,
-    /// Polygons that a frame inserts: what a hand at 90 frames a second draws, and a little more.
+    /// Polygons that a frame inserts: slightly more than a hand draws at 90 frames a second.
     pub batch: u32,
     /// Time for the frames of an index at a size, seconds. An index that needs ten times as long to be filled and to
     /// draw three frames, going by the size before, is left out.
@@ -108,7 +108,7 @@ pub fn grow(config: &GrowthConfig, mut progress: impl FnMut(&str)) -> Result<Row
 /// A synthetic session's polygons in order of drawing.
 pub(super) struct Drawing {
     boxes: Vec<Aabb>,
-    /// Of the first ones, the corners.
+    /// Corners of the first ones.
     pub(super) shapes: Vec<ConvexPolygon>,
 }
 
@@ -197,7 +197,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// How many polygons are left to be inserted.
+    /// Number of polygons that are left to insert.
     fn left(&self) -> usize {
         self.most - self.filed - self.more
     }
@@ -230,7 +230,7 @@ impl<'a> Subject<'a> {
         Frame { insert_ns: 0.0, cull_ns, nodes: work.nodes, boxes: work.boxes }
     }
 
-    /// Takes out what was inserted since the fill.
+    /// Removes what was inserted since the fill.
     fn take_out(&mut self) {
         for id in self.filed..self.filed + self.more {
             let gone = self.index.remove(PolygonId(id as u32));

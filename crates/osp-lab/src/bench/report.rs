@@ -6,18 +6,18 @@ use crate::{report::json_line, rows::Rows};
 /// Everything that a run of `osp bench` found.
 #[derive(Clone, Debug, Serialize)]
 pub struct BenchReport {
-    /// Where it was measured.
+    /// Machine of the measurement.
     pub machine: Machine,
     /// The arguments that repeat it.
     pub command: String,
     /// The index that the others are compared with.
     pub reference: String,
-    /// What was measured.
+    /// Measured rows.
     #[serde(flatten)]
     pub rows: Rows,
 }
 
-/// How much of a report is printed.
+/// Printed part of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
     /// The verdict and a table a part.

@@ -21,9 +21,9 @@ const PART: &str = "session";
 pub struct SessionInput {
     /// Name of the recording.
     pub recording: String,
-    /// What it holds at this pace.
+    /// Summary of the session at this pace.
     pub summary: Summary,
-    /// How much of it a frame takes.
+    /// Part of the session that a frame takes.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
@@ -151,7 +151,7 @@ fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }
 
-/// As many frames of every stretch of the session, evenly spaced: a slow index is measured on fewer of the late frames,
+/// As many frames of every range of the session, evenly spaced: a slow index is measured on fewer of the late frames,
 /// and its median must not be one of early frames for that. An eighth of the stretches may have fewer frames, of which all are
 /// taken: where something else disturbed the machine for a moment, the time for a stretch is spent on one frame.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
@@ -183,7 +183,7 @@ fn same_frames<'a>(
     })
 }
 
-/// The times of the frames that an index and the reference were both measured on, as many of every stretch of the session.
+/// The times of the frames that an index and the reference were both measured on, as many of every range of the session.
 fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRecord], frames: u64) {
     let both: Vec<FrameRecord> = same_frames(records, reference).map(|(record, _)| *record).collect();
     let fair = balanced(&both, frames);

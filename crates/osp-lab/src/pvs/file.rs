@@ -33,7 +33,7 @@ use osp_session::{
 };
 
 const MAGIC: &[u8; 10] = b"osp pvs 2\n";
-/// How files of format 1 begin: they had no checksum.
+/// Beginning of files of format 1, which had no checksum.
 const OLD_MAGIC: &[u8; 10] = b"osp pvs 1\n";
 const HEAD_BYTES: u64 = 62;
 const CHECKSUM_BYTES: u64 = 8;
@@ -59,11 +59,11 @@ pub enum PvsError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where, from 0.
+        /// Offset, from 0.
         offset: u64,
-        /// What the format requires there.
+        /// Contents that the format requires there.
         expected: String,
-        /// What was found there.
+        /// Contents found there.
         found: String,
     },
     /// It was made of another model, or of another state of the same one.
@@ -74,14 +74,14 @@ pub enum PvsError {
     OtherModel {
         /// The file.
         path: PathBuf,
-        /// The model that the sets are wanted for.
+        /// The model that needs the sets.
         expected: String,
         /// The model that they are of.
         found: String,
     },
 }
 
-/// Where the model stands in the file.
+/// Offset of the model in the file.
 const MODEL_AT: u64 = MAGIC.len() as u64;
 
 /// The head of the file, before the sets.
@@ -145,7 +145,7 @@ fn model_text(polygons: u64, model: u64) -> String {
 }
 
 impl Pvs {
-    /// Writes the sets to a file, in the place of one that is there.
+    /// Writes the sets to a file, in the place of an existing one.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -272,7 +272,7 @@ fn read_head(bytes: &[u8; HEAD_BYTES as usize], path: &Path) -> Result<Head, Pvs
     Ok(Head { polygons, model, cells: ViewCells { min, side_m, count }, samples })
 }
 
-/// Unpacks the sets, in memory that is asked for at once.
+/// Unpacks the sets, in memory that is requested at once.
 fn read_sets(head: &Head, packed: impl Read, path: &Path) -> Result<Vec<u64>, PvsError> {
     let io = |cause| PvsError::Io { path: path.to_owned(), cause };
     let words = words_of(head.polygons as usize) * head.cells.len();

@@ -6,10 +6,10 @@
 //!
 //! # Differences from the papers
 //! * Cells are cubes of a grid: a sketch has no walls and doors to take them from.
-//! * What is kept are groups of sixteen consecutive polygons, as the index pages them: a bit for each cell and group.
+//! * It stores groups of sixteen consecutive polygons, as the index pages them: a bit for each cell and group.
 //!
-//! The sets are **sampled, not exact**: what can be seen only from between the samples of a cell is missing from its set.
-//! `osp verify --pvs` says how much that is.
+//! The sets are **sampled, not exact**: polygons visible only from between the samples of a cell are missing from its
+//! set. `osp verify --pvs` counts them.
 
 mod bake;
 mod file;

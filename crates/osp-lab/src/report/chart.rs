@@ -89,8 +89,8 @@ fn groups(run: &RunReport, frames: u64) -> Vec<Group> {
         .collect()
 }
 
-/// How the runs look: structures as in all charts, and one structure's methods of culling by occlusion each in a way of
-/// its own.
+/// Styles of the runs: structures as in all charts, and one structure's methods of culling by occlusion each in a way
+/// of its own.
 fn styles(runs: &[RunReport]) -> Vec<LineStyle> {
     let style = |run: &RunReport| {
         let Some(occlusion) = &run.occlusion else { return LineStyle::of_structure(&run.index) };

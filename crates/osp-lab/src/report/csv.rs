@@ -12,7 +12,7 @@ pub struct CsvWriter<W> {
     views: usize,
 }
 
-/// Whether the lines say what culling by occlusion did.
+/// Whether the lines have the columns of occlusion culling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OcclusionColumns {
     /// They do not.

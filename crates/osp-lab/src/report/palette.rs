@@ -1,6 +1,6 @@
-//! How lines look in charts: a structure has the same colour and mark in all of them, and no two structures are alike.
+//! Styles of lines in charts: a structure has the same colour and mark in all of them, and no two structures are alike.
 //!
-//! The colours can be told apart also by people who confuse red and green; they are after Okabe and Ito, "Color Universal
+//! People who confuse red and green can distinguish the colours, too; they are after Okabe and Ito, "Color Universal
 //! Design", 2008. There are more structures than colours: those of one family share a colour and differ by their mark.
 
 use std::error::Error;
@@ -85,7 +85,7 @@ type MarkElement<DB> = ComposedElement<Point, DB, Polygon<Point>, PathElement<Po
 pub(crate) type Sample<DB> =
     ComposedElement<Point, DB, DashedPathElement<std::array::IntoIter<Point, 2>, u32>, MarkElement<DB>>;
 
-/// How a line looks.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LineStyle {
     color: RGBColor,

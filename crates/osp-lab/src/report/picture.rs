@@ -35,7 +35,7 @@ pub enum ChartFormat {
 }
 
 impl ChartFormat {
-    /// The kind that the ending of a file name asks for.
+    /// The kind for the ending of a file name.
     ///
     /// # Errors
     /// [`ChartError::Ending`].

@@ -9,9 +9,10 @@ use thiserror::Error;
 use super::RunReport;
 use osp_session::{atomic_file::write_atomically, replay::SessionFingerprint, small_file};
 
-/// A session's frames are divided into this many parts, each with a fingerprint of its own, to say where two runs differ.
+/// A session's frames are divided into this many parts, each with a fingerprint of its own, to locate differences of
+/// two runs.
 const PARTS: u64 = 16;
-/// Largest file of pins that is read: those of 50,000 recordings.
+/// Largest file of pins that is read: enough for 50,000 recordings.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// The fingerprints that replays must give: one entry for each recording and setting, kept in a file of RON text.
@@ -32,9 +33,9 @@ pub struct Pin {
     pub camera: String,
     /// Frames of the replay.
     pub frames: u64,
-    /// Of all frames.
+    /// Fingerprint of all frames.
     pub fingerprint: String,
-    /// Of each sixteenth of the session.
+    /// Fingerprint of each sixteenth of the session.
     pub parts: Vec<String>,
 }
 
@@ -85,7 +86,7 @@ impl Pin {
         self.recording == other.recording && self.pace == other.pace && self.camera == other.camera
     }
 
-    /// How `found` differs from this pin; `None` if it does not.
+    /// Difference of `found` from this pin; `None` if there is none.
     pub fn difference(&self, found: &Self) -> Option<String> {
         if self.frames != found.frames {
             return Some(format!("pinned with {} frames, replayed with {}", self.frames, found.frames));
@@ -102,8 +103,8 @@ impl Pin {
     }
 }
 
-/// What a recording is called in the file of pins at `pins`: its path from the folder of the pins if it lies below,
-/// else its whole path; so two recordings of one name in two folders are not mistaken for each other.
+/// Name of a recording in the file of pins at `pins`: its path from the folder of the pins if it lies below, else its
+/// whole path. So recordings of one name in two folders have different names.
 pub fn pinned_name(recording: &Path, pins: &Path) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| whole(path));
@@ -129,7 +130,7 @@ impl Pins {
         ron::from_str(&text).map_err(|e| PinError::Format { path: path.to_owned(), cause: Box::new(e) })
     }
 
-    /// Writes the file anew, whole or not at all.
+    /// Writes the file again, whole or not at all.
     ///
     /// # Errors
     /// The file cannot be written.

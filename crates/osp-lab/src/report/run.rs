@@ -43,7 +43,7 @@ pub struct RunReport {
 pub struct OcclusionReport {
     /// Name of the method.
     pub method: &'static str,
-    /// How it tests nodes, and scores occluders.
+    /// Its node test, and its score of occluders.
     pub tests: (NodeTest, Score),
     /// The assumed cost of drawing a polygon, nanoseconds.
     pub polygon_ns: f64,
@@ -266,7 +266,7 @@ impl RunReport {
         &self.measured
     }
 
-    /// What was found in a view of the rig; `None` if no measured frame had it.
+    /// Means of a view of the rig; `None` if no measured frame had it.
     pub fn view_means(&self, number: usize) -> Option<ViewMeans> {
         let views = self.views.as_ref()?;
         let (mut frames, mut in_view, mut drawn) = (0.0, 0.0, 0.0);
@@ -279,7 +279,8 @@ impl RunReport {
         (frames > 0.0).then(|| ViewMeans { in_view: in_view / frames, drawn: drawn / frames })
     }
 
-    /// What the frames cost with all views beside one view times their number; `None` if no frame was measured with both.
+    /// Cost of the frames with all views, compared with one view times their number; `None` if no frame was measured
+    /// with both.
     pub fn against_one_view(&self) -> Option<AgainstOneView> {
         AgainstOneView::of(self.views.as_ref()?.against_one.iter().copied().flatten().collect())
     }

@@ -19,7 +19,7 @@ pub struct StructureNode {
     pub bounds: Aabb,
     /// 0 at the top.
     pub depth: u32,
-    /// Polygons in the node and below, as the index says.
+    /// Polygons in the node and below, as the index counts them.
     pub polygons: usize,
     /// Number of the node above.
     pub parent: Option<usize>,

@@ -70,7 +70,7 @@ pub enum StructureView {
     Tree,
 }
 
-/// What the colours of a picture of cells tell.
+/// Meaning of the colours in a picture of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CellColors {
     /// The level of a cell.
@@ -85,7 +85,7 @@ pub enum CellColors {
 pub struct SplitOutline {
     /// Level of the node; 0 at the top.
     pub depth: u32,
-    /// What is left of the plane, in order around it.
+    /// Remaining corners of the plane, in order around it.
     pub corners: Vec<Vec3>,
 }
 
@@ -105,11 +105,11 @@ pub struct StructurePanel {
 pub struct StructurePicture<'a> {
     /// From the left.
     pub panels: &'a [StructurePanel],
-    /// What is shown.
+    /// Kind of the picture.
     pub view: StructureView,
     /// The polygons.
     pub scene: &'a Scene,
-    /// What the colours tell.
+    /// Meaning of the colours.
     pub colors: CellColors,
     /// A ray, and where it meets the first polygon: the nodes that it enters stand out.
     pub ray: Option<(Ray, Option<f32>)>,
@@ -328,7 +328,7 @@ fn enters(ray: &Ray, node: &StructureNode) -> bool {
     ray.enter_box(&node.bounds, f32::INFINITY).is_some()
 }
 
-/// A line of a legend: its colour, if it has one, and what it says.
+/// A line of a legend: its colour, if it has one, and its text.
 type LegendLine = (Option<HSLColor>, String);
 
 fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) -> Vec<LegendLine> {

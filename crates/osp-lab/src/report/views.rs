@@ -12,9 +12,9 @@ use osp_session::{
 pub struct RigReport {
     /// Its name.
     pub name: String,
-    /// How the two eyes' pictures reach the eyes.
+    /// Form of the pictures for the two eyes.
     pub stereo: &'static str,
-    /// What its room does while the head moves.
+    /// Motion of its room while the head moves.
     pub room: &'static str,
     /// Its screens and eyes.
     pub views: Vec<RigViewReport>,
@@ -92,10 +92,10 @@ pub(super) struct ViewCounts {
     pub(super) drawn: u32,
 }
 
-/// What one index found in each view of its measured frames.
+/// Results of one index in each view of its measured frames.
 #[derive(Clone, Debug, Default)]
 pub struct ViewsReport {
-    /// Of each measured frame, the counts of each screen and eye that had a view.
+    /// Counts of each screen and eye with a view, for each measured frame.
     pub(super) frames: Vec<Box<[Option<ViewCounts>]>>,
     /// Of each measured frame, the time of all stages with all views, and that of the same frame with one view for each
     /// view, nanoseconds. `None`: one of them was not measured.
@@ -104,7 +104,7 @@ pub struct ViewsReport {
     one_view_ns: Option<u64>,
 }
 
-/// What a replay has found in one view of a rig.
+/// Results of a replay in one view of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewMeans {
     /// Polygons in the frustum, mean of the frames with this view.

@@ -5,7 +5,7 @@ const Z_95: f64 = 1.96;
 /// follow each other are not quite, so the interval is a little too narrow.
 ///
 /// The interval is that of the order statistics, without any assumption about the distribution (W. J. Conover,
-/// "Practical Nonparametric Statistics", 1971, section 3.2). Of fewer than six values it is all of them.
+/// "Practical Nonparametric Statistics", 1971, section 3.2). With fewer than six values it covers all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The median.

@@ -1,5 +1,5 @@
-//! What the harnesses measure, as long rows: each is one figure of one structure or method. Text, CSV, JSON, verdict and page
-//! are made of the rows alone, so a harness only names its figures.
+//! Measurements of the harnesses, as long rows: each is one figure of one structure or method. Text, CSV, JSON, verdict and
+//! page are made of the rows alone, so a harness only names its figures.
 
 mod estimate;
 mod table;
@@ -15,7 +15,7 @@ pub(crate) use estimate::quantile;
 #[cfg(feature = "bench")]
 pub(crate) use table::{Cells, RIVAL, Summary, Table, distinct, is_of};
 
-/// The least time that enters a ratio, microseconds: a clock may say that nothing took any.
+/// The least time that enters a ratio, microseconds: a clock may return zero.
 const LEAST_US: f64 = 1.0e-3;
 
 /// One figure.
@@ -46,7 +46,7 @@ pub struct Part {
     pub part: &'static str,
     /// A heading.
     pub title: &'static str,
-    /// What has to be known to read it, and what was left out.
+    /// Remarks for the reader, and omitted parts.
     pub notes: Vec<String>,
 }
 
@@ -72,7 +72,7 @@ pub struct Rows {
     pub rows: Vec<Row>,
     /// The parts.
     pub parts: Vec<Part>,
-    /// What is wrong: answers that differ, visible polygons that were culled. None, unless something is broken.
+    /// Faults: differing answers, culled visible polygons. None, unless something is broken.
     pub faults: Vec<String>,
     /// Charts that need more than the rows.
     #[serde(skip)]

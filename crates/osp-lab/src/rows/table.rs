@@ -15,7 +15,7 @@ pub(crate) fn is_of(task: &str, part: &str) -> bool {
     task.split('/').next() == Some(part)
 }
 
-/// What appears in these texts, each once, in their order.
+/// The distinct texts, in their order.
 pub(crate) fn distinct<'a>(texts: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut found: Vec<&str> = Vec::new();
     for text in texts {
@@ -123,8 +123,8 @@ fn named(row: &Row) -> String {
     }
 }
 
-/// A part in short: of each structure the time, 99th percentile and ratio of the first task, and the ratio of each other task, as
-/// geometric means over the recordings.
+/// A part in short: time, 99th percentile and ratio of each structure for the first task, and its ratio for each other task.
+/// These are geometric means over the recordings.
 pub(crate) struct Summary {
     pub(crate) cells: Cells,
     /// Recordings of the task that has most of them.

@@ -46,8 +46,8 @@ fn drawn(cells: &Cells, letters: Option<u16>) -> String {
 }
 
 impl Rows {
-    /// A table for each part that is chosen: of each structure the median, the 99th percentile and the ratio to `reference`; the
-    /// best structures alone. Parts that are not compared with the reference are left out.
+    /// A table for each chosen part: median, 99th percentile and ratio to `reference` of the best structures. Parts that are not
+    /// compared with the reference are left out.
     pub fn summary(&self, reference: &str, is_chosen: impl Fn(&str) -> bool) -> String {
         let tables = self.tables();
         let part = |part: &super::Part| {

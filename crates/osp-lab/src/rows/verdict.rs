@@ -1,4 +1,4 @@
-//! The verdict on all recordings together: which structure is the fastest, and how many times as long the others take.
+//! The verdict on all recordings together: the fastest structure, and the ratios of the others to it.
 
 use super::{
     Rows,
@@ -10,7 +10,7 @@ use crate::report::{one_line, thousands};
 const NEAREST: usize = 2;
 
 impl Rows {
-    /// One sentence on the first part that is compared with `reference`, and one that counts the tasks of all others; none where
+    /// One sentence on the first part that is compared with `reference`, and one that counts the tasks of all others. None if
     /// there is nothing to compare.
     pub fn verdict(&self, reference: &str) -> Vec<String> {
         let tables = self.tables();

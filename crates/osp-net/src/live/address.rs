@@ -1,4 +1,4 @@
-//! Where a shared session is: `nats://HOST[:PORT]/NAME`, and who one is there.
+//! Address of a shared session, `nats://HOST[:PORT]/NAME`, and the credentials there.
 
 use std::fmt;
 use std::net::IpAddr;
@@ -16,15 +16,15 @@ const PORT: u16 = 4222;
 /// Longest file of credentials, bytes.
 const CREDENTIALS_BYTES: u64 = 4096;
 
-/// What is wrong with an address, or with how one wants to go there.
+/// Error in an address or in its options.
 #[derive(Debug, Error)]
 pub enum AddressError {
     /// It is no address of a shared session.
     #[error("expected nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME; found `{found}` ({why})")]
     NoAddress {
-        /// What it is, without what might be a password.
+        /// The address without parts that might be a password.
         found: String,
-        /// What is wrong with it.
+        /// Reason.
         why: String,
     },
     /// The way leaves this machine, and whoever carries the packets could read and change them.
@@ -52,12 +52,12 @@ pub enum AddressError {
     },
 }
 
-/// Who one is to the server.
+/// Credentials at the server.
 #[derive(Clone, PartialEq, Eq)]
 pub enum Credentials {
     /// Nobody in particular.
     None,
-    /// Whoever has this word.
+    /// A shared token.
     Token(String),
     /// A user with a password.
     User {
@@ -68,7 +68,7 @@ pub enum Credentials {
     },
 }
 
-/// Says nothing that is secret.
+/// Prints no secret.
 impl fmt::Debug for Credentials {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -98,7 +98,7 @@ impl Credentials {
     }
 }
 
-/// Where a shared session is.
+/// Address of a shared session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
     host: String,
@@ -146,7 +146,7 @@ impl Address {
         format!("osp-{}", self.session)
     }
 
-    /// The subject of what is said in it.
+    /// The subject of its messages.
     pub(super) fn subject(&self) -> String {
         format!("osp.{}", self.session)
     }
@@ -156,7 +156,7 @@ impl Address {
         format!("osp-here.{}", self.session)
     }
 
-    /// A subject of a wall that shows the session. What is said there is kept nowhere.
+    /// A subject of a wall that shows the session. The server does not store messages there.
     pub(crate) fn wall(&self, what: &str) -> String {
         format!("osp-wall.{}.{what}", self.session)
     }

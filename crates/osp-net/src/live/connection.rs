@@ -1,8 +1,8 @@
 //! The thread that speaks with the server: it reads the log, publishes what is drawn, and helps itself when nothing comes.
 //!
-//! The client's own watch over its subscriptions takes a quarter of a minute, so there is one here: where an own message does
-//! not come back for [`PATIENCE`], or the server has more than was read, the log is asked for anew from where it is known, and
-//! what is on its way is sent again.
+//! The client's own watch over its subscriptions takes a quarter of a minute, so there is one here. If an own message does not
+//! come back for [`PATIENCE`], or the server has more than was read, the log is requested again from its known part.
+//! Unacknowledged messages are resent.
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -24,7 +24,7 @@ use super::{
     state::{Command, Shared},
 };
 
-/// How long an own message may take to come back before it is sent again. Each further time it is twice as long.
+/// Time after which an own message that has not come back is resent. Each further time it is twice as long.
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
 
@@ -37,7 +37,7 @@ const TICK: Duration = Duration::from_millis(25);
 /// Between two looks at how long the server's log is.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How long something that cannot be for good may be so.
+/// Time for which a seemingly permanent error is retried.
 const BENEFIT: Duration = Duration::from_secs(3);
 
 /// Events that may wait for the program; more of the log is not read meanwhile.
@@ -46,7 +46,7 @@ const MOST_UNTAKEN: usize = 1 << 18;
 /// Messages that are taken at once.
 const AT_ONCE: usize = 256;
 
-/// What the log is on the server.
+/// State of the log on the server.
 type Looked = Result<Info, NoAnswer>;
 
 struct Talk<'a> {
@@ -59,12 +59,12 @@ struct Talk<'a> {
     complaints: Arc<Complaints>,
     member: Member,
     state: Connection,
-    /// How the stream was made, as the server dates it.
+    /// Creation time of the stream, by the server's clock.
     made: Option<i128>,
     /// The last message of the log when it was opened.
     read_up_to: u64,
     has_caught_up: bool,
-    /// Nothing has come since the log was opened: what comes first is what follows on the server.
+    /// Nothing has come since the log was opened: the next message is the next one on the server.
     is_just_opened: bool,
     /// The last message that was read: its number, when the server took it, and XXH3 of it.
     last_read: Option<(u64, u64, u64)>,
@@ -133,7 +133,7 @@ struct Server {
     client: Client,
     logs: Context,
     presence: Subscriber,
-    /// How many there were when the log was opened.
+    /// Number of connections when the log was opened.
     connections: u64,
     /// When it was last given up.
     forced: Duration,
@@ -221,7 +221,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Whether the server's log is the one that was read, up to the message that was known when it was asked.
+    /// Whether the server's log is the one that was read, up to the message that was known at the request.
     fn check(&self, info: &Info, known: u64) -> Result<(), LiveError> {
         let made = info.created.unix_timestamp_nanos();
         let is_other = self.made.is_some_and(|known| known != made);
@@ -249,7 +249,7 @@ impl Talk<'_> {
         self.complaints.clear();
     }
 
-    /// Reads the log and publishes, until the log has to be opened anew.
+    /// Reads the log and publishes, until the log has to be opened again.
     async fn read(
         &mut self,
         server: &mut Server,
@@ -346,7 +346,7 @@ impl Talk<'_> {
         !self.has_caught_up && self.is_reading()
     }
 
-    /// Whether the first message of a log that was opened anew goes on from what was read: it has to be the last one that was
+    /// Whether the first message of a log that was opened again continues from what was read: it has to be the last one that was
     /// read, or the first of all. `false`: one was lost on the way.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
@@ -359,7 +359,7 @@ impl Talk<'_> {
         if is_same { Ok(true) } else { Err(self.lost()) }
     }
 
-    /// Takes a message and those that lie ready behind it; whether the log goes on.
+    /// Takes a message and those that lie ready behind it; whether the log continues.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
@@ -396,7 +396,7 @@ impl Talk<'_> {
         Ok(true)
     }
 
-    /// Says that one is there, and who is not any more.
+    /// Publishes the own presence, and authors who have gone.
     async fn say(&mut self, server: &Server, now: Duration) {
         if !server.is_connected() || self.is_reading() {
             return;

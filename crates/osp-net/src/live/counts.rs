@@ -1,4 +1,4 @@
-//! What a member of a shared session counts.
+//! Counts of a member of a shared session.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -18,7 +18,7 @@ pub struct Counts {
     pub gaps: u64,
     /// Messages of those who have not joined, or have left.
     pub strangers: u64,
-    /// What is no message.
+    /// Data that is no message.
     pub garbage: u64,
     /// Messages in which something cannot be.
     pub refused: u64,
@@ -26,7 +26,7 @@ pub struct Counts {
     pub beyond_limits: u64,
     /// Own messages sent again.
     pub resent: u64,
-    /// Times that the log was asked for anew, from where it was known.
+    /// Times that the log was requested again, from where it was known.
     pub reopened: u64,
     /// Connections to the server, the first one included.
     pub connections: u64,
@@ -44,7 +44,7 @@ impl Counts {
     }
 }
 
-/// How long own messages took from the hand to the server and back, microseconds.
+/// Times of own messages from the hand to the server and back, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
     /// Messages.

@@ -11,7 +11,7 @@ pub enum LiveError {
     NotAllowed {
         /// The server.
         server: String,
-        /// What it said.
+        /// Its message.
         why: String,
     },
     /// The encryption fails.
@@ -19,7 +19,7 @@ pub enum LiveError {
     NotEncrypted {
         /// The server.
         server: String,
-        /// What is wrong.
+        /// Reason.
         why: String,
     },
     /// The server has no log to keep a session in.
@@ -27,7 +27,7 @@ pub enum LiveError {
     NoJetStream {
         /// The server.
         server: String,
-        /// What it said.
+        /// Its message.
         why: String,
     },
     /// The thread of the connection has ended without a word, or its last error was taken already.

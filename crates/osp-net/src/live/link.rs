@@ -18,7 +18,7 @@ use super::{
 };
 use osp_session::recording::Event;
 
-/// What draws into a shared session, from any thread.
+/// Handle for drawing into a shared session, from any thread.
 #[derive(Clone, Debug)]
 pub struct Hand {
     commands: queue::UnboundedSender<Command>,
@@ -40,18 +40,18 @@ impl Hand {
         }
     }
 
-    /// Own events that are not in the session yet, as far as the connection knows of them.
+    /// Own events that are not in the session yet, by the connection's last state.
     pub fn pending(&self) -> usize {
         lock(&self.shared.status).pending
     }
 
-    /// Leaves the session after what was sent: [`News::Left`] follows. The session goes on to come in.
+    /// Leaves the session after what was sent: [`News::Left`] follows. The session continues to come in.
     pub fn leave(&self) {
         let _ = self.commands.send(Command::Leave);
     }
 }
 
-/// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first tells the others.
+/// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first informs the others.
 #[derive(Debug)]
 pub struct Link {
     /// Dropping it ends the connection.
@@ -62,7 +62,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Begins to connect, on a thread of its own, and goes on until there is a server. `wake` is called there whenever
+    /// Begins to connect, on a thread of its own, and continues until there is a server. `wake` is called there whenever
     /// there is news.
     ///
     /// # Errors
@@ -91,12 +91,12 @@ impl Link {
         Ok(Self { _background: background, commands, news, shared })
     }
 
-    /// What draws, for any thread.
+    /// The handle for drawing, for any thread.
     pub fn hand(&self) -> Hand {
         Hand { commands: self.commands.clone(), shared: Arc::clone(&self.shared) }
     }
 
-    /// The next news that is there.
+    /// The next news, if any.
     ///
     /// # Errors
     /// The connection has ended for good.
@@ -126,12 +126,12 @@ impl Link {
         Ok(news)
     }
 
-    /// What is known of the connection.
+    /// State of the connection.
     pub fn status(&self) -> Status {
         lock(&self.shared.status).clone()
     }
 
-    /// How long own messages took to come back.
+    /// Times of own messages until they came back.
     pub fn latency(&self) -> Latency {
         Latency::of(&lock(&self.shared.latency_us))
     }

@@ -1,5 +1,5 @@
-//! The log of a session, as the server keeps it: which of its messages count. Every member judges alike: by what stands in
-//! the log and by the server's times in it, and by nothing of its own.
+//! The log of a session, as the server stores it, and the messages of it that count. Every member judges alike: only by
+//! the contents of the log and the server's times in it.
 
 use super::{
     ME, packet,
@@ -7,16 +7,16 @@ use super::{
 };
 use osp_session::recording::{Author, Event, Limits, Message, Reduced, Reducer, Sender, Tally};
 
-/// What has become of a message.
+/// Outcome of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Judged {
     /// It is none, and why.
     Garbage(&'static str),
     /// It counts: its events are the session's next ones.
     Taken(Message),
-    /// It counts for nothing, its number is not used: its sender may say it again.
+    /// It does not count, and its number is not used: its sender may send it again.
     PassedOver(Sender, Passed),
-    /// Its sender was heard, but it has no effect.
+    /// It counts as a sign of its sender, but it has no effect.
     Refused(Sender, String),
 }
 
@@ -42,12 +42,12 @@ pub(super) struct Log {
     tally: Tally,
     /// Authors that have joined.
     joined: u32,
-    /// How much a session may hold.
+    /// Limits of a session.
     limits: Limits,
 }
 
 impl Default for Log {
-    /// So much that every reader of recordings takes it unasked, also with the ends of all its strokes.
+    /// Limits that every reader of recordings accepts by default, also with the ends of all strokes.
     fn default() -> Self {
         let limits = Limits { polygons: Limits::DEFAULT.polygons / 8 * 7, ..Limits::DEFAULT };
         Self {

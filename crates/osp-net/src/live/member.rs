@@ -1,5 +1,5 @@
-//! A member of a shared session, without the network: what comes in the log and what the member draws go in; the session's
-//! events and the messages to publish come out. There is no clock in it.
+//! A member of a shared session, without the network. Inputs are the messages of the log and the member's own events.
+//! Outputs are the session's events and the messages to publish. It has no clock.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use super::{
 };
 use osp_session::recording::{Author, Event, Sender};
 
-/// What a member learns.
+/// News for a member.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
     /// The session's next events. If they are own ones, so many of those that were handed over are among them, in their
@@ -25,11 +25,11 @@ pub enum News {
         /// Own ones that were handed over.
         own: usize,
     },
-    /// So many own events that were handed over will never be in the session.
+    /// Own events that will never be in the session.
     Refused {
         /// Why.
         why: String,
-        /// How many, the oldest ones that are not in the session.
+        /// Number of them: the oldest ones that are not in the session.
         own: usize,
     },
     /// This member has joined, perhaps again, as this author.
@@ -60,12 +60,12 @@ pub(super) struct Member {
     /// Since when an answer is awaited, or the last one came.
     progress: Duration,
     said: Duration,
-    /// What the last faulty message was.
+    /// Description of the last faulty message.
     pub(super) last_passed: Option<String>,
 }
 
 impl Member {
-    /// A member that draws, if it says who it is and by which number it speaks, or one that watches.
+    /// A member that draws, with its name and sender number, or one that watches.
     pub(super) fn new(speaks: Option<(Who, Sender)>) -> Self {
         Self {
             log: Log::default(),
@@ -120,7 +120,7 @@ impl Member {
         self.outbox.is_some() && !self.has_left
     }
 
-    /// The session is so old, as far as one knows before the first message of one's own comes back.
+    /// Sets the estimated age of the session, before the first own message comes back.
     pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
         if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author().is_none()) {
             outbox.set_later_secs(age_secs - now.as_secs_f64());
@@ -157,7 +157,7 @@ impl Member {
         }
     }
 
-    /// What to publish now.
+    /// Messages to publish now.
     pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
         let Some(outbox) = self.outbox.as_mut().filter(|_| !self.has_left && !self.is_full) else {
             return Vec::new();
@@ -198,7 +198,7 @@ impl Member {
         out
     }
 
-    /// What to say so that others know that one is there, if it is time.
+    /// A presence message for the others, if it is due.
     pub(super) fn presence(&mut self, now: Duration) -> Option<String> {
         let outbox = self.outbox.as_ref().filter(|outbox| outbox.author().is_some() && !self.has_left)?;
         if now.saturating_sub(self.said) < SAY_EVERY {
@@ -208,7 +208,7 @@ impl Member {
         Some(packet::presence(outbox.sender()))
     }
 
-    /// Somebody says that it is there.
+    /// Takes a presence message of another member.
     pub(super) fn hear(&mut self, bytes: &[u8], now: Duration) {
         match packet::read_presence(bytes) {
             Some(sender) => self.presence.hear(sender, now),
@@ -221,7 +221,7 @@ impl Member {
         self.presence.interrupted(now);
     }
 
-    /// What to publish about somebody who was not heard of for long: every member says it, the first one counts.
+    /// A message about an author who was silent for long. Every member sends it; the first one counts.
     pub(super) fn say_who_is_gone(&mut self, now: Duration) -> Option<Outgoing> {
         let outbox = self.outbox.as_ref().filter(|_| self.speaks())?;
         outbox.author()?;
@@ -318,7 +318,7 @@ impl Member {
         }
     }
 
-    /// An own message has come back: how many events of it were handed over.
+    /// Takes an own message that has come back; returns its number of own events.
     fn answered(&mut self, author: Author, first_nanos: u64, stamp_nanos: u64, now: Duration) -> usize {
         let Some(outbox) = &mut self.outbox else { return 0 };
         let had_joined = outbox.author().is_some();

@@ -16,8 +16,8 @@
 //! `ME.number(n)`. Without a server one draws on; what was drawn is sent when it comes back. Nothing here waits for the
 //! network.
 //!
-//! Whoever may write on the server may write anything: what is no message, comes out of turn, is of strangers or too much is
-//! passed over and counted. Who may read and write is for the server to decide.
+//! A client with write access may write anything. Data that is no message, comes out of turn, is of strangers or excessive
+//! is skipped and counted. The server decides about read and write access.
 
 mod address;
 mod background;

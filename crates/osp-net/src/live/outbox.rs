@@ -1,8 +1,8 @@
-//! What this member says: own events on their way into the log.
+//! Unacknowledged messages: own events on their way into the log.
 //!
-//! At most [`WINDOW`] messages are on their way. What is drawn meanwhile waits and joins the next one, so that a slow
-//! connection carries fewer and longer messages. A message stays here until it comes back in the log; what comes not back is
-//! sent again, under the same number.
+//! At most [`WINDOW`] messages are in flight. Later events join the next message, so that a slow connection carries fewer
+//! and longer messages. A message stays here until it comes back in the log. Unacknowledged messages are resent under the
+//! same number.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -45,7 +45,7 @@ impl Waiting {
 #[derive(Clone, Debug)]
 struct InFlight {
     number: u64,
-    /// As published, so that what comes back can be told from what somebody else says under the same number.
+    /// The published bytes, to distinguish the message from another one under the same number.
     bytes: Vec<u8>,
     events: Vec<Waiting>,
 }
@@ -68,7 +68,7 @@ pub(super) struct Answered {
     pub(super) since: Option<Duration>,
 }
 
-/// Who one is in the session.
+/// Own name and colour in the session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Who {
     /// The name.
@@ -92,7 +92,7 @@ pub(super) struct Outbox {
     /// Part of the ids: raised where the server must take again what the log has passed over.
     attempt: u32,
     has_to_say_again: bool,
-    /// How much later than by this member's clock the session's time is.
+    /// Offset of the session's time from this member's clock, seconds.
     later_secs: f64,
     rate: OwnRate,
     /// Most bytes of a message.
@@ -300,8 +300,8 @@ impl Outbox {
         answered
     }
 
-    /// The log has refused the own message that was to be next. Its events are said once more, each by itself: one that is
-    /// impossible takes no others with it.
+    /// The log has refused the own message that was to be next. Its events are sent once more, each by itself, so that an
+    /// impossible one does not affect others.
     pub(super) fn refused(&mut self) -> Answered {
         let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
         if message.events.len() > 1 {
@@ -315,7 +315,7 @@ impl Outbox {
         answered
     }
 
-    /// The author was taken for gone: it joins again, as another one, and says then what was not heard.
+    /// The author counted as gone: it joins again as another one, and then sends the missing events.
     pub(super) fn join_again(&mut self, sender: Sender) {
         let unheard = self.in_flight.drain(..).flat_map(|message| message.events);
         let unheard = unheard.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));

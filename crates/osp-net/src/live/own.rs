@@ -1,5 +1,5 @@
-//! The numbers of what this member draws. It draws before it knows which author it will be, and perhaps becomes another one
-//! after a long silence: its own strokes and groups are of the author [`ME`] until they are sent.
+//! Numbers of this member's strokes and groups. It draws before it has an author number, and may get another one after a
+//! long silence. Its own strokes and groups are of the author [`ME`] until they are sent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,14 +9,14 @@ use osp_session::recording::{Author, Event, GroupId, StrokeId};
 /// has so many authors.
 pub const ME: Author = Author(Author::MAX - 1);
 
-/// Which authors own numbers went to, and which strokes are being drawn.
+/// Authors of own numbers, and strokes that are being drawn.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Own {
     strokes: BTreeMap<u32, Author>,
     groups: BTreeMap<u32, Author>,
-    /// Strokes that the log knows and that have not ended: how they began, and their last point.
+    /// Unfinished strokes in the log: their beginning, and their last point.
     open: BTreeMap<u32, (Event, Option<Event>)>,
-    /// Such strokes of an author that was taken for gone, until they go on.
+    /// Such strokes of an author that counted as gone, until they continue.
     interrupted: BTreeMap<u32, (Event, Option<Event>)>,
     /// Strokes that consist of faces, which have no end ...
     faces: BTreeSet<u32>,
@@ -38,7 +38,7 @@ fn shared(number: u32, known: &BTreeMap<u32, Author>, author: Author) -> u32 {
 }
 
 impl Own {
-    /// An own event as the log gets it, from an author, so much later than it says.
+    /// An own event in the form of the log: with its author and with its time shifted.
     pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
         let mut event = event.clone();
         let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
@@ -107,14 +107,15 @@ impl Own {
         }
     }
 
-    /// The author has been taken for gone: its strokes have ended for all. Those that go on become strokes of the next author.
+    /// The author counted as gone: its strokes have ended for all. Strokes that continue become strokes of the next
+    /// author.
     pub(super) fn interrupt(&mut self) {
         self.interrupted.append(&mut self.open);
         self.old_faces.append(&mut self.faces);
     }
 
-    /// What to send for an own event that was not sent yet: with the beginning of a stroke that goes on before its next point,
-    /// from its last one on. `None` if there is nothing to send: the stroke that it ends has ended already.
+    /// Events to send for an own event that was not sent yet. The beginning of a continued stroke comes before its next point.
+    /// `None` if there is nothing to send: the stroke that it ends has ended already.
     pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
         let mut before = Vec::new();
         match &event {

@@ -1,11 +1,11 @@
-//! A message on the wire: a line that says whose it is, then events as lines of a recording.
+//! A message on the wire: a line with its sender, then events as lines of a recording.
 
 use osp_session::recording::{Event, Message, Sender, push_event, read_event};
 
 /// The first word of every message, with the number of this way of writing.
 const MARK: &str = "osp-live-1";
 
-/// Longest message, bytes. Servers take a megabyte, unless they are told otherwise.
+/// Longest message, bytes. Servers take a megabyte by default.
 pub(super) const MAX_BYTES: usize = 1 << 19;
 
 /// Most events of a message.
@@ -58,12 +58,12 @@ fn read_head(line: &str) -> Option<(Sender, u64)> {
     Some((Sender(u64::from_str_radix(sender, 16).ok()?), number.parse().ok()?))
 }
 
-/// What an author says who says nothing else, so that the others know that it is there.
+/// Presence message of an author without other messages.
 pub(super) fn presence(sender: Sender) -> String {
     format!("{MARK} {:016x}", sender.0)
 }
 
-/// Who is there.
+/// Sender of a presence message.
 pub(super) fn read_presence(bytes: &[u8]) -> Option<Sender> {
     let text = std::str::from_utf8(bytes).ok().filter(|text| text.len() <= HEAD_BYTES)?;
     Some(read_head(&format!("{text} 0"))?.0)

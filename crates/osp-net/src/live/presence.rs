@@ -1,4 +1,4 @@
-//! Who was heard of when, by this member's clock. Who says nothing for long is taken for gone.
+//! Last sign of each author, by this member's clock. A silent author counts as gone after a while.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,14 +11,14 @@ pub(super) const SILENCE: Duration = Duration::from_secs(10);
 /// Each author says something so often.
 pub(super) const SAY_EVERY: Duration = Duration::from_secs(2);
 
-/// Between two tries to say that an author has gone.
+/// Interval between two reports that an author has gone.
 const TRY_EVERY: Duration = Duration::from_secs(1);
 
 /// See the [module](self).
 #[derive(Debug, Default)]
 pub(super) struct Presence {
     heard: BTreeMap<Sender, (Author, Duration)>,
-    /// Since when the connection has carried what others say.
+    /// Time since which the connection carries messages of others.
     up_since: Duration,
     tried: Option<Duration>,
 }
@@ -53,7 +53,7 @@ impl Presence {
         self.up_since = now;
     }
 
-    /// An author that is taken for gone, if it is time to say so.
+    /// An author that counts as gone, if a report is due.
     pub(super) fn gone(&mut self, now: Duration, me: Option<Sender>) -> Option<Author> {
         if self.tried.is_some_and(|tried| now.saturating_sub(tried) < TRY_EVERY) {
             return None;

@@ -1,4 +1,4 @@
-//! How much an author may say, and how many may join, judged by the server's clock, so that all members judge alike.
+//! Limits on an author's messages and on joins, by the server's clock, so that all members judge alike.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use osp_session::recording::Sender;
 /// Bytes a second that an author may say for long: some forty thousand events, four hundred times what a hand draws.
 pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
 
-/// Bytes that an author may say at once: what was drawn while there was no connection.
+/// Bytes that an author may send at once: events drawn without a connection.
 pub(super) const BURST_BYTES: u64 = 64 << 20;
 
 /// Joins that a session takes at once: a class, or the whole class again after a network failure.
@@ -17,7 +17,7 @@ pub(super) const JOINS_AT_ONCE: u64 = 128;
 /// joins repeatedly needs eleven hours to use them up.
 pub(super) const SECS_A_JOIN: u64 = 10;
 
-/// A vessel that fills up as time goes by, and that what is said takes from.
+/// A token bucket: time fills it, messages take from it.
 #[derive(Clone, Copy, Debug)]
 struct Allowance {
     amount: u64,
@@ -25,7 +25,7 @@ struct Allowance {
 }
 
 impl Allowance {
-    /// What there is at a time; time that goes back gives nothing.
+    /// Contents at a time; time that goes back adds nothing.
     fn at(self, now_nanos: u64, a_second: u64, most: u64) -> Self {
         let elapsed = u128::from(now_nanos.saturating_sub(self.at_nanos));
         let more = elapsed * u128::from(a_second) / 1_000_000_000;
@@ -37,21 +37,21 @@ impl Allowance {
     }
 }
 
-/// What each sender may still say.
+/// Remaining allowance of each sender.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rates {
     of: BTreeMap<Sender, Allowance>,
 }
 
 impl Rates {
-    /// Whether a sender may say so much at a time. Call [`Rates::note`] once it counts.
+    /// Whether a sender may send `bytes` at a time. Call [`Rates::note`] once it counts.
     pub(super) fn allow(&self, sender: Sender, bytes: usize, now_nanos: u64) -> bool {
         let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.get(&sender).map_or(full, |a| a.at(now_nanos, BYTES_A_SECOND, BURST_BYTES));
         allowance.amount >= bytes as u64
     }
 
-    /// Takes what a sender has said.
+    /// Takes a sender's message from its allowance.
     pub(super) fn note(&mut self, sender: Sender, bytes: usize, now_nanos: u64) {
         let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.entry(sender).or_insert(full);
@@ -63,7 +63,7 @@ impl Rates {
 /// Nanoseconds of waiting that a join uses.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
 
-/// How many may join.
+/// Allowance for joins.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JoinRate {
     /// Nanoseconds of waiting that no join has used; `None` before the first join.
@@ -78,7 +78,7 @@ impl JoinRate {
     }
 
     /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts. After a clock that went back, waiting begins
-    /// anew: a stamp from the future does not close the session until then.
+    /// again: a stamp from the future does not close the session until then.
     pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
         if let Some(waited) = &mut self.waited {
             waited.at_nanos = waited.at_nanos.min(now_nanos);
@@ -93,7 +93,7 @@ impl JoinRate {
     }
 }
 
-/// What this member lets itself say: half of what the others take, for clocks differ.
+/// This member's own limit: half of what the others accept, because clocks differ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OwnRate(Allowance);
 

@@ -1,4 +1,4 @@
-//! What is asked of the server: a connection, the session's stream, its messages from one on.
+//! Requests to the server: a connection, the session's stream, its messages from one on.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -15,23 +15,23 @@ use async_nats::{
 
 use super::{Address, Credentials, LinkOptions, LiveError, Role, packet};
 
-/// How long the server may take to answer a question.
+/// Longest wait for an answer of the server.
 const ANSWER: Duration = Duration::from_secs(1);
 
 /// Longest pause between two tries to connect.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Most messages that the server may send before it is asked for more.
+/// Most messages that the server may send before the next request.
 const BATCH_MESSAGES: usize = 256;
 
 /// Refusals that are remembered, each once.
 const MOST_REFUSALS: usize = 64;
 
-/// What the server and the client complain about, and how often there was a connection.
+/// Errors of the server and the client, and number of connections.
 #[derive(Debug, Default)]
 pub(crate) struct Complaints {
     said: Mutex<(Option<String>, u64)>,
-    /// What the server has refused since there is this connection.
+    /// Refusals of the server since the beginning of this connection.
     forbidden: Mutex<Vec<String>>,
 }
 
@@ -63,7 +63,7 @@ impl Complaints {
         self.forbidden.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
-    /// Why nothing may be said or heard on a subject, if the server has refused that.
+    /// Reason why the server refuses to publish or subscribe to a subject, if it does.
     pub(crate) fn forbids(&self, subject: &str) -> Option<String> {
         let forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
         let quoted = format!("\"{subject}\"");

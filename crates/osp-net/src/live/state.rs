@@ -1,4 +1,4 @@
-//! What a connection is told, and what is known of it.
+//! Options and state of a connection.
 
 use std::path::PathBuf;
 use std::sync::{
@@ -15,22 +15,22 @@ use osp_session::recording::{Author, Event};
 /// Whether a member draws.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
-    /// Who draws, by name and colour.
+    /// An author, by name and colour.
     Author(Who),
-    /// Who only looks. It publishes nothing, and does not make a session that is not there.
+    /// A watcher. It publishes nothing, and does not create a missing session.
     Watcher,
 }
 
-/// How to connect.
+/// Options of a connection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkOptions {
-    /// What one does there.
+    /// Role in the session.
     pub role: Role,
     /// A file of certificates (PEM) to trust beside those of the system.
     pub certificates: Option<PathBuf>,
 }
 
-/// What the connection is doing.
+/// State of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Connection {
     /// There was none yet.
@@ -43,25 +43,25 @@ pub enum Connection {
         /// Messages to read.
         of: u64,
     },
-    /// Everything said comes in at once.
+    /// Every message arrives at once.
     Live,
-    /// The server does not answer. What is drawn is kept and sent once it does.
+    /// The server does not answer. Own events are stored and sent once it does.
     Silent,
-    /// More authors have joined than a session takes at once: this member tries again until it may join, too. What is drawn is
-    /// kept until then.
+    /// More authors have joined than a session takes at once: this member tries again until it may join, too. Own events are
+    /// stored until then.
     Crowded,
-    /// The session holds as much as one may: what is drawn is not taken any more, and nobody may join.
+    /// The session is at its limit: it takes no more events, and nobody may join.
     Full,
 }
 
-/// What a member knows of its connection.
+/// State of a member's connection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
-    /// What the connection is doing.
+    /// State of the connection.
     pub connection: Connection,
-    /// What the server or the system has complained about last, since the connection was live.
+    /// Last error of the server or the system since the connection was live.
     pub trouble: Option<String>,
-    /// Which author this member is.
+    /// Author number of this member.
     pub author: Option<Author>,
     /// Authors that are there.
     pub authors: usize,
@@ -71,18 +71,18 @@ pub struct Status {
     pub has_caught_up: bool,
     /// Counts.
     pub counts: Counts,
-    /// What is wrong with the last faulty message ([`Counts::faulty`]), with its number in the log.
+    /// Error of the last faulty message ([`Counts::faulty`]), with its number in the log.
     pub last_passed: Option<String>,
 }
 
-/// What the thread is told.
+/// Commands to the thread.
 #[derive(Debug)]
 pub(super) enum Command {
     Send(Vec<Event>, Instant),
     Leave,
 }
 
-/// What the thread and the program share.
+/// State shared by the thread and the program.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) started: Instant,

@@ -1,4 +1,4 @@
-//! Who is in the wall, whom a frame waits for, and whose picture is another one: without a clock and without a network.
+//! Nodes of the wall: those that a frame waits for, and those whose picture differs. No clock and no network.
 //!
 //! Times are durations since the hub has started.
 
@@ -10,22 +10,22 @@ use hdrhistogram::Histogram;
 
 use super::report::{NodeReport, Place, Times};
 
-/// So many frames in a row without an answer in time leave a node out.
+/// Missed frames in a row after which a node is left out.
 pub const MISSES: u32 = 3;
-/// So many answers in time, one after the other, let a node in.
+/// Answers in time, one after the other, after which a node is let in.
 const ANSWERS: u32 = 20;
-/// What a frame waits at least.
+/// Least wait of a frame.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
 /// A node that has differed is well after so long without a difference.
 const WELL: Duration = Duration::from_secs(1);
-/// A node that says nothing for so long has gone.
+/// Silence after which a node counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Answers to a frame may still come for so long.
 const REMEMBERED: Duration = Duration::from_secs(2);
 /// Frames whose answers may still come, at most.
 const MOST_REMEMBERED: usize = 4096;
 
-/// What a hub has to say.
+/// News of a hub.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Said {
     /// Frames wait for the node of this screen from now on.
@@ -35,7 +35,7 @@ pub enum Said {
         /// The machine.
         host: String,
     },
-    /// A node is waited for no longer: it goes on, and is let in again once it answers in time.
+    /// A node is waited for no longer: it continues, and is let in again once it answers in time.
     Out {
         /// The screen.
         screen: String,
@@ -52,7 +52,7 @@ pub enum Said {
         host: String,
         /// The first such frame.
         frame: u64,
-        /// What is another one.
+        /// The differing part.
         what: &'static str,
     },
     /// A node that differed shows the same as the hub again.
@@ -77,7 +77,7 @@ impl fmt::Display for Said {
     }
 }
 
-/// What a node answers to a frame: numbers for the events that it has applied, and for the polygons that it sees.
+/// A node's answer to a frame: hashes of its applied events, and of its visible polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer {
     pub(super) log: u64,
@@ -98,19 +98,19 @@ struct Member {
     /// From a frame to its answer, as a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
-    /// What was another one than the hub's, and when it was so last.
+    /// Part that differed from the hub's, and the last time of that.
     difference: Option<(&'static str, Duration)>,
     ready_us: Histogram<u64>,
 }
 
 impl Member {
-    /// How long a frame waits for it.
+    /// Time for which a frame waits for it.
     fn patience(&self, most: Duration) -> Duration {
         (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE.min(most), most)
     }
 }
 
-/// What happened on a screen since the hub has started, whichever nodes it had.
+/// Counts of a screen since the start of the hub, for all its nodes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     differed: u64,
@@ -123,7 +123,7 @@ struct Counts {
 struct Turn {
     number: u64,
     began: Duration,
-    /// What each screen's node should answer.
+    /// Expected answer of each screen's node.
     expected: Vec<Answer>,
     swapped: bool,
     /// Screens whose nodes were in when it was swapped, and have not shown it.
@@ -144,7 +144,7 @@ pub(super) struct Barrier {
     said: Vec<Said>,
     frames: u64,
     last_swap: Option<Duration>,
-    /// Of the last second.
+    /// Swaps of the last second.
     swaps: VecDeque<Duration>,
     frame_us: Histogram<u64>,
     period_us: Histogram<u64>,
@@ -188,7 +188,7 @@ impl Barrier {
         self.members.iter().position(|member| member.as_ref().is_some_and(|member| member.node == node))
     }
 
-    /// A node is there and would show a screen.
+    /// Takes a node's offer to show a screen.
     ///
     /// # Errors
     /// Why it cannot.
@@ -390,7 +390,7 @@ impl Barrier {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }
 
-    /// The nodes, a screen each; `events`: those of the session that the hub has applied.
+    /// The nodes, a screen each; `events`: number of the session's events that the hub has applied.
     pub(super) fn nodes(&self, events: u64) -> Vec<NodeReport> {
         let of = |((screen, member), counts): ((&String, &Option<Member>), &Counts)| {
             let Counts { differed, missed, dropped } = *counts;

@@ -1,4 +1,4 @@
-//! The session up to a position of its log: what hub and nodes have in common.
+//! The session up to a position of its log, for hub and nodes.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ const MOST_WAITING: u64 = 1 << 18;
 #[derive(Debug)]
 pub(super) struct Follower {
     link: Link,
-    /// Messages of the log. Hub and nodes apply each as a whole: which numbers polygons get, and what shape a stroke has that has
-    /// not ended, follows from how its events are cut.
+    /// Messages of the log. Hub and nodes apply each as a whole: polygon numbers, and the shape of an unfinished stroke, depend
+    /// on the division of the events.
     waiting: VecDeque<Vec<Event>>,
     /// Events in them.
     events_waiting: u64,

@@ -1,4 +1,4 @@
-//! The machine that says which moment of the session a wall shows, and when.
+//! The machine that chooses the moment of the session that a wall shows, and the time.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -23,13 +23,13 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// Once a frame has taken so many events of the session, it takes no more messages: so many take a few milliseconds.
+/// Events of the session after which a frame takes no more messages: these take a few milliseconds.
 const EVENTS_A_FRAME: u64 = 1 << 12;
 /// Messages of nodes that a frame takes after its time is over.
 const MESSAGES_AFTER_TIME: u32 = 256;
-/// The state is put together so often at most, however many ask.
+/// Least interval between two reports of the state, for any number of requests.
 const REPORT: Duration = Duration::from_millis(100);
-/// So long a session may be looked for before that is said.
+/// Time of search for a session after which a message reports it.
 const SEARCH: Duration = Duration::from_secs(2);
 /// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
 const MOST_TIME_S: f64 = 1000.0;
@@ -39,16 +39,16 @@ const ON_STATUS: usize = 1;
 /// The place of [`HUB`].
 const ON_HUB: usize = 2;
 
-/// What a hub shows.
+/// Options of a hub.
 #[derive(Clone, Debug)]
 pub struct HubOptions {
     /// A file of certificates (PEM) to trust beside those of the system.
     pub certificates: Option<PathBuf>,
     /// The screens.
     pub rig: Rig,
-    /// How the pictures reach the two eyes.
+    /// Form of the pictures for the two eyes.
     pub stereo: Stereo,
-    /// What the room does while the session's head moves. A tracked head moves in a room that stands.
+    /// Motion of the room while the session's head moves. A tracked head moves in a room that stands.
     pub motion: RoomMotion,
     /// Frames a second, at most.
     pub rate_hz: f64,
@@ -118,8 +118,8 @@ impl Hub {
         self.started.elapsed()
     }
 
-    /// Waits until it is time, and has the nodes show the next frame. `head` is asked then for the tracked head in the room, if
-    /// there is a tracker; otherwise the head is that of the session's artist.
+    /// Waits until it is time, and has the nodes show the next frame. `head` is called then for the tracked head in the room,
+    /// if there is a tracker; otherwise the head is that of the session's artist.
     ///
     /// # Errors
     /// The session or the connection has ended for good, or another hub shows the session.
@@ -161,7 +161,7 @@ impl Hub {
         Ok(self.barrier.take_said())
     }
 
-    /// What each screen's node should answer.
+    /// Expected answer of each screen's node.
     fn cull(&mut self) -> Vec<Answer> {
         let views: Vec<View> = self.views.iter().filter_map(|seen| seen.view).collect();
         self.follower.cull(&views);
@@ -255,7 +255,7 @@ impl Hub {
         }
     }
 
-    /// What is wrong with the connection to the session, if something is.
+    /// Error of the connection to the session, if any.
     pub fn trouble(&self) -> Option<String> {
         let status = self.follower.link().status();
         match (&status.connection, status.trouble) {

@@ -1,4 +1,4 @@
-//! What hub and nodes say to each other: lines of RON.
+//! Messages between hub and nodes: lines of RON.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub(super) const MAX_BYTES: usize = 1 << 16;
 /// Longest name of a screen or of a machine, bytes.
 pub(super) const MAX_NAME_BYTES: usize = 256;
 
-/// What the hub tells all nodes, on one subject, so that they hear it in its order.
+/// Message of the hub to all nodes, on one subject, so that they receive messages in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromHub {
     /// Draw this.
@@ -29,10 +29,10 @@ pub(super) enum FromHub {
 /// A frame of the wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// Which hub says so: another number each time one is started.
+    /// Number of the hub: another one at each start.
     pub(super) hub: u64,
     pub(super) number: u64,
-    /// How many events of the session it shows.
+    /// Number of events of the session that it shows.
     pub(super) events: u64,
     /// The moment at which animated brushes are seen.
     pub(super) time_s: f32,
@@ -40,10 +40,10 @@ pub(super) struct Frame {
     pub(super) views: Vec<Option<Numbers>>,
 }
 
-/// What a node tells the hub.
+/// Message of a node to the hub.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromNode {
-    /// It is there, and would show a screen.
+    /// Offer to show a screen.
     Here {
         node: u64,
         screen: String,
@@ -92,8 +92,8 @@ impl Numbers {
     }
 }
 
-/// A number for what hub and nodes must agree on: the screens, their names and places, the eyes. Where the pictures go may
-/// differ: each machine has monitors of its own.
+/// A hash of the data that hub and nodes must share: the screens, their names and places, the eyes. The outputs of the
+/// pictures may differ: each machine has monitors of its own.
 pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
     let screens: Vec<_> = rig
         .screens

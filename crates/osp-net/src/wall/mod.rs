@@ -1,4 +1,5 @@
-//! A wall of several machines that show one moment of one shared session: a hub says which, and when to show it.
+//! A wall of several machines that show one moment of one shared session: a hub chooses the moment, and the time to
+//! show it.
 //!
 //! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of a
 //! [shared session](crate::live), so that a frame is no more than a position in that log and what the eyes see:
@@ -15,8 +16,8 @@
 //! [named](Said::Differs). A node that misses [three frames](MISSES) is left out, so that the others go on, and let in again
 //! once it answers in time. All of that is decided in `Barrier`, which has no clock and no network.
 //!
-//! What is not here: displays are not locked to each other. That every display shows its picture at the same refresh is the
-//! graphics driver's part (genlock, swap groups), for wgpu has no interface to it.
+//! Displays are not locked to each other. The graphics driver makes every display show its picture at the same refresh
+//! (genlock, swap groups): wgpu has no interface to it.
 
 mod barrier;
 mod follower;
@@ -51,7 +52,7 @@ pub enum WallError {
         rig: String,
         /// The names of its screens.
         there: String,
-        /// What was asked for.
+        /// The requested screen.
         wanted: String,
     },
     /// The hub does not let this node in.
@@ -82,7 +83,7 @@ pub enum WallError {
     NoReport {
         /// The session.
         session: String,
-        /// What is wrong.
+        /// Reason.
         why: String,
     },
 }

@@ -16,27 +16,27 @@ use osp_session::{
     scene::Scene,
 };
 
-/// A node says so often that it is there.
+/// Interval of a node's presence messages.
 const HERE: Duration = Duration::from_millis(400);
 /// Events that are applied at once, of many.
 const EVENTS_AT_ONCE: u64 = 1 << 14;
-/// Messages of a hub that are heard at once.
+/// Messages of a hub that are read at once.
 const MESSAGES_AT_ONCE: u32 = 1024;
-/// How long a screen may be taken by somebody else, who may be gone.
+/// Time for which another node, which may be gone, may hold a screen.
 const TAKEN: Duration = Duration::from_secs(5);
-/// A hub that says nothing for so long is no longer followed.
+/// Silence after which a hub is no longer followed.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Between two looks for events that a frame waits for.
 const LOOK: Duration = Duration::from_micros(500);
 
-/// Which screen a node shows.
+/// Options of a node.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
     /// A file of certificates (PEM) to trust beside those of the system.
     pub certificates: Option<PathBuf>,
     /// All screens of the wall.
     pub rig: Rig,
-    /// How the pictures reach the two eyes.
+    /// Form of the pictures for the two eyes.
     pub stereo: Stereo,
     /// The name of the node's screen.
     pub screen: String,
@@ -44,7 +44,7 @@ pub struct NodeOptions {
     pub host: String,
 }
 
-/// What a node has to do next.
+/// Next step of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Nothing.
@@ -55,7 +55,7 @@ pub enum Step {
     Show,
 }
 
-/// See the [module](self). Dropping it tells the hub.
+/// See the [module](self). Dropping it informs the hub.
 #[derive(Debug)]
 pub struct Node {
     number: u64,
@@ -68,7 +68,7 @@ pub struct Node {
     all: usize,
     wire: Wire,
     follower: Follower,
-    /// What has changed in the model since the last frame that was drawn.
+    /// Changes of the model since the last drawn frame.
     changes: Vec<Change>,
     views: Vec<View>,
     eyes: Vec<Eye>,
@@ -86,9 +86,9 @@ pub struct Node {
     is_ready: bool,
     is_shown: bool,
     told: Option<Instant>,
-    /// Since when it is not let in, and when it was told so last.
+    /// Time since which it is not let in, and time of the last refusal.
     refused: Option<(Instant, Instant)>,
-    /// What was said last of the hub and the session.
+    /// Last message about the hub and the session.
     said: String,
     frames: u64,
     garbage: u64,
@@ -269,7 +269,7 @@ impl Node {
         self.is_shown = true;
     }
 
-    /// What a person should know of the hub and the session, if that is another thing than at the last call.
+    /// Message about the hub and the session, if it differs from the last call.
     pub fn news(&mut self) -> Option<String> {
         let status = self.follower.link().status();
         let text = match (status.trouble, self.has_hub()) {
@@ -289,12 +289,12 @@ impl Node {
         &self.follower.state().scene
     }
 
-    /// What has changed in it since the last frame that was drawn.
+    /// Changes of the model since the last drawn frame.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// What is seen of it; its lists of polygons are in the order of [`Node::views`].
+    /// Its culling pipeline; its lists of polygons are in the order of [`Node::views`].
     pub fn pipeline(&self) -> &Pipeline {
         self.follower.pipeline()
     }
@@ -319,7 +319,7 @@ impl Node {
         self.hub.is_some_and(|(_, heard)| heard.elapsed() < SILENCE)
     }
 
-    /// What it has done.
+    /// Counts so far.
     pub fn counts(&self) -> NodeCounts {
         NodeCounts { frames: self.frames, events: self.follower.applied(), garbage: self.garbage }
     }

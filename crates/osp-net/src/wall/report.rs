@@ -1,4 +1,4 @@
-//! The state of a wall, as its hub tells it to whoever asks.
+//! The state of a wall, which its hub sends on request.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -36,7 +36,7 @@ impl Place {
 /// Times of many frames, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Times {
-    /// How many.
+    /// Number of values.
     pub count: u64,
     /// Half of them took at most this.
     pub p50_us: u64,
@@ -62,25 +62,25 @@ impl Times {
 pub struct NodeReport {
     /// The screen.
     pub screen: String,
-    /// Whether it is there.
+    /// State of the screen's node.
     pub place: Place,
     /// The machine.
     pub host: String,
     /// From the hub's frame to the node's answer, both by the hub's clock.
     pub ready: Times,
-    /// Events of the session that the hub has applied and the node had not, when it told last.
+    /// Events of the session that the hub has applied and the node had not, at its last message.
     pub behind: u64,
     /// Frames that were shown without its answer.
     pub missed: u64,
-    /// How often it was left out.
+    /// Number of times that it was left out.
     pub dropped: u64,
     /// Answers that differed from the hub's own.
     pub differed: u64,
-    /// What differed in its last answer.
+    /// Differing part of its last answer.
     pub difference: Option<String>,
 }
 
-/// What a node has done.
+/// Counts of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NodeCounts {
     /// Frames that it has drawn.
@@ -98,9 +98,9 @@ pub struct WallReport {
     pub session: String,
     /// The rig's name.
     pub rig: String,
-    /// What is wrong with the connection to the session.
+    /// Error of the connection to the session.
     pub trouble: Option<String>,
-    /// Frames a second that the hub was told to make.
+    /// Frames a second set for the hub.
     pub rate_hz: f64,
     /// Frames of the last second.
     pub frames_a_second: f64,
@@ -124,14 +124,14 @@ pub struct WallReport {
 }
 
 impl WallReport {
-    /// Whether the session is there, and every screen has a node that is in and shows what the hub has.
+    /// Whether the session exists, and every screen has an active node with the hub's picture.
     pub fn is_well(&self) -> bool {
         let is_well = |node: &NodeReport| node.place == Place::In && node.difference.is_none();
         self.trouble.is_none() && self.nodes.iter().all(is_well)
     }
 }
 
-/// Asks the hub of a wall for its state.
+/// Requests the state of a wall from its hub.
 ///
 /// # Errors
 /// There is no server, or no hub that answers within two seconds, or its answer is none.

@@ -1,6 +1,6 @@
-//! The connection that carries what hub and nodes say: on a thread of its own, for the rest waits for nothing but a frame.
+//! The connection for messages of hub and nodes. It has its own thread, because the rest waits for nothing but a frame.
 //!
-//! What is said while there is no server is not kept: it is about a frame that is over by then.
+//! Messages without a server are dropped: they concern a frame that is over by then.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -13,25 +13,25 @@ use tokio::{runtime::Builder, sync::mpsc as queue};
 use super::{WallError, message::MAX_BYTES};
 use crate::live::{Address, Background, Complaints, LinkOptions, LiveError, Role, connect};
 
-/// What the hub says to all nodes.
+/// Subject of the hub's messages to all nodes.
 pub(super) const HUB: &str = "hub";
-/// What nodes say to the hub.
+/// Subject of the nodes' messages to the hub.
 pub(super) const NODE: &str = "node";
 /// Questions for the state of the wall.
 pub(super) const STATUS: &str = "status";
 
-/// Messages that wait to be heard; more are dropped.
+/// Messages that wait to be read; more are dropped.
 const MOST_WAITING: usize = 4096;
 /// Between two looks at what the server has refused.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Something that was said.
+/// A received message.
 #[derive(Debug)]
 pub(super) struct Heard {
-    /// Which of the subjects that are listened to it was said on.
+    /// Number of its subject among the subscribed ones.
     pub(super) on: usize,
     pub(super) bytes: Vec<u8>,
-    /// Where an answer goes.
+    /// Subject for an answer.
     pub(super) reply: Option<String>,
 }
 
@@ -51,7 +51,7 @@ fn options(certificates: Option<PathBuf>) -> LinkOptions {
 }
 
 impl Wire {
-    /// Begins to connect, and goes on until there is a server. `wake` is called whenever something was said.
+    /// Begins to connect, and continues until there is a server. `wake` is called for every message.
     pub(super) fn open(
         address: &Address,
         certificates: Option<PathBuf>,
@@ -78,7 +78,7 @@ impl Wire {
         Ok(Self { said: Some(said), heard, to, _background: background })
     }
 
-    /// Says something to all who listen.
+    /// Publishes a message to all subscribers.
     pub(super) fn say(&self, text: String) {
         self.answer(self.to.clone(), text);
     }
@@ -89,7 +89,7 @@ impl Wire {
         let _ = self.said.as_ref().map(|said| said.send((reply, text)));
     }
 
-    /// What was said next, if it comes before so much time is over.
+    /// The next message, if it arrives within `time`.
     pub(super) fn hear(&self, time: Duration) -> Result<Option<Heard>, WallError> {
         match self.heard.recv_timeout(time) {
             Ok(heard) => heard.map(Some),
@@ -99,7 +99,7 @@ impl Wire {
     }
 }
 
-/// How long the last words may take to reach the server.
+/// Longest time for the last messages to reach the server.
 const FAREWELL: Duration = Duration::from_millis(300);
 
 impl Drop for Wire {
@@ -111,7 +111,7 @@ impl Drop for Wire {
     }
 }
 
-/// What a connection is used for.
+/// Subjects of a connection.
 struct Subjects {
     listens_to: Vec<String>,
     speaks_to: String,
@@ -182,7 +182,7 @@ async fn say(client: &Client, subject: String, text: String) {
     }
 }
 
-/// Asks for the state of a wall; `None` if nobody answers.
+/// Requests the state of a wall; `None` without an answer.
 pub(super) fn ask(
     address: &Address,
     certificates: Option<PathBuf>,

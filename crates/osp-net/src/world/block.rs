@@ -47,7 +47,7 @@ pub(super) fn bytes_of(polygons: usize) -> std::ops::RangeInclusive<usize> {
 pub struct Piece {
     /// The first number.
     pub first: PolygonId,
-    /// How many.
+    /// Number of polygons.
     pub polygons: u32,
     /// Red, green, blue, opacity, sRGB.
     pub color: [f32; 4],
@@ -179,7 +179,7 @@ impl Block {
         (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
-    /// Reads a block. `bounds`, in which all its polygons have to lie, and `polygons` are what the manifest says.
+    /// Reads a block. `bounds`, in which all its polygons have to lie, and `polygons` are those of the manifest.
     ///
     /// # Errors
     /// What is wrong with the bytes, as damage of the object that `object` names, in which they begin at `start`.

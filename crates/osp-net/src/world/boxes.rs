@@ -8,7 +8,7 @@ use osp::{
 };
 
 /// The boxes of a block's polygons, sixteen at a time, and a box around each sixteen. A block is loaded and dropped as a whole, so that
-/// nothing has to be inserted or taken out: this takes a third of the memory of an index that can.
+/// nothing has to be inserted or removed: this takes a third of the memory of an index that can.
 pub(super) struct PolygonBoxes {
     backend: Backend,
     sixteens: Vec<Boxes<BLOCK>>,

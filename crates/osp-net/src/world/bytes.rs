@@ -8,14 +8,14 @@ use osp::math::Aabb;
 /// The bytes of an object, or of a part of it, and how much of them has been read.
 pub(super) struct Reader<'a> {
     object: &'a dyn Fn() -> String,
-    /// Where in the object the bytes begin.
+    /// Offset of the bytes in the object.
     start: u64,
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// `object` says for errors where the object is.
+    /// `object` gives the object's place for errors.
     pub(super) fn new(object: &'a dyn Fn() -> String, start: u64, bytes: &'a [u8]) -> Self {
         Self { object, start, bytes, at: 0 }
     }

@@ -1,6 +1,6 @@
 use thiserror::Error;
 
-/// What is wrong with a world.
+/// Error of a world.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WorldError {
     /// The folder or address cannot be used.
@@ -8,7 +8,7 @@ pub enum WorldError {
     Place {
         /// As it was given.
         place: String,
-        /// What is wrong with it, or what was expected.
+        /// Error, or expected form.
         problem: String,
     },
     /// An object (a file in a folder) cannot be read or written.
@@ -16,7 +16,7 @@ pub enum WorldError {
     Object {
         /// Its place.
         object: String,
-        /// What the system or the server says.
+        /// Message of the system or the server.
         problem: String,
     },
     /// An object does not hold what it should.
@@ -24,14 +24,14 @@ pub enum WorldError {
     Damaged {
         /// Its place.
         object: String,
-        /// Where in it, from 0.
+        /// Offset in it, from 0.
         byte: u64,
-        /// What should be there.
+        /// Expected contents.
         expected: String,
-        /// What is there.
+        /// Present contents.
         found: String,
     },
-    /// A world is there already.
+    /// A world exists already.
     #[error("{place}: holds a world already")]
     Exists {
         /// As it was given.
@@ -46,9 +46,9 @@ pub enum WorldError {
     /// There is not enough memory to hold even a few blocks.
     #[error("expected at least {least} bytes of memory for the blocks of this world; found {given}")]
     Memory {
-        /// What a cache of one block and those that are being loaded need.
+        /// Memory for a cache of one block and of the blocks that are being loaded.
         least: u64,
-        /// What it may take.
+        /// Memory that it may take.
         given: u64,
     },
     /// More polygons than numbers for them.

@@ -28,13 +28,13 @@ pub struct Flight {
     points: [DVec3; 4],
     /// Between the second and the third point, from 0 to 1.
     along: f64,
-    /// Where the last frame looked.
+    /// Direction of view of the last frame.
     forward: Option<DVec3>,
 }
 
 impl Flight {
-    /// A flight through `bounds`. The eye moves by `step_m` a frame, by default so far that 900 frames cross the longest side once; it
-    /// sees everything up to `far_m`, by default the whole world.
+    /// A flight through `bounds`. The eye moves by `step_m` a frame; by default 900 frames cross the longest side once. It sees
+    /// everything up to `far_m`, by default the whole world.
     pub fn new(bounds: &Aabb, seed: u64, step_m: Option<f32>, far_m: Option<f32>) -> Self {
         let bounds = if bounds.is_valid() { *bounds } else { Aabb::cube(Vec3::ZERO, 1.0) };
         let longest_m = f64::from(bounds.extent().max_element()).max(1.0e-4);

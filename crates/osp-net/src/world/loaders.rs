@@ -1,4 +1,4 @@
-//! The threads that load blocks, and what they are asked for.
+//! The threads that load blocks, and their requests.
 
 use std::{
     collections::{BTreeSet, VecDeque},
@@ -19,7 +19,7 @@ use osp::math::Aabb;
 /// Wishes, the first ones first.
 type Wishes = VecDeque<u32>;
 
-/// What is to be loaded, what is being loaded, and what a frame waits for.
+/// Blocks to load, blocks that are being loaded, and blocks that a frame waits for.
 pub(super) struct Queue {
     wishes: Wishes,
     /// In the hand of a thread.
@@ -87,14 +87,14 @@ impl Weighter<u32, Arc<Block>> for ByBytes {
 
 type BlockCache = Cache<u32, Arc<Block>, ByBytes>;
 
-/// What the threads share with the frame.
+/// State that the threads share with the frame.
 pub(super) struct Shared {
     pub(super) world: Arc<World>,
     pub(super) cache: BlockCache,
     pub(super) queue: Mutex<Queue>,
     /// Somebody wishes for something, or has taken what was loaded.
     pub(super) wishes: Condvar,
-    /// Something that a frame waits for is there.
+    /// A block that a frame waits for has arrived.
     pub(super) arrivals: Condvar,
     pub(super) held: Arc<Held>,
     pub(super) bytes_read: AtomicU64,
@@ -115,7 +115,7 @@ impl Shared {
 /// Brings a block.
 pub(super) type Load = fn(&Shared, u32) -> Result<Arc<Block>, WorldError>;
 
-/// Tells whoever waits for this thread that it has panicked.
+/// Reports a panic of this thread to the waiting frame.
 struct Watch<'a>(&'a Shared);
 
 impl Drop for Watch<'_> {

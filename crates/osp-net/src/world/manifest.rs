@@ -1,4 +1,4 @@
-//! The manifest of a world: what is in which block, and where. All little-endian:
+//! The manifest of a world: contents and place of each block. All little-endian:
 //!
 //! | byte | what |
 //! |---|---|
@@ -37,7 +37,7 @@ pub struct Source {
     pub name: String,
     /// Polygons of each copy.
     pub polygons: u64,
-    /// How often it is there.
+    /// Number of copies.
     pub copies: u32,
 }
 
@@ -55,21 +55,21 @@ impl ObjectEntry {
     }
 }
 
-/// A block, as the manifest knows it.
+/// A block in the manifest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockEntry {
     /// Holds all its polygons, world space, metres.
     pub bounds: Aabb,
-    /// How many.
+    /// Number of polygons.
     pub polygons: u32,
     pub(super) bytes: u32,
     pub(super) hash: u64,
     pub(super) object: u32,
-    /// Where in the object it begins.
+    /// Its offset in the object.
     pub(super) at: u64,
 }
 
-/// What is in a world.
+/// Contents of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Manifest {
     pub(super) sources: Vec<Source>,

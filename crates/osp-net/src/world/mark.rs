@@ -15,7 +15,7 @@ pub(super) struct Mark {
     file: File,
 }
 
-/// What came of it.
+/// Outcome of locking.
 pub(super) enum Marked {
     Set(Mark),
     /// Another pack runs.

@@ -8,15 +8,15 @@
 //!                               └─ missing:  loaded by threads ──> cache of resident blocks (bounded in bytes)
 //! ```
 //!
-//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Knows [`scene`](osp_session::scene),
+//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Depends on [`scene`](osp_session::scene),
 //! [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
 //!
-//! * **Conservative.** A block is left out only if its box, which holds all its polygons, is outside of the frustum. What is in
-//!   view and not there yet is counted, never passed over in silence.
-//! * **Exact.** What a frame that waits sees is, polygon by polygon, what the same sessions in memory show.
+//! * **Conservative.** A block is left out only if its box, which holds all its polygons, is outside of the frustum. Missing
+//!   blocks in view are counted, never skipped in silence.
+//! * **Exact.** A frame that waits has, polygon by polygon, the same result as the same sessions in memory.
 //! * **Whole or not at all.** The manifest is written after all blocks, in one step: without it there is no world.
-//! * **Bounded.** What a manifest or a block claims is held against its size before memory is reserved for it, and no more of an
-//!   answer of a server is taken than was asked for.
+//! * **Bounded.** The claims of a manifest or a block are compared with its size before memory is reserved for them. No more of
+//!   a server's answer is read than was requested.
 
 mod block;
 mod boxes;

@@ -48,7 +48,7 @@ impl World {
         Ok(Self { place, manifest, index, bounds })
     }
 
-    /// What is in it.
+    /// Its manifest.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }

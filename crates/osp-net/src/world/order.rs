@@ -7,7 +7,7 @@ use glam::Vec3;
 use osp::{math::Aabb, polygon::PolygonId};
 use osp_session::scene::Scene;
 
-/// Polygons that stay together when a session is ordered by space: a stretch of a stroke.
+/// Polygons that stay together when a session is ordered by space: a range of a stroke.
 const STRETCH: usize = 16;
 
 /// In which order polygons fill blocks.
@@ -15,7 +15,7 @@ const STRETCH: usize = 16;
 pub enum PackOrder {
     /// As they were drawn: strokes that were drawn one after the other lie near each other.
     Strokes,
-    /// Stretches of strokes along a Z-order curve (G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in
+    /// Ranges of strokes along a Z-order curve (G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in
     /// File Sequencing", 1966).
     #[default]
     Space,
@@ -57,7 +57,7 @@ impl PackOrder {
     }
 }
 
-/// Where on the curve through a box a point lies: 21 bits an axis, woven into each other.
+/// Position of a point on the curve through a box: 21 bits an axis, woven into each other.
 fn along_curve(point: Vec3, bounds: &Aabb) -> u64 {
     let cells = 2_097_151.0;
     // One scale for all axes: the curve's cells are cubes.

@@ -1,4 +1,4 @@
-//! Where a world lies: a folder, or an address that the crate `object_store` understands.
+//! Place of a world: a folder, or an address that the crate `object_store` understands.
 
 use std::{fs, io, ops::Range, path::PathBuf, sync::Arc};
 
@@ -20,12 +20,12 @@ use super::{
 };
 use osp_session::small_file::check_regular;
 
-/// A server that does not answer is asked again so often, and for so long.
+/// Retries for a server that does not answer, and their total time.
 #[cfg(feature = "worlds-cloud")]
 const MOST_RETRIES: usize = 3;
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
-/// Reserved at most for what a server says it will send; more as it comes. Larger than any block.
+/// Most memory reserved for an announced answer of a server; more as it comes. Larger than any block.
 #[cfg(feature = "worlds-cloud")]
 const RESERVED_BYTES: u64 = 1 << 20;
 
@@ -35,10 +35,10 @@ pub struct Place {
     text: String,
     store: Arc<dyn ObjectStore>,
     prefix: Path,
-    /// Where it is no address.
+    /// Folder, if it is no address.
     folder: Option<PathBuf>,
     is_writable: bool,
-    /// What the client of an address runs on. A folder needs none.
+    /// Runtime for the client of an address. A folder needs none.
     #[cfg(feature = "worlds-cloud")]
     runtime: Option<Arc<tokio::runtime::Runtime>>,
 }
@@ -57,8 +57,8 @@ enum Folder {
 }
 
 impl Place {
-    /// A place to read from: an existing folder, or (feature `worlds-cloud`) `http://`, `https://` or `s3://`. Nothing is asked of a
-    /// server yet.
+    /// A place to read from: an existing folder, or (feature `worlds-cloud`) `http://`, `https://` or `s3://`. No request is sent
+    /// to a server yet.
     ///
     /// # Errors
     /// It is not there, or no such address.
@@ -161,7 +161,7 @@ impl Place {
         WorldError::Place { place: self.text.clone(), problem: problem.to_owned() }
     }
 
-    /// Where an object is, for messages.
+    /// Place of an object, for messages.
     pub(super) fn name_of(&self, object: &str) -> String {
         format!("{}/{object}", self.text.trim_end_matches('/'))
     }
@@ -234,7 +234,7 @@ impl Place {
         }
     }
 
-    /// A part of an object. Fewer bytes than asked for where it ends.
+    /// A part of an object. Fewer bytes than requested where it ends.
     pub(super) fn read_range(
         &self,
         object: &str,
@@ -262,7 +262,7 @@ impl Place {
         }
     }
 
-    /// Writes an object, whole or not at all, in the place of one that is there.
+    /// Writes an object, whole or not at all, in the place of an existing one.
     pub(super) fn replace(&self, object: &str, bytes: Vec<u8>) -> Result<(), WorldError> {
         let path = self.path_of(object);
         let put = self.store.put(&path, PutPayload::from(bytes));
@@ -299,7 +299,7 @@ impl Place {
     }
 }
 
-/// What a server answers, if it is not longer than this: its headers may say less than it sends.
+/// Body of a server's answer, if it is not longer than this: its headers may announce less than it sends.
 #[cfg(feature = "worlds-cloud")]
 async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>> {
     let mut bytes = Vec::with_capacity(most_bytes.min(RESERVED_BYTES) as usize);
@@ -315,7 +315,7 @@ async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// What the system or the server said, without the words of the layers around it that repeat each other.
+/// Message of the system or the server, without the repeated words of the layers around it.
 fn innermost(error: &(dyn std::error::Error + 'static)) -> String {
     std::iter::successors(Some(error), |&error| error.source())
         .last()

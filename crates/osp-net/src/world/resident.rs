@@ -16,7 +16,7 @@ use super::{
     loaders::{self, ByBytes, Load, Queue, Shared},
 };
 
-/// How much memory blocks may take, and who loads them.
+/// Memory for blocks, and number of loading threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResidentConfig {
     /// Bytes that blocks may take, those that are being loaded among them. The manifest and the index of the blocks come on top

@@ -8,10 +8,10 @@ use osp::{
 };
 use osp_session::replay::SetFingerprint;
 
-/// What a frame does about blocks in view that are not in memory.
+/// Treatment of blocks in view that are not in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// It goes on without them, counts them, and has them loaded for the frames that follow.
+    /// It continues without them, counts them, and has them loaded for the frames that follow.
     Count,
     /// It waits for them.
     Wait,
@@ -32,15 +32,15 @@ pub struct Frame {
     pub missing_blocks: u64,
     /// Polygons of these: at most so many are in view and not among [`Frame::visible`].
     pub missing_polygons: u64,
-    /// What the thread of the frame worked, nanoseconds: all but waiting and the fingerprint.
+    /// Work of the frame's thread, nanoseconds: all but waiting and the fingerprint.
     pub work_ns: u64,
-    /// What it waited for blocks, nanoseconds.
+    /// Wait for blocks, nanoseconds.
     pub wait_ns: u64,
     /// Fingerprint of the polygons in view that are there, as [`osp_session::replay::fingerprint_of_frame`] makes it.
     pub fingerprint: u64,
 }
 
-/// What a walk has cost so far.
+/// Cost of a walk so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WalkCounts {
     /// Bytes of blocks that were read.
@@ -90,7 +90,7 @@ impl Walk {
         })
     }
 
-    /// What has been read so far, and what was in memory.
+    /// Bytes and blocks read so far, and the most in memory.
     pub fn counts(&self) -> WalkCounts {
         WalkCounts {
             bytes_read: self.residents.bytes_read(),
@@ -99,11 +99,11 @@ impl Walk {
         }
     }
 
-    /// Sees the next frame. What `ahead`, a view that is expected later, will need is loaded after what this frame needs, as far as
-    /// the memory holds both.
+    /// Sees the next frame. Blocks of `ahead`, a view that is expected later, are loaded after the blocks of this frame, as far
+    /// as the memory holds both.
     ///
     /// # Errors
-    /// A block cannot be loaded: of this frame, or (as it is loaded beside the frames) of one before.
+    /// A block cannot be loaded: of this frame, or (as blocks are loaded in the background) of one before.
     pub fn frame(
         &mut self,
         view: &View,
@@ -150,8 +150,8 @@ impl Walk {
         Ok(frame)
     }
 
-    /// Asks for what is late, the nearest first, then for what the view ahead needs. If all that is in view does not fit into memory,
-    /// a frame that does not wait asks for the nearest blocks alone; else blocks would push each other out in turns.
+    /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit into memory,
+    /// a frame that does not wait requests the nearest blocks alone; else blocks would push each other out in turns.
     fn wish(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
         let room_of = |block: u32| Block::room_for(world.entry(block).polygons as usize);
@@ -193,7 +193,7 @@ impl Walk {
     }
 }
 
-/// What a frame has found so far.
+/// Result of a frame so far.
 struct Tally {
     frustum: Frustum,
     set: SetFingerprint,

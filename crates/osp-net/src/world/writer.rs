@@ -23,7 +23,7 @@ const OBJECT_BLOCKS: u64 = 64;
 /// to the other.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
-/// What a pack does to a world that is there already.
+/// Treatment of a world that exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Replacing {
     /// Nothing: it is refused.
@@ -32,17 +32,18 @@ pub enum Replacing {
     World,
 }
 
-/// What was packed.
+/// Result of a pack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
-    /// What is in the world now.
+    /// Present contents of the world.
     pub manifest: Manifest,
     /// Polygons left out: their boxes are not finite, so nothing can be drawn of them.
     pub refused: u64,
 }
 
-/// Packs finished sessions into a world. Nothing of it can be opened before [`WorldWriter::finish`]; the blocks of a pack that was
-/// stopped are removed by the next one into the same place. In a folder, a second pack is refused while one runs. Memory: an object, and what it knows of each block.
+/// Packs finished sessions into a world. Nothing of it can be opened before [`WorldWriter::finish`]; the blocks of a pack that
+/// was stopped are removed by the next one into the same place. In a folder, a second pack is refused while one runs. Memory: one
+/// object, and an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,
@@ -55,7 +56,7 @@ pub struct WorldWriter {
     /// Numbers given out so far.
     ids: u64,
     refused: u64,
-    /// Where there are locks, no other pack writes meanwhile.
+    /// Lock that keeps other packs away, where locks exist.
     _mark: Option<Mark>,
 }
 
@@ -66,7 +67,7 @@ impl WorldWriter {
     /// Begins a world.
     ///
     /// # Errors
-    /// [`WorldError::Exists`], [`WorldError::Busy`], or the place cannot be asked.
+    /// [`WorldError::Exists`], [`WorldError::Busy`], or the place does not answer.
     pub fn create(place: Place, replacing: Replacing, order: PackOrder) -> Result<Self, WorldError> {
         if replacing == Replacing::Never && place.holds(MANIFEST)? {
             return Err(WorldError::Exists { place: place.text().to_owned() });
@@ -86,8 +87,8 @@ impl WorldWriter {
         })
     }
 
-    /// Adds what is there of a model, once for each offset (metres). A polygon's number in the world is its number in the model
-    /// plus the numbers of all models and copies that came before.
+    /// Adds the present polygons of a model, once for each offset (metres). A polygon's number in the world is its number in
+    /// the model plus the numbers of all models and copies that came before.
     ///
     /// # Errors
     /// The blocks cannot be written, or [`WorldError::TooMany`].
@@ -156,8 +157,8 @@ impl WorldWriter {
     /// Writes what is left, and last of all the manifest: from then on it is a world. Then removes blocks that belong to none.
     ///
     /// # Errors
-    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or blocks that were
-    /// written are gone, because another pack (behind an address nothing keeps it away) has ended here: then what is there stays.
+    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or written blocks are
+    /// gone because another pack has ended here, which nothing prevents behind an address. The other world then stays.
     pub fn finish(mut self) -> Result<Packed, WorldError> {
         if self.block.polygons() > 0 {
             self.end_block()?;

@@ -3,7 +3,7 @@
 use super::span::SPAN_BYTES;
 use crate::{Gpu, descriptors};
 
-/// What a binding of a compute shader is.
+/// Kind of a binding of a compute shader.
 #[derive(Clone, Copy)]
 pub(super) enum Bound {
     /// A uniform buffer of so many bytes.

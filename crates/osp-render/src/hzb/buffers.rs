@@ -7,7 +7,7 @@ pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::Bu
     descriptors::buffer(gpu.device(), label, bytes, usage)
 }
 
-/// Makes a buffer hold so many bytes; a larger one is empty (all zero). Says whether it is another.
+/// Makes a buffer hold this number of bytes; a larger one is empty (all zero). Returns whether it is another.
 pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
     if bytes <= buffer.size() {
         return false;

@@ -13,7 +13,7 @@ pub enum HzbGroup {
 }
 
 impl HzbGroup {
-    /// How many polygons.
+    /// Number of polygons.
     pub fn polygons(self) -> u32 {
         match self {
             Self::Sixteen => 16,
@@ -23,7 +23,7 @@ impl HzbGroup {
     }
 }
 
-/// What stands for a group.
+/// Bound that represents a group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbBound {
     /// The rectangle around its corners on the picture, and the nearest of them.
@@ -51,9 +51,9 @@ pub enum HzbFine {
 pub struct HzbConfig {
     /// Polygons that are tested as one. Larger: fewer tests, and less is found.
     pub group: HzbGroup,
-    /// What stands for a group.
+    /// Bound that represents a group.
     pub bound: HzbBound,
-    /// What follows where a group is not hidden.
+    /// Finer test of a group that is not hidden.
     pub fine: HzbFine,
 }
 
@@ -80,7 +80,7 @@ impl DrawnCounts {
 impl Add for DrawnCounts {
     type Output = Self;
 
-    /// Of several views together.
+    /// Sum over several views.
     fn add(self, other: Self) -> Self {
         Self {
             groups_tested: self.groups_tested + other.groups_tested,

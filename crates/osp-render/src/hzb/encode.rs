@@ -162,7 +162,7 @@ impl HzbView {
         }
     }
 
-    /// Asks, instead of a test.
+    /// Issues queries instead of a test.
     fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
@@ -192,7 +192,7 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid of what has been drawn and tests, to know in the next frame what is visible in this one.
+    /// Builds the pyramid of the drawn polygons and tests, so that the next frame has the polygons visible in this one.
     fn remember(
         &self,
         frame: &Frame<'_>,

@@ -1,7 +1,7 @@
 use super::Hzb;
 use crate::{DrawOrder, Gpu, Target, finish::Finish, gpu_scene::GpuScene, pipelines::Pipelines};
 
-/// What drawing a view takes from the renderer and from the view's slot.
+/// Parts of the renderer and of the view's slot that drawing a view needs.
 #[derive(Clone, Copy)]
 pub(in super::super) struct Frame<'a> {
     pub(in super::super) gpu: &'a Gpu,

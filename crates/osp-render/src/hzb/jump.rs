@@ -4,12 +4,12 @@ use crate::run::Handle;
 use osp::polygon::{BLOCK, PolygonId};
 use osp_session::scene::Scene;
 
-/// Polygons whose distance is asked for where an eye has moved.
+/// Polygons whose distance is sampled after a move of an eye.
 const SAMPLES: usize = 15;
 /// An eye that moves farther than this part of the distance of what it sees sees other sides of it.
 const FAR_PART: f32 = 0.5;
 
-/// What a view showed in its last frame: enough to say whether it is worth recalling what was visible then.
+/// Record of a view's last frame, to decide whether recalling its visible polygons pays.
 #[derive(Debug, Default)]
 pub(super) struct LastLook {
     eye_in_world: Vec3,
@@ -20,9 +20,9 @@ pub(super) struct LastLook {
 }
 
 impl LastLook {
-    /// Takes the next frame's, and says whether its view has jumped: most of what is in view was not in the last frame, or
-    /// the eye has moved so far that what hides there need not hide here. Of an eye that goes on so fast, every other frame
-    /// jumps: the others recall what was found visible just before.
+    /// Takes the record of the next frame, and returns whether its view has jumped. A view jumps if most polygons in view
+    /// were not in the last frame, or if the eye has moved so far that the old occluders need not hide any more. With such a
+    /// fast eye every other frame jumps; the others recall the polygons found visible just before.
     pub(super) fn jumps_to(&mut self, eye_in_world: Vec3, handles: &[Handle], scene: &Scene) -> bool {
         let count: u32 = handles.iter().map(|handle| handle.mask.count_ones()).sum();
         let has_jumped = count > 0
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use osp_session::recording::{Author, Event};
 
-    /// So many small squares in a row, a metre apart.
+    /// A row of `count` small squares, a metre apart.
     fn row(count: u8) -> Scene {
         let mut scene = Scene::new();
         for i in 0..count {

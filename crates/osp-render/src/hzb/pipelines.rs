@@ -9,7 +9,7 @@ use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shad
 /// Storage buffers that the largest of the compute shaders has; as many as every adapter must offer have it.
 const STORAGE_BUFFERS: u32 = 7;
 
-/// What culling by a hierarchical depth buffer needs once, for all views.
+/// Shared resources of culling by a hierarchical depth buffer, for all views.
 #[derive(Debug)]
 pub(in super::super) struct Hzb {
     pub(super) recall: wgpu::ComputePipeline,

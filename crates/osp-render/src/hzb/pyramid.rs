@@ -1,8 +1,8 @@
-/// Most levels: as many as the largest texture that wgpu knows of needs.
+/// Most levels: enough for the largest texture of wgpu.
 pub(super) const MAX_LEVELS: usize = 16;
 
-/// Where the levels of a depth pyramid lie in its buffer: level 1 has half the size of the picture, rounded up, each other
-/// one half of that below. Level 0 is the picture itself, whose samples are read where they are.
+/// Offsets of the levels of a depth pyramid in its buffer: level 1 has half the size of the picture, rounded up, each
+/// other one half of that below. Level 0 is the picture itself, whose samples are read where they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
     /// First texel, width, height, nothing.

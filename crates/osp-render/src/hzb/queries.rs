@@ -40,7 +40,7 @@ const PATIENCE: u64 = 8;
 /// Instead of a query.
 const NOTHING: u32 = u32::MAX;
 
-/// What queries keep for one view.
+/// State of queries for one view.
 #[derive(Debug)]
 pub(super) struct Queries {
     pixel: wgpu::Buffer,
@@ -52,11 +52,11 @@ pub(super) struct Queries {
     /// Width and height of the window at distance 1 along the view.
     extent: [f32; 2],
     frame: u64,
-    /// For each group the frame in which it is asked again, and how long it waits for that.
+    /// For each group the frame of its next query, and the wait until then.
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,
-    /// The groups asked, by query; of the frame at hand, and of those whose answers are on their way.
+    /// The groups of the queries: of the current frame, and of frames whose results have not arrived.
     asked: Vec<u32>,
     waiting: [Vec<u32>; SLOTS],
     ring: ReadRing,
@@ -105,7 +105,7 @@ impl Queries {
         self.groups = None;
     }
 
-    /// Chooses what to ask, and sends it; returns the bytes sent.
+    /// Chooses the queries and sends them; returns the bytes sent.
     pub(super) fn prepare(&mut self, gpu: &Gpu, order: &DrawOrder, scene: &Scene, view: &View) -> u64 {
         self.learn();
         self.frame += 1;
@@ -238,7 +238,7 @@ impl Queries {
     }
 }
 
-/// What queries take from the view that they are of.
+/// Parts of a view that its queries need.
 pub(super) struct HzbViewParts<'a> {
     pub(super) span: wgpu::BindingResource<'a>,
     pub(super) handles: &'a wgpu::Buffer,

@@ -1,7 +1,7 @@
 use super::bindings::{Bound, compute, layout};
 use crate::{Gpu, descriptors, formats::SAMPLES, shaders};
 
-/// What queries need once, for all views.
+/// Shared resources of queries, for all views.
 #[derive(Debug)]
 pub(super) struct QueryPipelines {
     pub(super) boxes_layout: wgpu::BindGroupLayout,

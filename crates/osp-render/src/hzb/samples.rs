@@ -1,7 +1,7 @@
-//! Where an adapter takes the samples of a pixel.
+//! Positions of an adapter's samples in a pixel.
 //!
 //! The test of single samples goes by the places that WebGPU, Vulkan, Direct3D and Metal have for four samples. A driver
-//! may have others without saying so: they are measured, once, and an adapter with others does without the test.
+//! may have others without reporting them. They are measured once; an adapter with others does without the test.
 
 use super::{
     bindings::{Bound, compute, layout},
@@ -21,7 +21,7 @@ const SIDE: u32 = 2;
 const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
 /// From the left and from the top, parts of a pixel, as `hzb_test.wgsl` has them.
 const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
-/// How far from there a sample may be found to be: rounding. The test allows for far more.
+/// Largest accepted distance of a measured sample: rounding. The test allows for far more.
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
 /// Whether the samples of a pixel are where the test of occlusion takes them to be.

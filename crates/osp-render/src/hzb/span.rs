@@ -11,7 +11,7 @@ use super::{
 pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
 /// Bytes of [`Params`].
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
-/// Spans lie this far apart, bytes: no adapter asks for more.
+/// Spans lie this far apart, bytes: no adapter requires more.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
 /// Words before the first page's draw calls.
@@ -28,7 +28,7 @@ pub(super) struct Span {
     pub(super) end: u32,
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Where in the words of `args` the page's draw calls are.
+    /// Position of the page's draw calls in the words of `args`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
 }
@@ -73,7 +73,7 @@ impl Params {
     }
 }
 
-/// The counts of a frame, from what the shaders left in `args` and what the CPU knew before.
+/// The counts of a frame, from the shaders' results in `args` and the CPU's own counts.
 pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> DrawnCounts {
     let word = |at: usize| {
         let bytes = args.get(at * 4..at * 4 + 4).and_then(|bytes| bytes.try_into().ok());

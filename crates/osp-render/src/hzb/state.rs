@@ -12,7 +12,7 @@ use crate::{DrawOrder, Gpu, GpuOcclusion, read_ring::ReadRing, run::Handle};
 use osp::{polygon::BLOCK, view::View};
 use osp_session::scene::Scene;
 
-/// What culling by a hierarchical depth buffer keeps for one view.
+/// State of culling by a hierarchical depth buffer for one view.
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
     pub(super) config: HzbConfig,
@@ -35,7 +35,7 @@ pub(in super::super) struct HzbView {
     pub(super) chunks: Vec<Span>,
     /// Transparent polygons, all of them for each chunk that has some, with the chunk's number in `base`.
     pub(super) transparent: Vec<Span>,
-    /// Where in the words of spans those three begin.
+    /// Beginnings of those three in the words of spans.
     pub(super) first_span: [u32; 3],
     span_bytes: Vec<u8>,
     args_words: Vec<u32>,
@@ -118,13 +118,13 @@ impl HzbView {
         if self.queries.is_some() { GpuOcclusion::Queries } else { GpuOcclusion::Hzb }
     }
 
-    /// From now on it culls by a depth pyramid. What it knows of the last frame stays.
+    /// From now on it culls by a depth pyramid. The record of the last frame stays.
     pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
         (self.config, self.queries) = (config, None);
         self.size = (0, 0);
     }
 
-    /// From now on it culls by hardware queries. What it knows of the last frame stays.
+    /// From now on it culls by hardware queries. The record of the last frame stays.
     pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
         self.queries.get_or_insert_with(|| Queries::new(gpu));
     }

@@ -19,7 +19,7 @@ const NEAREST: f32 = 20.0;
 /// Polygons that a patient map draws for each frame that it has waited.
 const PATIENCE: usize = 1 << 13;
 
-/// What the first light sees: the depth of all that throws a shadow. Drawn anew when the scene or the light has changed,
+/// What the first light sees: the depth of all that throws a shadow. Drawn again when the scene or the light has changed,
 /// whatever the views are and whatever is culled for them.
 #[derive(Debug)]
 pub(super) struct Shadow {

@@ -18,7 +18,7 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// The deepest node. From here the tree for culling goes on by number.
+/// The deepest node. From here the tree for culling continues by number.
 pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
 
 /// Pieces that a plane is tried on at most.

@@ -1,4 +1,4 @@
-//! A binary space partition along the polygons' own planes, built anew when something came, went or moved.
+//! A binary space partition along the polygons' own planes, built again when something came, went or moved.
 //!
 //! Source: Henry Fuchs, Zvi Kedem and Bruce Naylor, "On Visible Surface Generation by A Priori Tree Structures" (1980).
 //! The plane of a node is that of one of its polygons; polygons that it cuts are cut, and the pieces go to either side.

@@ -21,7 +21,7 @@ impl<P: Partition> BucketTree<P> {
         self.node(at).first_child + self.partition.child_of(&self.node(at).cell, center) as u32
     }
 
-    /// Files a polygon from the root down; then splits its leaf if that is full, or builds the highest subtree anew
+    /// Files a polygon from the root down; then splits its leaf if that is full, or builds the highest subtree again
     /// that has become lopsided.
     pub(super) fn file(&mut self, item: &Item) {
         self.upkeep.filed += 1;
@@ -162,7 +162,7 @@ impl<P: Partition> BucketTree<P> {
         self.items = items;
     }
 
-    /// Takes a polygon out, makes the boxes above fit, and builds the highest subtree anew that has become small: a leaf,
+    /// Takes a polygon out, makes the boxes above fit, and builds the highest subtree again that has become small: a leaf,
     /// or, where splits follow the polygons, half of what it was.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let spot = self.spot.get(id);

@@ -6,7 +6,7 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// Polygons of a leaf unless told otherwise: four wide tests. More: smaller trees, more polygons tested. Frustum queries
+/// Polygons of a leaf by default: four wide tests. More: smaller trees, more polygons tested. Frustum queries
 /// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
 

@@ -6,8 +6,8 @@
 //!
 //! # Differences from the source
 //! * In three dimensions, with surfaces (in `f64`, whose squares do not overflow) for perimeters.
-//! * No fat margins: a box that moves is taken out and put in again, because every query here is exact.
-//! * Where two ways cost the same the descent goes on, to the nearer centre and then to the lower subtree. Coincident
+//! * No fat margins: a box that moves is removed and put in again, because every query here is exact.
+//! * Where two ways cost the same the descent continues, to the nearer centre and then to the lower subtree. Coincident
 //!   polygons would otherwise all become the root's sibling: a chain as deep as there are polygons.
 //! * Two siblings' heights may differ by 32 at most; beyond that the taller one is rotated up, whatever it costs. No
 //!   order of insertion (boxes around boxes, for one) makes a chain.

@@ -48,7 +48,7 @@ struct FlatNode {
 pub(super) struct FlatTree {
     nodes: Vec<FlatNode>,
     lanes: BoxLanes,
-    /// Polygons taken out since the tree was built.
+    /// Polygons removed since the tree was built.
     holes: usize,
     /// While it is being filled: the nodes whose subtrees are not complete, from the top.
     open: Vec<u32>,
@@ -151,7 +151,7 @@ impl FlatTree {
         self.lanes.set(at, bounds);
     }
 
-    /// Takes out the polygon at a place of [`FlatTree::ids`]; the boxes above keep their size.
+    /// Removes the polygon at a place of [`FlatTree::ids`]; the boxes above keep their size.
     pub(super) fn vacate(&mut self, at: usize) {
         self.lanes.vacate(at);
         self.holes += 1;

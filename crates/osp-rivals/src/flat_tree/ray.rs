@@ -9,7 +9,7 @@ use osp::{
 const ORDERED: usize = 8;
 
 impl FlatTree {
-    /// Asks `nearest` about the polygons along a ray, near nodes first.
+    /// Passes the polygons along a ray to `nearest`, near nodes first.
     pub(crate) fn ray_nearest(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         let Some(top) = self.nodes.first() else { return };
         let Some(t) = ray.enter_box(&top.bounds, nearest.reach()) else { return };

@@ -38,7 +38,7 @@ impl Children {
 }
 
 impl FlatTree {
-    /// Makes the wide nodes anew: O(nodes).
+    /// Makes the wide nodes again: O(nodes).
     pub(super) fn widen(&mut self) {
         let mut wide = std::mem::take(&mut self.wide);
         wide.clear();

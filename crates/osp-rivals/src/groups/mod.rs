@@ -2,7 +2,7 @@
 //!
 //! A [`GroupIndex`] files polygons once, as *meshes*, by their boxes in the mesh's own space. *Nodes* form trees: each has a
 //! transform to the space of its parent (or the world) and perhaps a mesh; a mesh that several nodes have is shown several
-//! times and filed once. A node that is placed anew costs the nodes below it, whatever their polygons are many: their
+//! times and filed once. A node that is placed again costs the nodes below it, whatever their polygons are many: their
 //! matrices are multiplied, their boxes united, and of the whole tree one entry changes in an index of the trees.
 //!
 //! ```text

@@ -55,12 +55,12 @@ pub(super) struct Node {
     is_stale: bool,
 }
 
-/// What commits have done so far, in counts.
+/// Work counts of all commits so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GroupWork {
     /// World matrices multiplied.
     pub matrices: u64,
-    /// Boxes of nodes computed anew.
+    /// Boxes of nodes computed again.
     pub boxes: u64,
     /// Entries of trees changed in the index of trees.
     pub entries: u64,
@@ -173,7 +173,7 @@ impl GroupIndex {
         Ok(id)
     }
 
-    /// Places a node anew. Costs the way up to the top of its tree; the next [`GroupIndex::commit`] costs the nodes below.
+    /// Places a node again. Costs the way up to the top of its tree; the next [`GroupIndex::commit`] costs the nodes below.
     ///
     /// # Errors
     /// There is no such node, or a number is not finite.
@@ -273,7 +273,7 @@ impl GroupIndex {
         self.trees.commit();
     }
 
-    /// Computes anew what has changed in a tree.
+    /// Computes again what has changed in a tree.
     fn refresh(&mut self, top: u32) {
         // Parents before children: down for the matrices, backwards for the boxes.
         let mut order = vec![top];
@@ -356,12 +356,12 @@ impl GroupIndex {
         Ok(order)
     }
 
-    /// Polygons filed; one that several nodes show counts once.
+    /// Number of polygons; a polygon that several nodes show counts once.
     pub fn polygon_count(&self) -> usize {
         self.meshes.iter().map(|of| of.mesh.index().len()).sum()
     }
 
-    /// What commits have done so far.
+    /// Work counts of all commits so far.
     pub fn work(&self) -> GroupWork {
         self.work
     }

@@ -25,11 +25,11 @@ pub struct Found<'a> {
     pub mesh: MeshId,
     /// The world from the mesh's space.
     pub world_from_mesh: &'a Affine3A,
-    /// Which of its polygons.
+    /// Its polygons.
     pub polygons: Polygons<'a>,
 }
 
-/// What queries keep from frame to frame, for its memory.
+/// Scratch memory of queries, reused from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct CullScratch {
     tops: VisibleBlocks,
@@ -83,7 +83,7 @@ impl GroupIndex {
         work
     }
 
-    /// What of a node's own mesh is in view.
+    /// Polygons of a node's own mesh in view.
     fn shown<'a>(
         &self,
         node: &Node,

@@ -37,7 +37,7 @@ fn first_of(level: u32) -> usize {
     ((1 << (3 * level)) - 1) / 7
 }
 
-/// Where the cells lie.
+/// Grid of the cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LooseGrid {
     min: Vec3,

@@ -1,9 +1,9 @@
-//! The loose octree: cells twice as large as their spacing, so that a polygon's size says its level and its centre its
+//! The loose octree: cells twice as large as their spacing, so that a polygon's size gives its level and its centre its
 //! cell.
 //!
 //! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated flat
-//! arrays (eight bytes a cell), so filing is O(1) but for the counts of the cells above, which let a query pass over
-//! what is empty.
+//! arrays (eight bytes a cell). So insertion is O(1) but for the counts of the cells above, by which a query skips empty
+//! cells.
 //!
 //! # Differences from the source
 //! * Rounding may leave a polygon a hair outside the loose cell that its size and centre ask for; it then goes a level
@@ -36,7 +36,7 @@ const BLOCKS: usize = 2;
 /// The deepest tree that is made: 2.4 million cells, 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
 
-/// How a loose octree is made.
+/// Configuration of a loose octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LooseOctreeConfig {
     /// Levels below the root, at most 7. More: fewer polygons a cell, more cells to look at. Polygons smaller than the
@@ -52,7 +52,7 @@ impl LooseOctreeConfig {
     }
 }
 
-/// What there is of a cell.
+/// State of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     /// First bucket of its own polygons.

@@ -21,7 +21,7 @@ struct Cull<'a, S> {
     from: From,
 }
 
-/// What is culled.
+/// Part to cull.
 #[derive(Clone, Copy)]
 enum From {
     /// A cell and everything below, against these planes.

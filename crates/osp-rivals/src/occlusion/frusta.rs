@@ -16,7 +16,7 @@ use osp::{
 ///
 /// # Differences from the paper
 /// Occluders are single convex polygons, not objects, and the volumes tested are boxes or spheres without a hierarchy
-/// of their own. What two occluders hide only together is not found.
+/// of their own. It does not find volumes that only two occluders together hide.
 #[derive(Clone, Debug)]
 pub struct ShadowFrusta {
     eye_in_world: DVec3,

@@ -25,7 +25,8 @@ impl RivalOcclusion {
         }
     }
 
-    /// What makes its culler of a frame's largest polygons, for [`Pipeline::with_culler`](osp::frame::Pipeline::with_culler).
+    /// Constructor of its culler for a frame's largest polygons, for
+    /// [`Pipeline::with_culler`](osp::frame::Pipeline::with_culler).
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::Frusta => |occluders| Box::new(ShadowFrusta::new(occluders)),

@@ -3,11 +3,11 @@
 //! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 //!
 //! # Differences from the paper
-//! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. Where two overlap in
-//!   depth the order is not exact; nothing relies on it, because every shadowed leaf carries its occluder's cap.
-//! * A piece of a polygon that reaches an unoccluded leaf raises the whole polygon's planes there, except those that the cell
-//!   already lies before, instead of the piece's own: a plane that is missing by a rounding error would hide what is
-//!   visible.
+//! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. If two overlap in depth
+//!   the order is not exact; nothing relies on it, because every shadowed leaf carries its occluder's cap.
+//! * A piece of a polygon that reaches an unoccluded leaf raises the whole polygon's planes there instead of the piece's own,
+//!   except planes that the cell already lies before. A plane that is missing by a rounding error would hide visible
+//!   polygons.
 
 use glam::DVec3;
 

@@ -30,7 +30,7 @@ use osp::{
 /// No node.
 const NONE: u32 = u32::MAX;
 
-/// How the paper's octree is built.
+/// Configuration of the paper's octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreePaperConfig {
     /// A node with more polygons is divided.
@@ -114,7 +114,7 @@ impl OctreePaper {
         Self { cut_nodes, ..self }
     }
 
-    /// What all builds took so far.
+    /// Work counts of all builds so far.
     pub fn filing(&self) -> FilingCounts {
         self.filing
     }

@@ -7,7 +7,7 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// How an octree is built.
+/// Configuration of an octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeConfig {
     /// A node with more polygons is split. Larger: quicker builds, more polygons tested. Sixteen are tested at once;
@@ -24,7 +24,7 @@ impl Default for OctreeConfig {
     }
 }
 
-/// What is moved while building: 16 bytes instead of the whole item.
+/// Element that building moves: 16 bytes instead of the whole item.
 #[derive(Clone, Copy, Debug)]
 struct Seed {
     center: Vec3,

@@ -31,7 +31,7 @@ impl<'a> EightPointTest<'a> {
         Self { frustum, farthest_along }
     }
 
-    /// How the eight points lie to the planes: the same answer as [`Frustum::classify`].
+    /// Position of the eight points relative to the planes: the same answer as [`Frustum::classify`].
     fn test(&self, points: &[Vec3; 8], work: &mut WorkCounts) -> Containment {
         work.boxes += 1;
         let mut all_inside = true;
@@ -83,7 +83,7 @@ impl OspPaper {
     }
 
     /// Fig. 6 from `top` downwards. All points inside: this node and its children are drawn. Outside: nothing is. Cut:
-    /// the node's own polygons (each tested here), and both children are asked.
+    /// the node's own polygons are drawn (each tested here), and both children are tested.
     fn cull_below(&self, top: u32, test: &EightPointTest<'_>, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = Stack::from(top);
         while let Some(at) = stack.pop() {
@@ -144,7 +144,7 @@ impl OspPaper {
         seen.flush(sink);
     }
 
-    /// The same walk, asking `visitor` at every node. The polygons beside the tree are one more leaf at the top.
+    /// The same walk, which calls `visitor` at every node. The polygons beside the tree are one more leaf at the top.
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut work = WorkCounts::default();
         let test = EightPointTest::new(frustum);

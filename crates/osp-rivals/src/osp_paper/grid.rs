@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::state::State;
 use osp::{index::IndexConfig, math::Aabb};
 
-/// Binary levels below the root unless told otherwise: five full cycles, 65,535 nodes. More: smaller leaves, twice the
+/// Binary levels below the root by default: five full cycles, 65,535 nodes. More: smaller leaves, twice the
 /// memory for each level; fewer: more polygons a leaf.
 pub const DEFAULT_MAX_DEPTH: u32 = 15;
 
@@ -11,7 +11,7 @@ pub const DEFAULT_MAX_DEPTH: u32 = 15;
 /// already four million of them.
 pub const MAX_MAX_DEPTH: u32 = 21;
 
-/// Where the splitting planes of an OSP tree lie (the paper's section 2.2, input ①: centre, size, maximum depth).
+/// Splitting planes of an OSP tree (the paper's section 2.2, input ①: centre, size, maximum depth).
 ///
 /// Every plane's place is computed from its whole number on its level, never from its parent's place: so the place is
 /// the same however one gets there, and neighbours share their border to the bit.
@@ -44,7 +44,7 @@ impl OspGrid {
         self.max_depth
     }
 
-    /// How many times an axis is halved on the way from the root to a leaf.
+    /// Number of times that an axis is halved on the way from the root to a leaf.
     pub(super) fn levels(&self, axis: usize) -> u32 {
         (self.max_depth + 2 - axis as u32) / 3
     }
@@ -84,7 +84,7 @@ pub(super) struct Cell {
 impl Cell {
     pub(super) const ROOT: Self = Self { k: [0; 3], level: [0; 3] };
 
-    /// Where the plane lies that halves the cell across `state`'s axis.
+    /// Position of the plane that halves the cell across `state`'s axis.
     pub(super) fn split(&self, grid: &OspGrid, state: State) -> f32 {
         let axis = state.axis();
         grid.border(axis, 2 * self.k[axis] + 1, self.level[axis] + 1)

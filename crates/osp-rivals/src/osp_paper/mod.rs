@@ -1,9 +1,9 @@
 //! The OSP (octal space partition) tree as its paper describes it: "A Study on the Real Time Culling of Infinite Sets
 //! of Geometries Using OSP Tree", sections 2 and 3.1.
 //!
-//! A cube is halved by a plane of constant x, its halves by planes of constant y, their halves by planes of constant
-//! z: eight parts after one cycle, then x again. Every node exists before the first polygon comes, so filing a polygon
-//! is a walk downwards that asks one plane at a time. The paper's figures, piece by piece:
+//! A cube is halved by a plane of constant x, its halves by planes of constant y, their halves by planes of constant z:
+//! eight parts after one cycle, then x again. Every node exists before the first polygon comes, so the insertion of a
+//! polygon is a walk downwards that tests one plane at a time. The paper's figures, piece by piece:
 //!
 //! | Paper | Here |
 //! |---|---|
@@ -14,14 +14,14 @@
 //! | none: the node that Fig. 5 ends at, without the walk | [`placement`](OspGrid::place) |
 //!
 //! # Differences from the paper
-//! * **The answer is exact.** Where the frustum's planes cut a node, the paper draws all of the node's own polygons;
-//!   here each is tested by its box, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all
-//!   are reported.)
-//! * **"Outside" means behind one plane.** The paper asks whether the eight points of a node lie outside the frustum.
+//! * **The answer is exact.** If the frustum's planes cut a node, the paper draws all of the node's own polygons. Here
+//!   each is tested by its box, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all are
+//!   reported.)
+//! * **"Outside" means behind one plane.** The paper tests whether the eight points of a node lie outside the frustum.
 //!   Eight points outside of different planes do not put a box outside, so a node is dropped only where all eight lie
 //!   behind the same plane.
-//! * **Two of the eight points are enough.** Of a box's corners the one farthest along a plane's normal and the one
-//!   farthest against it decide for all eight; only these two are put into the plane equation.
+//! * **Two of the eight points are enough.** The corner of a box farthest along a plane's normal and the corner
+//!   farthest against it decide for all eight. Only these two are put into the plane equation.
 //! * **The polygon's box stands for its vertices.** Fig. 5 puts every vertex into the equation of the splitting plane.
 //!   These planes are aligned with the axes, so "all vertices in front" is "the least coordinate is in front": the box
 //!   gives the same answer, to the bit, as the vertices.
@@ -31,15 +31,15 @@
 //!   again, so that an erased session costs what an empty tree costs.
 //! * **Occluder candidates**, which the paper notes while filing (3.2.1), belong to the occlusion part of the crate.
 //!
-//! Where the text is silent:
+//! Choices that the text leaves open:
 //! * *Which side is the front.* The side of growing x, y or z.
 //! * *A polygon that is not wholly inside the cube* ("a limited space"). It is kept in a list beside the tree and
 //!   tested by itself in every query ([`OspPaper::outside_root`] counts them): nothing is lost, but many of them make a
 //!   linear scan.
 //! * *The shape of the nodes between two full cycles.* A node is a box with edges of one or two lengths; `Width` is the
 //!   longest.
-//! * *Erasing and moving.* The polygon is taken out of its node's list; the flags of its ancestors follow.
-//! * *Whether empty nodes are visited when culling.* They are not: that is what `IsPolygon` and `IsSubnode` can tell.
+//! * *Erasing and moving.* The polygon is removed from its node's list; the flags of its ancestors follow.
+//! * *Whether empty nodes are visited when culling.* They are not: `IsPolygon` and `IsSubnode` mark them.
 
 mod cull;
 mod grid;

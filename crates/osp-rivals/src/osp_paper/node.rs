@@ -27,7 +27,7 @@ pub(super) struct OspNode {
     pub(super) is_polygon: bool,
     /// `IsSubnode`: there are polygons further down.
     pub(super) is_subnode: bool,
-    /// `state`: which plane it is.
+    /// `state`: its plane.
     pub(super) state: State,
     /// `Depth`: 0 at the root.
     pub(super) depth: u32,

@@ -16,7 +16,7 @@ use osp::{
 /// In place of a node number: the polygon is in the list beside the tree.
 pub(super) const OUTSIDE: u32 = u32::MAX - 1;
 
-/// Where a polygon is: in whose list, and at which place of it.
+/// Location of a polygon: the node's list, and the place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Location {
     node: u32,
@@ -79,7 +79,7 @@ impl OspPaper {
         Self { cut_nodes, ..self }
     }
 
-    /// What filing took so far: one plane at each node on the way down but the last.
+    /// Work counts of insertion so far: one plane at each node on the way down but the last.
     pub fn filing(&self) -> FilingCounts {
         self.filing
     }
@@ -89,7 +89,7 @@ impl OspPaper {
         Self::new(OspGrid::from_config(config), config.room())
     }
 
-    /// Where its planes lie.
+    /// Its grid of planes.
     pub fn grid(&self) -> &OspGrid {
         &self.grid
     }
@@ -99,7 +99,7 @@ impl OspPaper {
         self.outside.len()
     }
 
-    /// Where a polygon is filed; [`None`] if it is not, or is outside the cube.
+    /// Node of a polygon; [`None`] if the tree lacks it, or it is outside the cube.
     pub fn place_of(&self, id: PolygonId) -> Option<OspPlace> {
         let node = self.location.get(id).node;
         (node < OUTSIDE).then(|| OspPlace::of_node(node))

@@ -5,14 +5,14 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// What another crate's tree has to do.
+/// Operations of another crate's tree.
 pub(super) trait PeerTree: 'static + Default + Send + Sync {
     fn insert(&mut self, id: u32, bounds: &Aabb);
 
-    /// Takes out what is known to be there, with this box.
+    /// Removes a polygon that the tree has with this box.
     fn remove(&mut self, id: u32, bounds: &Aabb);
 
-    /// Ends a batch of changes; `filed` is what is there now.
+    /// Ends a batch of changes; `filed` has all present boxes.
     fn commit(&mut self, _filed: &FiledBoxes) {}
 
     fn cull(&self, frustum: &Frustum, out: &mut DrawList);

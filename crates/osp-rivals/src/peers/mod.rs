@@ -20,15 +20,15 @@ use osp::index::{IndexConfig, SpatialIndex};
 pub enum PeerKind {
     /// `parry3d`'s `Bvh`, one box after the other.
     Parry,
-    /// The same, built anew by binned SAH in every commit that follows a change.
+    /// The same, built again by binned SAH in every commit that follows a change.
     ParryRebuilt,
     /// `obvhs`'s `Bvh2`, one box after the other.
     Obvhs,
-    /// The same, built anew by PLOC.
+    /// The same, built again by PLOC.
     ObvhsRebuilt,
     /// `rstar`'s R*-tree with nodes of 6 to 16.
     Rstar,
-    /// The crate `bvh`'s `Bvh`, one box after the other; built anew where something was taken out.
+    /// The crate `bvh`'s `Bvh`, one box after the other; built again where something was removed.
     Bvh,
 }
 
@@ -49,7 +49,7 @@ impl PeerKind {
         }
     }
 
-    /// Whether every change makes it build everything anew.
+    /// Whether every change makes it build everything again.
     pub fn rebuilds(self) -> bool {
         matches!(self, Self::ParryRebuilt | Self::ObvhsRebuilt)
     }

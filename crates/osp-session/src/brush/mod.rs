@@ -1,9 +1,9 @@
-//! What a brush is: how a stroke becomes polygons and what they look like, for the brushes of Tilt Brush and Open Brush.
+//! Brushes of Tilt Brush and Open Brush: the way from a stroke to polygons, and their look.
 //!
-//! The facts are a table in the crate, `brushes.ron`; [`find`] looks a brush up by name or GUID. What the samples become is
-//! the work of [`stroke`](crate::stroke); what the polygons look like is that of the renderer.
+//! The facts are a table in the crate, `brushes.ron`; [`find`] looks a brush up by name or GUID. [`stroke`](crate::stroke)
+//! makes polygons of samples; the renderer draws their look.
 //!
-//! Knows no other module.
+//! Depends on no other module.
 
 mod surface;
 mod table;
@@ -23,7 +23,7 @@ pub const MAX_SCATTERED: u64 = 500;
 /// Way between two particles at a rate of 1 and a stroke's scale of 1, metres.
 pub const PARTICLE_STEP_M: f32 = 0.0025;
 
-/// How textures run along a stroke.
+/// Mapping of textures along a stroke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Uv {
     /// From 0 to 1 over a segment.
@@ -37,7 +37,7 @@ pub enum Uv {
 /// The outline of a welded ribbon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Outline {
-    /// As wide as the samples say.
+    /// Width of the samples.
     Plain,
     /// Pointed at both ends.
     DoubleTaper,
@@ -45,10 +45,10 @@ pub enum Outline {
     Bolt,
 }
 
-/// How the radius of a tube changes along a segment.
+/// Change of a tube's radius along a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum TubeShape {
-    /// As the samples say.
+    /// Radius of the samples.
     Plain,
     /// Falls to nothing at the end.
     Taper,
@@ -62,14 +62,14 @@ pub enum TubeShape {
     DoubleTaper,
 }
 
-/// What the samples of a stroke become.
+/// Polygons that the samples of a stroke become.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Family {
     /// A ribbon of quads, smoothed where they meet.
     QuadStrip(Uv),
     /// A ribbon whose quads share their edges.
     Welded {
-        /// How textures run along it.
+        /// Mapping of textures along it.
         uv: Uv,
         /// Its outline.
         shape: Outline,
@@ -84,13 +84,13 @@ pub enum Family {
         caps: bool,
         /// Length of a cone as a part of the radius.
         cap_aspect: f32,
-        /// How textures run along it.
+        /// Mapping of textures along it.
         uv: Uv,
-        /// How its radius changes.
+        /// Change of its radius.
         shape: TubeShape,
         /// Factor of [`TubeShape::Taper`].
         taper: f32,
-        /// How far a frame may turn before the tube breaks; see `brushes.ron`.
+        /// Largest turn of a frame before the tube breaks; see `brushes.ron`.
         break_mult: f32,
     },
     /// The convex hull of all samples.
@@ -115,7 +115,7 @@ pub enum Family {
     Slices,
 }
 
-/// How polygons mix with what is behind them.
+/// Blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Draw {
     /// They hide it.
@@ -128,7 +128,7 @@ pub enum Draw {
     Blended,
 }
 
-/// How a surface answers to light.
+/// Lighting of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Lighting {
     /// Its own colour.
@@ -144,7 +144,7 @@ pub enum Lighting {
     },
 }
 
-/// What else a shader does for a brush.
+/// Additional effect of a brush's shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
 #[expect(missing_docs, reason = "each is named after the brush, or the shader, that it is for")]
 pub enum Effect {
@@ -194,13 +194,13 @@ pub struct Brush {
     /// Whether the application it comes from offers it to draw with; the others are in old files only, or trials.
     #[serde(default)]
     pub is_offered: bool,
-    /// What the samples become.
+    /// Polygons that the samples become.
     pub family: Family,
-    /// How it mixes with what is behind.
+    /// Blending with the background.
     pub draw: Draw,
-    /// How it answers to light.
+    /// Its lighting.
     pub lighting: Lighting,
-    /// What else its shader does.
+    /// Additional effect of its shader.
     #[serde(default)]
     pub effect: Effect,
     /// Alpha below which nothing is drawn.
@@ -212,7 +212,7 @@ pub struct Brush {
     /// Part of the size that is left at pressure 0.
     #[serde(default = "one")]
     pub pressure_size_min: f32,
-    /// How much sizes vary at random, as a part of the size.
+    /// Random variation of sizes, as a part of the size.
     #[serde(default)]
     pub size_variance: f32,
     /// The smallest size that the application offers, decimetres; particles spread in proportion to it.
@@ -230,10 +230,10 @@ pub struct Brush {
     /// Squares of a spray in a length of one size.
     #[serde(default = "one")]
     pub spray_rate: f32,
-    /// How far squares of a spray turn at random to either side, degrees.
+    /// Largest random turn of a spray's squares to either side, degrees.
     #[serde(default)]
     pub rotation_variance_degrees: f32,
-    /// How far squares of a spray are moved at random, as a part of the size.
+    /// Largest random shift of a spray's squares, as a part of the size.
     #[serde(default)]
     pub position_variance: f32,
     /// Length and width of a spray's squares, as parts of the size.
@@ -242,7 +242,7 @@ pub struct Brush {
     /// Particles in a length of 0.0025 m.
     #[serde(default = "one")]
     pub particle_rate: f32,
-    /// How far particles spread, in units of size per [`Brush::size_min`].
+    /// Spread of particles, in units of size per [`Brush::size_min`].
     #[serde(default)]
     pub particle_speed: f32,
     /// The range of angles that particles are turned by at random, degrees.
@@ -251,7 +251,7 @@ pub struct Brush {
     /// Whether each particle or square has a random alpha, in place of an opacity.
     #[serde(default)]
     pub randomize_alpha: bool,
-    /// How fast textures run by distance.
+    /// Rate of textures by distance.
     #[serde(default = "one")]
     pub tile_rate: f32,
     /// Rows of the texture, of which a segment shows one; for particles and sprays, above 1 means two by two cells.
@@ -266,7 +266,7 @@ pub struct Brush {
     /// The ribbon always faces whoever draws it.
     #[serde(default)]
     pub back_is_invisible: bool,
-    /// How far animation takes polygons out of their boxes, metres.
+    /// Largest distance by which animation moves polygons out of their boxes, metres.
     #[serde(default)]
     pub bounds_padding_m: f32,
     /// Back faces are not drawn by the original application.
@@ -281,7 +281,7 @@ pub struct Brush {
     /// Whether it moves with time.
     #[serde(default)]
     pub is_animated: bool,
-    /// How solid or bright the texture is in eight steps from the start to the end of the stroke.
+    /// Solidity or brightness of the texture in eight steps from the start to the end of the stroke.
     #[serde(default)]
     pub along: Option<[f32; 8]>,
     /// The same from side to side.

@@ -6,7 +6,7 @@ pub const UV_LIMIT: f32 = 8.0;
 /// Textures run by distance modulo this: it leaves room for a polygon below [`UV_LIMIT`].
 pub(crate) const UV_PERIOD: f32 = 7.0;
 
-/// How a polygon is painted, corner by corner: normals, texture coordinates and alpha, in 16, 16 and 8 bits.
+/// Painting of a polygon, corner by corner: normals, texture coordinates and alpha, in 16, 16 and 8 bits.
 ///
 /// A polygon that faces the eye is stored as a square in some plane: its middle and size count, its plane does not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl Surface {
         self.kind == Kind::Smooth
     }
 
-    /// How far a polygon that faces the eye is turned about the line of sight, radians.
+    /// Turn of a polygon that faces the eye about the line of sight, radians.
     pub fn roll_radians(&self) -> f32 {
         if self.is_facing() { f32::from_bits(self.normals[0]) } else { 0.0 }
     }

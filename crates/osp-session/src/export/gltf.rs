@@ -35,7 +35,7 @@ pub enum ExportError {
     Cancelled,
 }
 
-/// What an object of the exported file is.
+/// Content of an object of the exported file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Objects {
     /// A layer of the session.
@@ -45,20 +45,20 @@ pub enum Objects {
     Strokes,
 }
 
-/// How a model is exported.
+/// Options of an export.
 #[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
-    /// What an object is.
+    /// Content of an object.
     pub objects: Objects,
     /// Names of the layers, by their numbers.
     pub layer_names: Vec<String>,
     /// When the polygons came to be, if that is to be in the file.
     pub times: Option<PolygonTimes>,
-    /// What faces the eye is turned to this eye (world space, metres) for good, since a mesh cannot turn.
+    /// Polygons that face the eye are turned to this eye (world space, metres) for good, since a mesh cannot turn.
     pub eye_in_world: Option<Vec3>,
 }
 
-/// What was exported.
+/// Counts of exported parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GltfCounts {
     /// Objects.
@@ -93,10 +93,10 @@ pub fn write_glb(
     write_glb_watched(scene, name, options, out, &|_| true)
 }
 
-/// [`write_glb`]; `go_on` is asked from time to time, with the number of polygons that were looked at.
+/// [`write_glb`]; `go_on` is called from time to time, with the number of polygons so far.
 ///
 /// # Errors
-/// As there, and `go_on` said no.
+/// As there, and `go_on` returned `false`.
 pub fn write_glb_watched(
     scene: &Scene,
     name: &str,
@@ -104,7 +104,7 @@ pub fn write_glb_watched(
     mut out: impl Write,
     go_on: &dyn Fn(u64) -> bool,
 ) -> Result<GltfCounts, ExportError> {
-    /// Polygons after which it is asked: a few milliseconds.
+    /// Polygons after which it is called: a few milliseconds.
     const ASKED_AFTER: usize = 4096;
     let mut counts = GltfCounts::default();
     let mut objects = BTreeMap::<u64, Object>::new();

@@ -21,7 +21,7 @@ pub(super) struct Object {
 }
 
 /// The JSON of a file whose binary chunk holds the parts of all objects one after the other, vertices before indices. It begins
-/// with the asset, which tells whose file it is.
+/// with the asset, which names the program of the file.
 pub(super) fn document(
     name: &str,
     objects: &[Object],

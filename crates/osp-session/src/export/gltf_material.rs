@@ -5,12 +5,12 @@ use crate::{
     scene::Stroke,
 };
 
-/// A material of the exported file: what strokes of one brush share. Of a brush that emits light the colour is part of it,
-/// since glTF does not multiply emission by the colours of vertices.
+/// A material of the exported file: the common properties of strokes of one brush. For a brush that emits light it
+/// includes the colour, since glTF does not multiply emission by the colours of vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Material {
     brush: Option<&'static Brush>,
-    /// What is behind shines through.
+    /// The background shines through.
     is_blended: bool,
     /// Linear.
     emitted: Option<[f32; 3]>,

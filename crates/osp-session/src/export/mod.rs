@@ -1,6 +1,6 @@
 //! The model in formats of other programs.
 //!
-//! Knows [`scene`](crate::scene) and [`brush`](crate::brush).
+//! Depends on [`scene`](crate::scene) and [`brush`](crate::brush).
 
 mod gltf;
 mod gltf_json;

@@ -147,7 +147,7 @@ pub fn metadata(path: impl AsRef<Path>) -> io::Result<Metadata> {
     if is_folder { Ok(Metadata { bytes: None, modified: 0, created: 0 }) } else { Err(missing()) }
 }
 
-/// What lies in a folder, files only.
+/// Contents of a folder, files only.
 pub fn read_dir(path: impl AsRef<Path>) -> io::Result<impl Iterator<Item = io::Result<DirEntry>>> {
     let folder = without_dots(path.as_ref());
     let inside = |path: &&PathBuf| path.parent() == Some(&folder);
@@ -220,7 +220,7 @@ impl Metadata {
     }
 }
 
-/// How a file is opened.
+/// Options of opening a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OpenOptions {
     write: bool,

@@ -1,10 +1,10 @@
-//! What differs between a desktop and a page in a browser: the clock, the files, threads. Everything else of the crate is the
+//! Differences between a desktop and a page in a browser: the clock, the files, threads. Everything else of the crate is the
 //! same on both.
 
 #[cfg(any(target_arch = "wasm32", test))]
 pub mod memory;
 
-/// The files: those of the system, or on a page those in its memory.
+/// Files of the system, or on a page files in its memory.
 pub mod fs {
     #[cfg(target_arch = "wasm32")]
     pub use super::memory::*;

@@ -18,7 +18,7 @@ pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
     std::mem::take(&mut DOWNLOADS.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Where an output goes.
+/// Destination of an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
     /// A file, which is replaced as a whole.
@@ -32,7 +32,7 @@ pub enum Destination {
 }
 
 impl Destination {
-    /// What a path names.
+    /// Destination of a path.
     pub fn of(path: &Path) -> io::Result<Self> {
         if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
             return Err(io::Error::new(io::ErrorKind::InvalidFilename, "expected the name of a file"));

@@ -35,13 +35,13 @@ impl Motion {
         Self { is_mirrored: true, ..Self::by(Vec3::new(2.0 * x, 0.0, 0.0)) }
     }
 
-    /// Where a point goes.
+    /// New position of a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         let p = if self.is_mirrored { Vec3::new(-p.x, p.y, p.z) } else { p };
         rotate(self.to.q, p * self.to.s) + self.to.p
     }
 
-    /// How the pose of a hand lies afterwards. A mirror turns its x axis round: a pose has no mirror image that is one.
+    /// The pose of a hand afterwards. A mirror turns its x axis round: the mirror image of a pose is no pose.
     pub fn orientation(&self, q: Quat) -> Quat {
         let q = if self.is_mirrored { mirrored(q) } else { q };
         unit(self.to.q * q)
@@ -71,10 +71,10 @@ fn mirrored(q: Quat) -> Quat {
     Quat::from_xyzw(q.x, -q.y, -q.z, q.w)
 }
 
-/// How a copy of a stroke differs from it.
+/// Difference between a copy of a stroke and the stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alteration {
-    /// Where it goes, in the space of its points. Its width follows the scale.
+    /// Its motion, in the space of its points. Its width follows the scale.
     pub motion: Motion,
     /// Its colour, sRGB with opacity; that of the stroke if absent.
     pub color: Option<(f32, f32, f32, f32)>,

@@ -1,11 +1,11 @@
-//! Who draws: the numbers of authors, and what those of strokes and groups say of them.
+//! Numbers of authors, and the authors in the numbers of strokes and groups.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Who made an event, by number: 0 is the author of a recording that names none (and of what a session of several held
-/// before they joined), 1 the first that joins, 2 the second and so on.
+/// Author of an event, by number. 0 is the author of a recording that names none, and of events before the first join.
+/// 1 is the first that joins, 2 the second and so on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Author(pub u32);
@@ -44,7 +44,7 @@ impl Author {
         format!("a number from {first} to {}", first | ((1 << Self::NUMBER_BITS) - 1))
     }
 
-    /// Whether a stroke with this number can be the author's. Where there is one author, every number can.
+    /// Whether a stroke with this number can be the author's. With one author, every number can.
     pub fn owns(self, stroke: StrokeId) -> bool {
         self.is_sole() || stroke.author() == self
     }
@@ -78,7 +78,7 @@ impl StrokeId {
 pub struct GroupId(pub u32);
 
 impl GroupId {
-    /// Who made the group, in a session of several authors.
+    /// Author of the group, in a session of several authors.
     pub fn author(self) -> Author {
         Author::of_number(self.0)
     }

@@ -36,7 +36,7 @@ impl Environment {
     const BRIGHTEST: f32 = 1.0e4;
     const DENSEST: f32 = 1.0e6;
 
-    /// Checks every number; the error says what was expected.
+    /// Checks every number; the error is the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.

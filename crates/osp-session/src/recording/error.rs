@@ -22,9 +22,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// What the format requires there.
+        /// Form that the format requires there.
         expected: String,
-        /// What was found there, shortened.
+        /// Text found there, shortened.
         found: String,
     },
     /// A binary file is damaged.
@@ -34,9 +34,9 @@ pub enum RecordingError {
         path: PathBuf,
         /// The offset, from 0.
         offset: u64,
-        /// What the format requires there.
+        /// Form that the format requires there.
         expected: String,
-        /// What was found there.
+        /// Contents found there.
         found: String,
     },
     /// The session is larger than its [`Limits`](super::Limits) allow.
@@ -47,9 +47,9 @@ pub enum RecordingError {
     Unknown {
         /// The file.
         path: PathBuf,
-        /// What can be read.
+        /// Readable forms.
         expected: String,
-        /// What was found.
+        /// Form found.
         found: String,
     },
 }

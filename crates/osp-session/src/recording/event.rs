@@ -8,7 +8,7 @@ use osp::math::COORDINATE_LIMIT_M;
 /// in the oldest format that has all it needs.
 pub const FORMAT_VERSION: u32 = 4;
 
-/// The first format that knows several [`Author`]s.
+/// The first format with several [`Author`]s.
 pub const AUTHORS_FORMAT: u32 = 4;
 
 /// The format of a session that one author draws in the window: it has what the window's edits need.
@@ -30,7 +30,7 @@ pub enum Tool {
     Tube,
 }
 
-/// The brush of a stroke with its settings. A program that does not know the brush draws the stroke by its tool.
+/// The brush of a stroke with its settings. A program without the brush draws the stroke by its tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paint {
@@ -70,7 +70,7 @@ impl Paint {
     }
 }
 
-/// How a ribbon lies to the pose of the tracker that drew it.
+/// Direction of a ribbon relative to the pose of the tracker that drew it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NormalRule {
     /// The tracker's local X axis is the ribbon's normal (the OSP paper, Fig. 17).
@@ -106,12 +106,12 @@ pub enum Event {
     Join {
         /// Time, seconds.
         t: f64,
-        /// Who.
+        /// The author.
         author: Author,
         /// The author's name; several may have the same one.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         name: String,
-        /// In which colour to show what is the author's, if that is asked for: red, green, blue, each 0 to 1, sRGB.
+        /// In which colour to show what is the author's, if that is requested: red, green, blue, each 0 to 1, sRGB.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         color: Option<(f32, f32, f32)>,
     },
@@ -120,14 +120,14 @@ pub enum Event {
     Leave {
         /// Time, seconds.
         t: f64,
-        /// Who.
+        /// The author.
         author: Author,
     },
     /// A head pose.
     Head {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Head position.
@@ -139,7 +139,7 @@ pub enum Event {
     Begin {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Its number; a number is used once in a session.
@@ -150,7 +150,7 @@ pub enum Event {
         width: f32,
         /// Red, green, blue, opacity, each 0 to 1, sRGB.
         color: (f32, f32, f32, f32),
-        /// How a ribbon lies to the tracker.
+        /// Direction of a ribbon relative to the tracker.
         #[serde(default, skip_serializing_if = "is_default_rule")]
         normal: NormalRule,
         /// Part of the width that is left at pressure 0 (1: pressure does not matter).
@@ -186,7 +186,7 @@ pub enum Event {
     Erase {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke.
@@ -199,7 +199,7 @@ pub enum Event {
     Undo {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
@@ -207,16 +207,16 @@ pub enum Event {
     Redo {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
     /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
-    /// the group is placed anew, the way turns and scales with it. In a group of no extent nothing can be moved.
+    /// the group is placed again, the way turns and scales with it. In a group of no extent nothing can be moved.
     Move {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The strokes.
@@ -229,7 +229,7 @@ pub enum Event {
     Group {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
@@ -247,7 +247,7 @@ pub enum Event {
     Place {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The group.
@@ -260,17 +260,17 @@ pub enum Event {
     Step {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
-        /// How many; 0 ends the step before.
+        /// Number of edits; 0 ends the step before.
         edits: u32,
     },
-    /// What belongs to a layer is changed; what is absent stays (since format 3). It is no edit: no undo takes it back.
+    /// Properties of a layer are changed; absent ones stay (since format 3). It is no edit: no undo takes it back.
     Layer {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The layer, a place in [`Header::layers`](super::Header::layers) or one after them: it is made then.
@@ -284,7 +284,7 @@ pub enum Event {
         /// Whether the window leaves its strokes alone.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         locked: Option<bool>,
-        /// Whether the other authors are kept from drawing on it and from changing it, as its owner says: see
+        /// Whether its owner keeps the other authors from drawing on it and from changing it: see
         /// [`Scene::may_touch`](crate::scene::Scene::may_touch) (since format 4).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mine: Option<bool>,
@@ -293,7 +293,7 @@ pub enum Event {
     Assign {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The layer.
@@ -305,7 +305,7 @@ pub enum Event {
     View {
         /// Time, seconds.
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// Its number; a view that has it is forgotten.
@@ -314,7 +314,7 @@ pub enum Event {
         p: Vec3,
         /// World from camera (looks along its -z).
         q: Quat,
-        /// How far away what it looks at is, metres.
+        /// Distance of the point that it looks at, metres.
         distance: f32,
     },
     /// A finished polygon, convex and planar (or it is split), as a stroke of its own or as a part of `stroke`.
@@ -322,7 +322,7 @@ pub enum Event {
         /// Time, seconds.
         #[serde(default)]
         t: f64,
-        /// Who: 0, which is not written, where there is one author (since format 4).
+        /// Its author (since format 4). In a recording with one author this is 0, and not written.
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
         /// The stroke that it belongs to; one of its own if absent.
@@ -424,7 +424,8 @@ impl Event {
         }
     }
 
-    /// Who made it: of a point or an end, its stroke tells ([`StrokeId::author`], where there are several).
+    /// Its author. For a point or an end it is in the number of the stroke ([`StrokeId::author`], with several
+    /// authors).
     pub fn author(&self) -> Option<Author> {
         match *self {
             Self::Join { author, .. }
@@ -452,13 +453,13 @@ impl Event {
             || self.author().is_some_and(|author| !author.is_sole())
     }
 
-    /// Whether the event carries a sample of the hand: what a replay counts for `samples:N`. A finished polygon counts
+    /// Whether the event carries a sample of the hand. A replay counts these for `samples:N`. A finished polygon counts
     /// as one, and so does every step of a move, of strokes or of a group.
     pub fn is_sample(&self) -> bool {
         matches!(self, Self::Point { .. } | Self::Polygon { .. } | Self::Move { .. } | Self::Place { .. })
     }
 
-    /// Strokes that an edit names, or corners of a polygon: what an event holds beside its own size.
+    /// Number of strokes that an edit names, or of a polygon's corners: memory of an event beside its own size.
     pub fn list_len(&self) -> usize {
         match self {
             Self::Move { strokes, .. } | Self::Group { strokes, .. } | Self::Assign { strokes, .. } => {
@@ -469,7 +470,7 @@ impl Event {
         }
     }
 
-    /// Checks every number against what the event means; the error says what was expected.
+    /// Checks the meaning of every number; the error is the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.

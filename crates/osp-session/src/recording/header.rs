@@ -16,7 +16,7 @@ pub struct Header {
     /// Name of the session.
     #[serde(default)]
     pub name: String,
-    /// Where it came from: a program, a file, a generator with its arguments.
+    /// Its source: a program, a file, a generator with its arguments.
     #[serde(default)]
     pub source: String,
     /// The modelling volume, if it is known. Polygons outside it are kept.
@@ -51,7 +51,7 @@ impl Header {
         }
     }
 
-    /// Checks every number against what the header means; the error says what was expected.
+    /// Checks the meaning of every number; the error is the expected form.
     ///
     /// # Errors
     /// A number is not finite or out of its range.
@@ -101,13 +101,13 @@ pub struct Camera {
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
-    /// Nearer than this it sees nothing, metres along its axis; a reader chooses if it is not said.
+    /// Distance below which it sees nothing, metres along its axis; a reader chooses if it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub near_m: Option<f32>,
 }
 
 impl Camera {
-    /// Checks every number; the error says what was expected.
+    /// Checks every number; the error is the expected form.
     pub(super) fn check(&self) -> Result<(), &'static str> {
         check_pose(self.p, self.q)?;
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {

@@ -7,7 +7,7 @@
 //! A recording may have several [`Author`]s: every event but those of a stroke says whose it is, and the numbers of strokes
 //! and groups do. A [`Reducer`] makes a session of what several senders send.
 //!
-//! Knows [`math`](osp::math); the importers know the names of [`brush`](crate::brush)es.
+//! Depends on [`math`](osp::math); the importers know the names of [`brush`](crate::brush)es.
 
 mod alteration;
 mod author;

@@ -7,7 +7,7 @@
 //! - A message counts only if its number is the next one of its sender. All others are passed over, by everybody alike.
 //! - The first message of a sender begins with [`Event::Join`]. It gets the next [`Author`] number, whatever number the event
 //!   names. Events that follow have to be of this author, and its strokes of its numbers.
-//! - A message in which one event cannot be has no effect, but its number is used: the sender goes on with the next. (Who
+//! - A message in which one event cannot be has no effect, but its number is used: the sender continues with the next. (Who
 //!   could not join by it has not joined.)
 //! - [`Event::Leave`] is the author's last word. The host may say it for an author who was not heard of for long.
 //!
@@ -20,7 +20,7 @@ use super::{
     members::{Admitted, Members, Numbers},
 };
 
-/// Who sends messages: a number that each sender chooses by chance, anew whenever it joins; 0 is the host.
+/// Who sends messages: a number that each sender chooses by chance, again whenever it joins; 0 is the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Sender(pub u64);
 

@@ -204,7 +204,7 @@ mod compressed {
         File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
     }
 
-    /// Adds a frame. A file that ends without an end mark or in a torn line is first written anew up to there, beside
+    /// Adds a frame. A file that ends without an end mark or in a torn line is first written again up to there, beside
     /// the old one, which it then replaces.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);

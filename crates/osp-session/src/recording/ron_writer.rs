@@ -63,11 +63,11 @@ impl<W: Write> RonWriter<W> {
     }
 
     /// Writes an event. After an error of the output every further call fails: a torn line must stay the last one.
-    /// [`RonWriter::append`] cuts it off and goes on.
+    /// [`RonWriter::append`] cuts it off and continues.
     ///
     /// # Errors
     /// The event does not pass [`Event::check`], has an author that the header's format does not know, or is longer than a line may be (nothing is written then, and the
-    /// writer goes on), or the output fails.
+    /// writer continues), or the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         let is_known = self.knows_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });

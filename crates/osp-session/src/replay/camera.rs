@@ -17,14 +17,14 @@ const FOV_DEGREES: f32 = 60.0;
 const ASPECT: f32 = 16.0 / 9.0;
 /// From where [`whole_view`] looks at a model, seen from its centre: in front, to the right and above.
 const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
-/// How much higher than the model its eye is, in parts of the distance straight ahead.
+/// Height of its eye above the model, in parts of the distance straight ahead.
 const ABOVE: f32 = 0.35;
-/// How much farther away than needed its eye is: a narrow margin around the model.
+/// Factor on the needed distance of its eye: a narrow margin around the model.
 const WHOLE_MARGIN: f32 = 1.04;
 /// Frames in which the orbiting cameras go round once.
 const FRAMES_A_ROUND: f64 = 720.0;
 
-/// Which camera a replay uses.
+/// Camera of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraChoice {
     /// The recorded head path if there is one, else the session's own camera, else [`CameraChoice::Orbit`].
@@ -52,7 +52,7 @@ impl CameraChoice {
     }
 }
 
-/// What a camera may know of the session at a frame.
+/// State of the session at a frame, for a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Number of the frame.
@@ -81,7 +81,7 @@ impl Moment {
         }
     }
 
-    /// Where there is one author, a stroke's number says nothing.
+    /// With one author, a stroke's number does not name it.
     fn is_followed(&self, author: Author) -> bool {
         self.author.is_none_or(|followed| followed.is_sole() || followed == author)
     }
@@ -98,7 +98,7 @@ pub struct ArtistSide {
 }
 
 impl ArtistSide {
-    /// How many samples of the hand are the beginning: a few strokes, half a minute of steady drawing.
+    /// Number of samples of the hand that are the beginning: a few strokes, half a minute of steady drawing.
     const BEGINNING: u32 = 1_000;
 
     /// Takes the next event of a session.
@@ -165,7 +165,7 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
-/// The camera of a replay: where the eye is at every frame.
+/// The camera of a replay: position of the eye at every frame.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPath {
     choice: CameraChoice,

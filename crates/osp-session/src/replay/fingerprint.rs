@@ -16,7 +16,7 @@ pub struct SetFingerprint {
 }
 
 impl SetFingerprint {
-    /// Of some polygons.
+    /// Fingerprint of some polygons.
     pub fn of(ids: impl IntoIterator<Item = PolygonId>) -> Self {
         // Each id is mixed first (the finaliser of Steele, Lea and Flood, "Fast splittable pseudorandom number
         // generators", 2014) so that sets with equal sums of ids differ.
@@ -61,12 +61,12 @@ pub struct SessionFingerprint {
 }
 
 impl SessionFingerprint {
-    /// Of no frame.
+    /// Fingerprint of no frame.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a frame by its number, so that a session measured on some frames only is told from one measured on all.
+    /// Adds a frame by its number, so that a session measured on some frames only differs from one measured on all.
     pub fn add(&mut self, frame: u64, fingerprint: u64) {
         let mut bytes = [0u8; 24];
         bytes[..8].copy_from_slice(&self.hash.to_le_bytes());

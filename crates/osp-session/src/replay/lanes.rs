@@ -18,7 +18,7 @@ pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
     (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
 }
 
-/// How much of a session a lane is measured on.
+/// Measured part of a session for a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
     /// Time to spend on measured frames, nanoseconds: applying their events to the model, what the lane does, and its
@@ -100,7 +100,7 @@ impl Lane {
     }
 }
 
-/// What a lane did in a frame.
+/// Record of a lane in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneFrame {
     /// The frame.
@@ -109,7 +109,7 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of what is drawn.
     pub drawn: u64,
-    /// What the fingerprints took. No frame of a window computes them, so they are no stage of the frame.
+    /// Time for the fingerprints. No frame of a window computes them, so they are no stage of the frame.
     pub fingerprinting: Stage,
     /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
     pub catches_up: bool,
@@ -177,7 +177,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         self.player.scene()
     }
 
-    /// What the last frame changed.
+    /// Changes of the last frame.
     pub fn changes(&self) -> &[Change] {
         self.player.changes()
     }
@@ -187,7 +187,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         &self.views
     }
 
-    /// What each eye sees on each screen of the rig in the last frame; empty without a rig.
+    /// View of each eye on each screen of the rig in the last frame; empty without a rig.
     pub fn rig_views(&self) -> &[RigView] {
         &self.rig_views
     }

@@ -1,7 +1,7 @@
 //! A recorded session, played frame by frame through one or several indexes: pacing, cameras, fingerprints.
 //!
-//! [`Player::step`] plays a frame; [`Replay::step`] plays it in every [`Lane`]. Knows [`recording`](crate::recording), [`scene`](crate::scene) and all
-//! that they know, and [`frame`](osp::frame).
+//! [`Player::step`] plays a frame; [`Replay::step`] plays it in every [`Lane`]. Depends on [`recording`](crate::recording),
+//! [`scene`](crate::scene) and all their dependencies, and [`frame`](osp::frame).
 
 mod camera;
 mod fingerprint;

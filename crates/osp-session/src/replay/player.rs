@@ -104,12 +104,12 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Player<I> {
         &self.events
     }
 
-    /// What it took to apply the events of the last frame to the model, without reading them.
+    /// Time to apply the events of the last frame to the model, without reading them.
     pub fn applying(&self) -> Stage {
         self.applying
     }
 
-    /// What the last frame changed.
+    /// Changes of the last frame.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }

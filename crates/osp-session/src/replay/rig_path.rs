@@ -11,7 +11,7 @@ const NEAR_M: f32 = 0.02;
 /// stretched beyond use.
 pub const NEAREST_EYE_M: f32 = 0.05;
 
-/// How far an eye has to see to see everything in `bounds`, metres.
+/// Distance at which an eye sees everything in `bounds`, metres.
 pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
     let farthest_m = match bounds.is_empty() {
         true => 0.0,
@@ -20,7 +20,7 @@ pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
     (farthest_m * 1.05).max(100.0)
 }
 
-/// What the room of a rig does while the recorded head moves.
+/// Motion of a rig's room while the recorded head moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RoomMotion {
     /// It goes along: its place for the head is where the eye is, its front where the eye looks.
@@ -43,12 +43,12 @@ impl RoomMotion {
     }
 }
 
-/// What an eye sees on a screen in a frame.
+/// View of an eye on a screen in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigView {
-    /// Which screen of the rig.
+    /// Number of the rig's screen.
     pub screen: usize,
-    /// Which eye.
+    /// The eye.
     pub eye: Eye,
     /// The view; `None` of an eye that is not in front of the screen.
     pub view: Option<View>,
@@ -60,7 +60,7 @@ pub struct RigPath {
     rig: Rig,
     stereo: Stereo,
     motion: RoomMotion,
-    /// Where a standing room stands, once there has been an eye.
+    /// Place of a standing room, once there has been an eye.
     place: Option<RoomPlace>,
     /// Whether eyes are kept in front of each screen.
     keeps_in_front: bool,
@@ -83,12 +83,12 @@ impl RigPath {
         &self.rig
     }
 
-    /// How the two eyes' pictures reach the eyes.
+    /// Form of the pictures for the two eyes.
     pub fn stereo(&self) -> Stereo {
         self.stereo
     }
 
-    /// What the room does.
+    /// Motion of the room.
     pub fn motion(&self) -> RoomMotion {
         self.motion
     }

@@ -5,7 +5,7 @@ use crate::{
 };
 use osp::{math::Aabb, polygon::Change};
 
-/// What a session holds, found by reading it once.
+/// Contents of a session, found by reading it once.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {
     /// Strokes, points, polygons, and what was left out.
@@ -31,7 +31,7 @@ pub struct Summary {
 /// Reads a session to its end, frame by frame. Memory: the scene.
 ///
 /// # Errors
-/// The recording is damaged. What was read up to there is in the summary all the same.
+/// The recording is damaged. The summary contains the part before the damage all the same.
 pub fn summarize<I>(events: I, pace: Pace) -> (Summary, Scene, Result<(), RecordingError>)
 where
     I: Iterator<Item = Result<Event, RecordingError>>,

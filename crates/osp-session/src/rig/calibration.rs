@@ -1,4 +1,4 @@
-//! From a tracker's space to the room's: a rotation and a translation, found from three points that both know.
+//! From a tracker's space to the room's: a rotation and a translation, found from three points in both spaces.
 //!
 //! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. Two frames of
 //! axes are made of the three points, one in each space, and one is turned into the other. Differences: the translation
@@ -25,7 +25,7 @@ impl Default for RoomFromTracker {
     }
 }
 
-/// What three measured points say.
+/// Result of three measured points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     /// The transform.
@@ -61,7 +61,7 @@ impl RoomFromTracker {
     /// The transform that takes three points of the tracker's space to their places in the room.
     ///
     /// # Errors
-    /// What is wrong with the points: two are at one place, or all three on a line.
+    /// Error of the points: two are at one place, or all three on a line.
     pub fn from_points(in_tracker: [Vec3; 3], in_room: [Vec3; 3]) -> Result<Calibration, &'static str> {
         let from = axes(in_tracker).ok_or("three points that are apart and not on a line")?;
         let to = axes(in_room).ok_or("three places that are apart and not on a line")?;

@@ -1,4 +1,4 @@
-//! Where the screens of a rig are shown: monitors, and parts of them.
+//! Outputs of a rig's screens: monitors, and parts of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::{Eye, Stereo};
 /// The eyes whose pictures an output shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Eyes {
-    /// Both, as [`Stereo`] says.
+    /// Both, in the form of [`Stereo`].
     #[default]
     Both,
     /// The left one's alone.
@@ -62,11 +62,11 @@ impl Viewport {
     }
 }
 
-/// Where a screen's picture goes.
+/// Output of a screen's picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Output {
-    /// The monitor: its name as the system says it, or its number from 1 (from left to right, then from top to bottom).
+    /// The monitor: its name in the system, or its number from 1 (from left to right, then from top to bottom).
     pub monitor: String,
     /// The part of it that shows the screen.
     #[serde(default = "Viewport::whole", skip_serializing_if = "Viewport::is_whole")]
@@ -102,7 +102,7 @@ impl Output {
         }
     }
 
-    /// Checks the outputs of a rig's screens (screen, output); the error says what was expected.
+    /// Checks the outputs of a rig's screens (screen, output); the error is the expected form.
     pub(super) fn check(outputs: &[(&str, &Self)], stereo: Stereo) -> Result<(), String> {
         for (i, (screen, output)) in outputs.iter().enumerate() {
             let expected = if output.monitor.trim().is_empty() {

@@ -26,7 +26,7 @@ const NEAREST_EYE_M: f32 = 1.0e-3;
 /// Cosine of the angle between a screen's sides that still counts as square.
 const SQUARE: f32 = 1.0e-3;
 
-/// What is wrong with a rig.
+/// Error of a rig.
 #[derive(Debug, Error)]
 pub enum RigError {
     /// The file cannot be read.
@@ -34,7 +34,7 @@ pub enum RigError {
     Io {
         /// The file.
         path: String,
-        /// What the system said.
+        /// Message of the system.
         cause: std::io::Error,
     },
     /// No shipped rig has this name, and there is no such file.
@@ -47,7 +47,7 @@ pub enum RigError {
         path: String,
         /// The line, from 1.
         line: usize,
-        /// What is wrong there.
+        /// Faulty contents there.
         found: String,
     },
     /// A number or name is wrong.
@@ -55,7 +55,7 @@ pub enum RigError {
     Invalid {
         /// The file, or the rig by its name.
         place: String,
-        /// What was expected.
+        /// Expected form.
         expected: String,
     },
 }
@@ -72,7 +72,7 @@ pub struct Screen {
     pub lower_right: Vec3,
     /// As seen from in front of it.
     pub upper_left: Vec3,
-    /// Where its picture goes; with none, the window shows it beside the others.
+    /// Outputs of its picture; with none, the window shows it beside the others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub outputs: Vec<Output>,
 }
@@ -140,7 +140,7 @@ impl Screen {
     }
 }
 
-/// Screens around one tracked head. The room's space is the tracker's, unless `room_from_tracker` says otherwise.
+/// Screens around one tracked head. The room's space is the tracker's, unless `room_from_tracker` differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
@@ -151,10 +151,10 @@ pub struct Rig {
     /// Distance of the eyes, metres.
     #[serde(default = "usual_eye_separation_m")]
     pub eye_separation_m: f32,
-    /// How the two pictures reach the eyes.
+    /// Form of the two pictures.
     #[serde(default)]
     pub stereo: Stereo,
-    /// Where the head is until a tracker says otherwise.
+    /// Position of the head until a tracker sends one.
     pub head: Vec3,
     /// Whether each eye gets the picture of the other one: for glasses or projectors the wrong way round.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -265,7 +265,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Where an eye is in the room, for a head at this place.
+    /// Position of an eye in the room, for a head at this place.
     pub fn eye_in_room(&self, eye: Eye, head: Vec3, room_from_head: Quat) -> Vec3 {
         let sideways = match eye {
             Eye::Left => -0.5,

@@ -4,7 +4,7 @@ use super::Rig;
 use osp::math::{rotate, unit};
 use osp::view::View;
 
-/// Where a rig's room stands in the world. It is only ever turned about +y, so that its floor stays level.
+/// Place of a rig's room in the world. It is only ever turned about +y, so that its floor stays level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomPlace {
     head_in_room: Vec3,

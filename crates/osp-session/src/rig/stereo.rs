@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the two eyes' pictures reach the eyes.
+/// Form of the pictures for the two eyes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stereo {
     /// One eye, between the two.

@@ -5,7 +5,7 @@ use super::history::History;
 /// An author of a session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AuthorInfo {
-    /// The name, as said when joining.
+    /// The name, as given when joining.
     pub name: String,
     /// In which colour to show what is the author's: red, green, blue, sRGB; if the author has said.
     pub color: Option<(f32, f32, f32)>,
@@ -15,7 +15,7 @@ pub struct AuthorInfo {
     pub left_secs: Option<f64>,
 }
 
-/// What a scene keeps for an author.
+/// State of an author in a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AuthorState {
     /// None for the author of a recording that names none.

@@ -1,4 +1,4 @@
-//! Who draws a scene: names, who is there, and what each can take back.
+//! Authors of a scene: names, presence, and edits that each can undo.
 
 use super::{
     Scene,
@@ -7,7 +7,7 @@ use super::{
 use crate::recording::Author;
 use osp::polygon::Change;
 
-/// Red, green, blue, sRGB, for authors that have not said theirs, in turn: neighbours differ clearly.
+/// Red, green, blue, sRGB, for authors without a colour of their own, in turn: neighbours differ clearly.
 const COLORS: [(f32, f32, f32); 8] = [
     (0.90, 0.35, 0.20),
     (0.20, 0.60, 0.90),
@@ -18,7 +18,7 @@ const COLORS: [(f32, f32, f32); 8] = [
     (0.10, 0.70, 0.70),
     (0.65, 0.55, 0.30),
 ];
-/// For strokes of no author: drawn before anybody joined, or in a window that goes on with a session of several.
+/// For strokes of no author: drawn before anybody joined, or in a window that continues with a session of several.
 const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {

@@ -24,7 +24,7 @@ impl Edit {
         }
     }
 
-    /// How many strokes it remembers something of.
+    /// Number of strokes of which it stores something.
     pub(super) fn named(&self) -> usize {
         match self {
             Self::Draw { .. } | Self::Erase { .. } => 0,
@@ -48,7 +48,7 @@ pub(super) struct Way {
     pub(super) before: Vec3,
 }
 
-/// What can be arranged by several authors at once: an edit, and what it found. Lists are ascending by stroke.
+/// An edit that several authors can make at once, and the state that it found. Lists are ascending by stroke.
 ///
 /// While it is active, what it found (`before`) is what the base and all active arrangements before it come to.
 #[derive(Clone, Debug, Default)]
@@ -82,7 +82,7 @@ pub(super) struct Grouping {
 }
 
 impl Arrangement {
-    /// How many strokes it names.
+    /// Number of strokes that it names.
     pub(super) fn named(&self) -> u32 {
         (match self {
             Self::Nothing | Self::Place { .. } => 0,

@@ -1,4 +1,4 @@
-//! What is done to strokes once they are there: erase, move, group, place.
+//! Edits of present strokes: erase, move, group, place.
 
 use glam::Vec3;
 
@@ -80,8 +80,8 @@ impl Scene {
         self.follow_visibility(at, was);
     }
 
-    /// Counts a stroke that has come or gone. It is told of once all events of the frame are taken, so that the changes
-    /// of a frame are as many as its polygons, however often it takes a stroke back.
+    /// Counts a stroke that has come or gone. It is reported once all events of the frame are taken, so that the
+    /// changes of a frame are as many as its polygons, however often it takes a stroke back.
     pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
@@ -101,7 +101,7 @@ impl Scene {
         }
     }
 
-    /// Tells of the strokes that have come or gone in this frame.
+    /// Reports the strokes that have come or gone in this frame.
     pub(super) fn tell_of_visibility(&mut self, changes: &mut Vec<Change>) {
         let mut to_tell = std::mem::take(&mut self.to_tell);
         for Untold { stroke: at, was_visible, first_new } in to_tell.drain(..) {
@@ -141,8 +141,8 @@ impl Scene {
         Some(())
     }
 
-    /// The strokes with these numbers, ascending and each once, with what `of` says of them; without those of which it says
-    /// nothing, and those that the author may not touch.
+    /// The strokes with these numbers, ascending and each once, with the results of `of`; without strokes for which it has
+    /// none, and without strokes that the author may not touch.
     pub(super) fn named<T>(
         &self,
         author: Author,
@@ -167,7 +167,7 @@ impl Scene {
         }
     }
 
-    /// A stroke is elsewhere now: it is placed anew once all events of the frame are taken.
+    /// A stroke is elsewhere now: it is placed again once all events of the frame are taken.
     pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)
@@ -177,7 +177,7 @@ impl Scene {
         }
     }
 
-    /// Recomputes the boxes of all strokes whose place in the world has changed, and tells of the groups that have moved as a
+    /// Recomputes the boxes of all strokes whose place in the world has changed, and reports the groups that have moved as a
     /// whole.
     pub(super) fn place_displaced(&mut self, changes: &mut Vec<Change>) {
         let mut to_place = std::mem::take(&mut self.to_place);

@@ -21,9 +21,9 @@ pub(super) struct Group {
     /// Its own members, by their place in the scene's list.
     strokes: BTreeSet<u32>,
     children: BTreeSet<usize>,
-    /// How many children are so high.
+    /// Number of children by height.
     heights: BTreeMap<usize, u32>,
-    /// It was placed or hung elsewhere, and its strokes do not know yet.
+    /// It was placed or hung elsewhere, and its strokes have not been updated yet.
     has_moved: bool,
     /// The frame in which it has moved last, if that is kept.
     pub(super) moved_in: Option<u64>,
@@ -34,7 +34,7 @@ pub(super) struct Group {
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
     /// What its own strokes come to (in its own space, if it moves as a whole), and they with all groups below: as they were
-    /// when last asked for.
+    /// when last requested.
     own: Extent,
     whole: Extent,
     /// Its own strokes have changed since.
@@ -43,7 +43,7 @@ pub(super) struct Group {
     is_stale: bool,
 }
 
-/// How much a group holds that can be seen.
+/// Visible contents of a group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
     pub(super) strokes: u64,
@@ -74,7 +74,7 @@ impl Group {
 pub(super) struct Groups {
     groups: Vec<Group>,
     by_id: HashMap<GroupId, usize>,
-    /// Those of which `has_moved` is set.
+    /// Groups with `has_moved` set.
     moved: Vec<usize>,
     /// Scratch of [`Groups::take_moved`].
     walk: Vec<usize>,
@@ -87,7 +87,7 @@ impl Groups {
         self.groups[group].reach
     }
 
-    /// How many there are.
+    /// Number of groups.
     pub(super) fn len(&self) -> usize {
         self.groups.len()
     }
@@ -143,12 +143,12 @@ impl Groups {
         self.groups[group].strokes.iter().copied()
     }
 
-    /// What a group and those below it held when [`Groups::refresh`] was called last.
+    /// Contents of a group and the groups below it at the last call of [`Groups::refresh`].
     pub(super) fn whole(&self, group: usize) -> Extent {
         self.groups[group].whole
     }
 
-    /// Something of a group's own strokes has come, gone or moved. Goes up no further than to a group that knows already.
+    /// Something of a group's own strokes has come, gone or moved. Goes up only to a group that is marked already.
     pub(super) fn note_changed(&mut self, group: Option<usize>) {
         if let Some(group) = group {
             self.groups[group].is_own_stale = true;
@@ -164,8 +164,8 @@ impl Groups {
         }
     }
 
-    /// Computes anew what has changed since the last call; `extent` says what a stroke comes to. Costs the strokes of the
-    /// groups that have changed and the groups above them.
+    /// Updates all changes since the last call; `extent` returns the extent of a stroke. Costs the strokes of the groups
+    /// that have changed and the groups above them.
     pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
         // Those above come before those below; nothing under a group that is not stale is.
         let mut stale: Vec<usize> = (0..self.groups.len())
@@ -368,7 +368,7 @@ impl Groups {
         p
     }
 
-    /// How much larger things of a group are in world space.
+    /// Scale from a group to world space.
     pub(super) fn scale_to_world(&self, mut group: Option<usize>) -> f32 {
         let mut scale = 1.0;
         while let Some(at) = group {

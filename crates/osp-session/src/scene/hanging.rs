@@ -9,7 +9,7 @@
 //! * A group is *above* one that differs if it is its ancestor on either timeline. The height of its subtree may change.
 //!
 //! Only groupings under a reached group, or of a group above one that differs, may have another outcome. The walk skips all
-//! others. Once no group differs, it goes on at the next edit, or ends.
+//! others. Once no group differs, it continues at the next edit, or ends.
 
 mod scratch;
 mod time;
@@ -34,7 +34,7 @@ struct Line {
     refused: BTreeMap<Time, usize>,
     /// The groups put under it, with effect or without.
     toward: BTreeMap<Time, usize>,
-    /// How often `toward` has each group.
+    /// Number of times that `toward` has each group.
     from: BTreeMap<usize, u32>,
     /// Scratch: number of a walk, and the parent found by it, valid until this time.
     known: (u64, Time, Option<usize>),

@@ -4,8 +4,8 @@ use super::edit::Edit;
 
 /// The edits that an author's undo and redo can reach.
 ///
-/// How many is part of what a recording means: everybody who replays one forgets the same edits, so all limits are the
-/// same everywhere and no setting.
+/// The number is part of a recording's meaning: every replay forgets the same edits. So all limits are the same
+/// everywhere and no setting.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     done: VecDeque<Edit>,
@@ -22,7 +22,7 @@ struct OpenStep {
     has_begun: bool,
 }
 
-/// What a history does not hold any more.
+/// Edits that a history has dropped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lost {
     /// Edits that were taken back and cannot be made again.
@@ -74,8 +74,8 @@ impl History {
         self.open.is_some()
     }
 
-    /// Adds an edit. What was taken back cannot be made again then, and the oldest edits may be too many: they are
-    /// appended to `lost`.
+    /// Adds an edit. Undone edits cannot be made again then, and the oldest edits may be too many: both are appended to
+    /// `lost`.
     pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
         for edit in self.taken_back.drain(..) {
             self.named -= edit.named();

@@ -1,6 +1,6 @@
 use crate::recording::Author;
 
-/// What events have said of a layer; what they have not is as the session's header says.
+/// Properties of a layer from events; all others are those of the session's header.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LayerState {
     /// Its name.
@@ -9,7 +9,7 @@ pub struct LayerState {
     pub hidden: Option<bool>,
     /// Whether its strokes are to be left alone.
     pub locked: Option<bool>,
-    /// Whose it is: who said something of it first, or who has closed it since that one left. The first layer (0) is
-    /// everybody's.
+    /// Its owner: the first author who changed it, or who has closed it since the first one left. The first layer (0)
+    /// is everybody's.
     pub owner: Option<Author>,
 }

@@ -6,7 +6,7 @@ use super::{LayerState, Scene, edit::Arrangement};
 use crate::recording::{Author, StrokeId};
 
 impl Scene {
-    /// What events have said of the layers, by their numbers.
+    /// Properties of the layers from events, by their numbers.
     pub fn layer_states(&self) -> &BTreeMap<u32, LayerState> {
         &self.layers
     }
@@ -16,7 +16,7 @@ impl Scene {
         self.layers.get(&layer).is_some_and(|state| state.locked == Some(true))
     }
 
-    /// Who alone may draw on a layer now, if its owner has said so and is there.
+    /// The author who alone may draw on a layer now, if it has closed the layer and is present.
     pub fn closed_by(&self, layer: u32) -> Option<Author> {
         self.closed_layers.get(&layer).copied()
     }

@@ -1,4 +1,4 @@
-//! The arrangements that authors can still take back or make again, in the order of the session, and what that comes to.
+//! Undoable edits in session order. Scene state = all active edits applied in order.
 //!
 //! Whose arrangement it is does not matter here: the state is what all active ones come to, one after the other. Moves add
 //! up; of groupings, placings and layers the last one counts. Each active arrangement knows what it found, so that taking
@@ -15,9 +15,9 @@ use crate::recording::Transform;
 /// See the [module](self).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Log {
-    /// Those that count, by their places.
+    /// Active arrangements, by their places.
     active: BTreeMap<u64, Arrangement>,
-    /// Those that were taken back and can be made again.
+    /// Undone arrangements that can be made again.
     taken_back: BTreeMap<u64, Arrangement>,
     /// The places of arrangements by the properties that they set.
     index: BTreeSet<(Turn, Key, u64)>,
@@ -42,7 +42,7 @@ pub(super) enum Key {
 /// one by one. Larger: the index takes more memory.
 const MOST_INDEXED: usize = 1024;
 
-/// What an arrangement is to become.
+/// Next state of an arrangement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Turn {
     TakenBack,
@@ -183,7 +183,7 @@ impl Log {
     }
 
     /// The offsets of moved strokes, once their move is taken back or made again, in `moved[..].of.before + by` or
-    /// `before`. `now` says a stroke's offset now.
+    /// `before`. `now` returns a stroke's present offset.
     pub(super) fn turn_moves(
         &mut self,
         at: u64,
@@ -217,7 +217,7 @@ impl Log {
     }
 
     /// Takes a list back or makes it again, of which the last arrangement of a stroke counts: `own` is what it sets.
-    /// Calls `set` for the strokes that nothing later settles. `now` says what a stroke has now.
+    /// Calls `set` for the strokes that nothing later settles. `now` returns a stroke's present value.
     pub(super) fn turn_settled<T: Settled>(
         &mut self,
         at: u64,

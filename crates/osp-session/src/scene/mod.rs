@@ -6,7 +6,7 @@
 //! # Spaces
 //! A stroke's points are in the space of its group, which is the world's while it is in none: who takes it into a group
 //! that was placed takes it to that place. A [move](crate::recording::Event::Move) is given in world space, as the hand
-//! saw it, and kept in the space of the stroke's group, turned and scaled back: when the group is placed anew, what was
+//! saw it, and kept in the space of the stroke's group, turned and scaled back: when the group is placed again, what was
 //! moved turns and scales with it.
 //!
 //! A group that is placed again and again can [move as a whole](Scene::keeping_groups_whole): one change then tells of the
@@ -29,7 +29,7 @@
 //! Each author's undo has the limits of one author; together they remember at most 65,536 edits, which name at most four
 //! million strokes: beyond, whoever has most loses the oldest.
 //!
-//! Knows [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](osp::polygon).
+//! Depends on [`recording`](crate::recording), [`stroke`](crate::stroke) and [`polygon`](osp::polygon).
 
 mod author_state;
 mod authors;

@@ -27,7 +27,7 @@ use osp::{
     polygon::{Change, ConvexPolygon, Paged, PolygonId},
 };
 
-/// A stroke that has come or gone in this frame: what is known of it, and its first polygon that nobody knows.
+/// A stroke that has come or gone in this frame: its reported state, and its first unreported polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Untold {
     pub(super) stroke: u32,
@@ -37,7 +37,7 @@ pub(super) struct Untold {
 
 static NOTHING: Stroke = Stroke::NONE;
 
-/// How much there is in a scene, and what was left out.
+/// Sizes of a scene, and counts of omitted parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneCounts {
     /// Strokes begun (without polygons that came alone).
@@ -56,15 +56,15 @@ pub struct SceneCounts {
     pub drops: Drops,
 }
 
-/// What events have cost so far, in counts.
+/// Work counts of events so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Groups looked at, and groupings whose outcome was determined anew.
+    /// Groups looked at, and groupings whose outcome was determined again.
     pub group_steps: u64,
-    /// Polygons placed anew.
+    /// Polygons placed again.
     pub displaced: u64,
     /// All else that was looked at: events, the strokes that edits name, the arrangements that undo and redo pass, the strokes
-    /// of a layer, and the polygons that come, go or are to be placed anew.
+    /// of a layer, and the polygons that come, go or are to be placed again.
     pub looked_at: u64,
 }
 
@@ -82,7 +82,7 @@ pub struct KnownView {
     pub eye: Vec3,
     /// World from camera (looks along its -z).
     pub world_from_view: Quat,
-    /// How far away what it looks at is, metres.
+    /// Distance of the point that it looks at, metres.
     pub distance_m: f32,
 }
 
@@ -91,7 +91,7 @@ pub struct KnownView {
 pub struct Scene {
     /// In the stroke's own space (which is the world's until it is moved or grouped).
     pub(super) polygons: Paged<ConvexPolygon>,
-    /// How polygons are painted. Shorter than `polygons` as long as those that follow are plain.
+    /// Surfaces of polygons. Shorter than `polygons` if all further ones are plain.
     pub(super) surfaces: Paged<Surface>,
     /// In world space, but for those of `in_space`.
     pub(super) bounds: Paged<Aabb>,
@@ -110,12 +110,12 @@ pub struct Scene {
     /// Layers that their owners, who are there, have closed to all other authors.
     pub(super) closed_layers: BTreeMap<u32, Author>,
     pub(super) views: BTreeMap<u32, KnownView>,
-    /// What authors have arranged and can take back.
+    /// Arrangements that authors can undo.
     pub(super) log: Log,
     /// The parents that the groupings of `log` set.
     pub(super) hangings: Hangings,
     pub(super) authors: BTreeMap<Author, AuthorState>,
-    /// How much all their histories hold.
+    /// Size of all their histories.
     pub(super) remembered: Remembered,
     /// Scratch: edits that a history has lost.
     pub(super) lost: Lost,
@@ -125,7 +125,7 @@ pub struct Scene {
     pub(super) let_go: u64,
     /// Strokes that are gone since the last call of [`Scene::let_go`], and since the one before.
     pub(super) gone: [Vec<u32>; 2],
-    /// Strokes that have to be placed anew.
+    /// Strokes that have to be placed again.
     pub(super) to_place: Vec<u32>,
     /// Scratch of [`Scene::place_displaced`].
     pub(super) moved_groups: Vec<usize>,
@@ -137,7 +137,7 @@ pub struct Scene {
     pub(super) to_paint: Vec<u32>,
     /// Batches taken so far.
     pub(super) batches: u64,
-    /// How many changes the caller's list held before the batch that is taken.
+    /// Length of the caller's list before the current batch.
     pub(super) batch_start: usize,
     /// Filled and emptied within one call.
     pub(super) fresh: Pieces,
@@ -154,7 +154,7 @@ impl Scene {
         Self::default()
     }
 
-    /// What there is.
+    /// Counts of the scene.
     pub fn counts(&self) -> SceneCounts {
         self.counts
     }
@@ -205,7 +205,7 @@ impl Scene {
         local.map(|p| self.groups.to_world(stroke.group, p + stroke.offset))
     }
 
-    /// How a polygon is painted. Panics if there is no such id.
+    /// Surface of a polygon. Panics if there is no such id.
     pub fn surface(&self, id: PolygonId) -> Surface {
         match self.surfaces.get(id.index()) {
             Some(&surface) => surface,
@@ -284,7 +284,7 @@ impl Scene {
         self.apply_all([event], changes);
     }
 
-    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed anew
+    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed again
     /// once, one that several of them erase and bring back is told of once, and one that several samples of a stroke change
     /// most often once, so that a frame costs no more than its
     /// events and the polygons they touch.
@@ -298,7 +298,7 @@ impl Scene {
 
     /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]. Returns
     /// the number of events applied; the others are for later frames. Cut anywhere, a list of events leads to the same model.
-    /// At least one event is applied. The end of the frame places the polygons of groups anew; its cost comes on top.
+    /// At least one event is applied. The end of the frame places the polygons of groups again; its cost comes on top.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

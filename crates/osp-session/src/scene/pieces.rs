@@ -1,5 +1,4 @@
-//! What builders make of samples becomes polygons of the scene: new ones, others in the place of old ones, and others only
-//! in their painting.
+//! Turns the pieces of builders into polygons of the scene: new ones, replaced ones, and repainted ones.
 
 use super::Scene;
 use crate::{
@@ -11,10 +10,11 @@ use osp::{
     polygon::{Change, ConvexPolygon, PolygonId},
 };
 
-/// Changes of a batch that are looked at for one that covers another. Of a ribbon, a sample replaces about eight polygons.
+/// Changes of a batch that are looked at for one that covers another. A sample of a ribbon replaces about eight
+/// polygons.
 const RECENT: usize = 64;
 
-/// Whether a change is covered by one of these: whoever follows them finds the polygon as it is at the end of the batch.
+/// Whether one of these changes covers a change: followers find the polygon in its state at the end of the batch.
 fn is_told(change: Change, told: &[Change]) -> bool {
     let is_told_by = |earlier: &Change| match (change, *earlier) {
         (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
@@ -27,7 +27,7 @@ fn is_told(change: Change, told: &[Change]) -> bool {
 }
 
 impl Scene {
-    /// Makes anew and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
+    /// Makes again and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {
@@ -105,7 +105,7 @@ impl Scene {
         stroke.bounds_of(&placed, &piece.surface, self.groups.scale_to_world(group))
     }
 
-    /// Tells of a polygon that is another now: at once, or when its stroke is told of.
+    /// Reports a replaced polygon: at once, or together with its stroke.
     fn note_replaced(&mut self, at: u32, change: Change, changes: &mut Vec<Change>) {
         let stroke = &mut self.strokes[at as usize];
         if stroke.is_untold {

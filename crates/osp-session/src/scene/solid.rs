@@ -69,7 +69,7 @@ fn v_at(vertices: &[Vec3], surface: &Surface, p: Vec3) -> f32 {
     va + (vb - va) * of_b + (vc - va) * of_c
 }
 
-/// Where the sides of a polygon cross a line segment of its plane.
+/// Points at which the sides of a polygon cross a line segment of its plane.
 fn crossings(corners: &[Vec3; 4], [from, to]: [Vec3; 2]) -> impl Iterator<Item = Vec3> {
     let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
     let across = normal.cross(to - from);

@@ -10,11 +10,12 @@ use osp::{
     polygon::{Change, PLACE_ROUNDING, PolygonId, SpaceId, SpacePlace, bits},
 };
 
-/// A group moves as a whole from the frame on in which it is placed again, no more than so many frames after it was before.
+/// A group moves as a whole from the frame of its second placing on, if the first one was at most this many frames
+/// before.
 const SOON: u64 = 64;
 
-/// Scales and places, metres, beyond which a group does not move as a whole: so much is lost to rounding there that a test in
-/// its space decides nothing.
+/// Scales and places, metres, beyond which a group does not move as a whole. Rounding there is so large that a test in its
+/// space decides nothing.
 const SCALES: std::ops::RangeInclusive<f32> = 1.0e-3..=1.0e3;
 const FARTHEST_M: f32 = 1.0e6;
 
@@ -26,8 +27,8 @@ impl Scene {
         Self { keeps_groups_whole: true, ..Self::default() }
     }
 
-    /// Hands out changes with each [`Change::Place`] as the updates that it stands for, for whoever does not know spaces; of
-    /// polygons that cannot be seen now, too.
+    /// Hands out changes with each [`Change::Place`] as the updates that it stands for, for receivers without spaces; also
+    /// for polygons that are invisible now.
     pub fn for_each_change(&self, changes: &[Change], mut each: impl FnMut(Change)) {
         for &change in changes {
             let Change::Place(SpaceId(group)) = change else {
@@ -101,7 +102,7 @@ impl Scene {
     }
 
     /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes a
-    /// space in this frame, or is none any more, has all its strokes placed anew for the last time.
+    /// space in this frame, or is none any more, has all its strokes placed again for the last time.
     pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
         if !self.keeps_groups_whole {
             return false;
@@ -120,14 +121,14 @@ impl Scene {
         was && group.is_whole
     }
 
-    /// Where a space is in the world.
+    /// Place of a space in the world.
     pub(super) fn place_of(&self, SpaceId(group): SpaceId) -> SpacePlace {
         self.groups.place_of(group as usize)
     }
 }
 
 impl Groups {
-    /// Where a group's space is in the world. What is rounded on the way through its groups is bounded step by step.
+    /// Place of a group's space in the world. The rounding on the way through its groups is bounded step by step.
     pub(super) fn place_of(&self, group: usize) -> SpacePlace {
         let mut world = DAffine3::IDENTITY;
         // A corner at a distance of `r` metres comes to numbers of at most `reach.0 * r + reach.1`, and lies at most

@@ -17,14 +17,15 @@ use osp::{
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
     pub(super) color: (f32, f32, f32, f32),
-    /// What it is painted with, if its recording names a brush that is known.
+    /// Its brush, if its recording names a known one.
     pub(super) brush: Option<&'static Brush>,
-    /// How far the brush's animation may take polygons out of their boxes, metres, in the stroke's own space.
+    /// Largest distance by which the brush's animation may move polygons out of their boxes, metres, in the stroke's
+    /// own space.
     pub(super) padding_m: f32,
     pub(super) layer: u32,
     /// It is not drawn.
     pub(super) is_hidden: bool,
-    /// Its beginning says that it is not drawn, which holds until an event says otherwise of its layer.
+    /// Whether its beginning hides it, which holds until an event shows its layer.
     pub(super) was_hidden: bool,
     pub(super) points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
@@ -35,7 +36,7 @@ pub struct Stroke {
     pub(super) fixed: u32,
     /// Samples have come since it was last painted.
     pub(super) is_unpainted: bool,
-    /// How many authors have erased it.
+    /// Number of authors that have erased it.
     pub(super) erasers: u16,
     pub(super) author: u16,
     pub(super) undone: bool,
@@ -44,11 +45,11 @@ pub struct Stroke {
     /// Where [`Event::Move`](crate::recording::Event::Move) has brought it, in the space of its group (the world's, if it is in none).
     pub(super) offset: Vec3,
     pub(super) group: Option<usize>,
-    /// It has to be placed anew before the changes are handed out.
+    /// It has to be placed again before the changes are handed out.
     pub(super) is_displaced: bool,
     /// It has come or gone in this frame.
     pub(super) is_untold: bool,
-    /// It was placed anew while it could not be seen, and nobody was told.
+    /// It was placed again while it could not be seen, and nobody was told.
     pub(super) was_displaced_unseen: bool,
     /// While it is being drawn.
     pub(super) builder: Option<Box<StrokeBuilder>>,
@@ -90,7 +91,7 @@ impl Stroke {
         self.id
     }
 
-    /// Who draws it.
+    /// Its author.
     pub fn author(&self) -> Author {
         Author(u32::from(self.author))
     }
@@ -100,7 +101,7 @@ impl Stroke {
         self.color
     }
 
-    /// What it is painted with, if its recording names a brush that is known.
+    /// Its brush, if its recording names a known one.
     pub fn brush(&self) -> Option<&'static Brush> {
         self.brush
     }
@@ -110,7 +111,7 @@ impl Stroke {
         self.layer
     }
 
-    /// Whether its recording says that it is not drawn, as its layer is hidden.
+    /// Whether it is not drawn, as its layer is hidden in the recording.
     pub fn is_hidden(&self) -> bool {
         self.is_hidden
     }
@@ -125,12 +126,12 @@ impl Stroke {
         !self.is_taken_away() && !self.is_hidden
     }
 
-    /// Whether it was moved while it could not be seen: no change has told of it yet, one will when it comes back.
+    /// Whether it was moved while it was invisible: a change reports that when it comes back.
     pub fn was_displaced_unseen(&self) -> bool {
         self.was_displaced_unseen
     }
 
-    /// Where it was moved, in the space of its group.
+    /// Its offset, in the space of its group.
     pub fn offset(&self) -> Vec3 {
         self.offset
     }

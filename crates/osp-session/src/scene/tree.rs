@@ -17,7 +17,7 @@ pub struct GroupNode {
     pub parent: Option<GroupId>,
     /// Groups above it.
     pub depth: usize,
-    /// Where it was placed.
+    /// Its transform.
     pub to: Transform,
     /// Strokes in it and below that are in the model now.
     pub strokes: u64,
@@ -29,8 +29,8 @@ pub struct GroupNode {
 }
 
 impl Scene {
-    /// The groups, each followed by those that hang under it. Their boxes are kept: what has not changed since the last
-    /// call is not computed again.
+    /// The groups, each followed by those that hang under it. Their boxes are stored: only changes since the last call
+    /// are computed.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         let Self { groups, strokes, bounds, .. } = self;
         groups.refresh(|at| {
@@ -70,7 +70,7 @@ impl Scene {
         Some(self.groups.id(parent))
     }
 
-    /// Where a group was placed; `None` if there is no such group.
+    /// Transform of a group; `None` if there is no such group.
     pub fn group_transform(&self, id: GroupId) -> Option<Transform> {
         self.groups.find(id).map(|group| self.groups.transform(group))
     }
@@ -84,7 +84,7 @@ impl Scene {
         p.is_finite().then_some(p)
     }
 
-    /// From the space of a stroke's points to the world: where it was moved, and where its groups are. `None` if there is no
+    /// From the space of a stroke's points to the world: its offset, and the places of its groups. `None` if there is no
     /// such stroke.
     pub fn world_from_stroke(&self, id: StrokeId) -> Option<Motion> {
         let stroke = self.stroke(id)?;

@@ -1,4 +1,4 @@
-//! Undo and redo of each author: what an edit did is taken back or made again among what others have done since.
+//! Undo and redo of each author: the effect of an edit is undone or made again among later edits of others.
 
 use super::{
     Scene,

@@ -4,7 +4,7 @@
 //! append, a hull that grows or a ribbon that is smoothed replaces some. What is degenerate is dropped and counted in
 //! [`Drops`], never passed on.
 //!
-//! Knows [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
+//! Depends on [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
 
 mod bolt;
 mod convex_hull;
@@ -150,7 +150,7 @@ impl StrokeBuilder {
         }
     }
 
-    /// Makes polygons anew that change with the length of the whole stroke; `out` says which: those at its end, and now and
+    /// Makes polygons again that change with the length of the whole stroke; `out` says which: those at its end, and now and
     /// then all. To be called once a frame, if samples have come.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if let Self::TubeBrush(b) = self {
@@ -158,7 +158,7 @@ impl StrokeBuilder {
         }
     }
 
-    /// Paints polygons anew that the samples since the last call have changed only in their painting: what depends on the
+    /// Paints polygons again that the samples since the last call have changed only in their painting: what depends on the
     /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
     /// To be called once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {

@@ -52,7 +52,7 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Begins anew for a stroke that has `count` polygons, of which the first `fixed` stay whatever the samples do.
+    /// Begins again for a stroke that has `count` polygons, of which the first `fixed` stay whatever the samples do.
     pub fn begin(&mut self, count: u32, fixed: u32) {
         (self.kept, self.fixed) = (count, fixed);
         self.fresh.clear();

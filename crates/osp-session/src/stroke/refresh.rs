@@ -1,10 +1,10 @@
-/// The least that is made anew at the end: a stroke as long as most, so that only long ones are ever out of date.
+/// The least that is made again at the end: a stroke as long as most, so that only long ones are ever out of date.
 const LEAST: usize = 32;
 
-/// Says how much of a segment is made anew when it has grown, of those that change as a whole: mostly its end, seldom
+/// Says how much of a segment is made again when it has grown, of those that change as a whole: mostly its end, seldom
 /// all of it.
 ///
-/// A part is made anew before half of what lies between it and the end is newer. So the end always has its right form, and
+/// A part is made again before half of what lies between it and the end is newer. So the end always has its right form, and
 /// what lies far behind it is a bit out of date until the stroke ends. A segment of `n` parts that grows part by part makes
 /// `n (2 log n + 32)` parts or so.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Refresh {
 }
 
 impl Refresh {
-    /// How many parts at the end are to be made anew, now that the segment has so many and this length.
+    /// How many parts at the end are to be made again, now that the segment has so many and this length.
     pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
         let before = self.count;
         self.count = before.max(count);

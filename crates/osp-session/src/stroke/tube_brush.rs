@@ -17,7 +17,7 @@ const SHORTEST_MOVE_M: f32 = 5.0e-4;
 /// Makes a tube around the samples, in segments: it breaks where the hand turns sharply.
 ///
 /// A tube whose texture runs by distance grows at its end. One that has a shape, or a texture stretched over a segment,
-/// changes as a whole with each sample. Its end is made anew in [`TubeBrushBuilder::settle`], once a frame, all of it now
+/// changes as a whole with each sample. Its end is made again in [`TubeBrushBuilder::settle`], once a frame, all of it now
 /// and then, and when the segment or the stroke ends.
 #[derive(Clone, Debug)]
 pub struct TubeBrushBuilder {
@@ -171,7 +171,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Makes anew what changes as a whole with each sample: of a segment that still grows mostly the end.
+    /// Makes again what changes as a whole with each sample: of a segment that still grows mostly the end.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if std::mem::take(&mut self.is_unsettled) {
             self.make_segments(false, out, drops);
@@ -186,7 +186,7 @@ impl TubeBrushBuilder {
         add(drops, &std::mem::take(&mut self.pending));
     }
 
-    /// Makes anew the segments that may still change; one that grows as a whole if `is_end`.
+    /// Makes again the segments that may still change; one that grows as a whole if `is_end`.
     fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         let mut open = std::mem::take(&mut self.open);
@@ -266,7 +266,7 @@ impl TubeBrushBuilder {
         Some(Segment { first, last, frame: self.rings[first].frame?, span })
     }
 
-    /// From which section on a segment that grows is made anew.
+    /// From which section on a segment that grows is made again.
     fn first_to_make(&self, segment: &Segment, open: &mut Open) -> usize {
         if open.first != segment.first {
             *open = Open { first: segment.first, ..Open::default() };
@@ -281,7 +281,7 @@ impl TubeBrushBuilder {
         self.uv == Uv::Stretched || self.shape.kind != TubeShape::Plain
     }
 
-    /// Makes the last two pieces anew.
+    /// Makes the last two pieces again.
     fn grow(&mut self, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         out.truncate(self.done.place);

@@ -100,7 +100,7 @@ impl WeldedBuilder {
     }
 
     /// Takes a sample: replaces a provisional end, and at most two pieces before it. A form that depends on the length of
-    /// the segment is made anew when that has grown by an eighth, which is a few pieces a sample on average.
+    /// the segment is made again when that has grown by an eighth, which is a few pieces a sample on average.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(changed) = self.track.push(sample, drops) else { return };
         // A section looks ahead to the next node, be it only to see whether there is one.

@@ -1,4 +1,4 @@
-//! What must be seen, and what must not, without any structure.
+//! Polygons that must be visible, and polygons that must not, without any structure.
 
 use glam::{Affine3A, DVec3, Vec3};
 
@@ -8,7 +8,7 @@ use osp::{
     polygon::{PolygonId, VisibleBlocks},
 };
 
-/// What single precision may move a corner or a plane by, of the model's size.
+/// Largest shift of a corner or a plane by single precision, as a part of the model's size.
 const ROUNDING: f64 = 1.0e-5;
 
 /// The polygons of which a point is in view beyond doubt.

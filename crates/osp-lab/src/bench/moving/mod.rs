@@ -53,7 +53,7 @@ pub struct MovingConfig {
     pub budget_secs: f64,
 }
 
-/// Measures every structure at every size; the part `moving`. `progress` hears what comes next.
+/// Measures every structure at every size; the part `moving`. `progress` receives the name of each next step.
 ///
 /// # Errors
 /// Never, as synthetic sessions are whole.

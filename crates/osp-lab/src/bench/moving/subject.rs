@@ -1,4 +1,4 @@
-//! What is measured: a structure that files every polygon that moves again, or a group index that files groups.
+//! A measured subject: a structure that updates every moving polygon, or a group index that updates groups.
 
 use osp_session::platform::time::Instant;
 
@@ -17,18 +17,18 @@ use osp_rivals::{
 /// The name of the group index in the tables.
 pub(super) const GROUP_INDEX: &str = "group-index";
 
-/// What a frame is told.
+/// Input of a frame.
 pub(super) struct Step<'a> {
     pub(super) frame: u64,
     pub(super) moved: &'a [(PolygonId, Aabb)],
-    /// The corners of the same polygons, for a structure that wants them.
+    /// The corners of the same polygons, for a structure that needs them.
     pub(super) shapes: Option<&'a [ConvexPolygon]>,
-    /// What computing the boxes took, if it belongs to the frame.
+    /// Time to compute the boxes, if it belongs to the frame.
     pub(super) boxes_ns: f64,
     pub(super) frustum: Frustum,
 }
 
-/// What a frame took.
+/// Times of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Took {
     pub(super) move_ns: f64,
@@ -47,7 +47,7 @@ pub(super) trait Subject {
     /// Follows the frame and culls.
     fn frame(&mut self, step: &Step<'_>) -> Took;
 
-    /// What the last frame saw, for comparison.
+    /// Visible polygons of the last frame, for comparison.
     fn seen(&mut self, frustum: &Frustum) -> &VisibleBlocks;
 
     fn wants_shapes(&self) -> bool {

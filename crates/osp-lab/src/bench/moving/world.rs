@@ -1,4 +1,4 @@
-//! What moves: parts of a model, each with a place in the world for every frame.
+//! Moving parts of a model, each with a place in the world for every frame.
 
 use std::ops::Range;
 
@@ -17,17 +17,18 @@ use osp_rivals::Bsp;
 
 /// Polygons of a piece: about as many as a stroke has.
 const PIECE: usize = 32;
-/// How far a piece is from the middle of its circle, of the model's diagonal.
+/// Distance of a piece from the middle of its circle, as a part of the model's diagonal.
 const RADIUS: f32 = 0.02;
-/// How far a piece goes round in a frame, radians: with [`RADIUS`] a step of 1/400 of the diagonal.
+/// Turn of a piece in a frame, radians: with [`RADIUS`] a step of 1/400 of the diagonal.
 const TURN: f32 = 0.125;
 
-/// Which polygons move, and how.
+/// Moving polygons, and their motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     /// Pieces of 32 polygons, spread evenly over the order of drawing, each on its own small circle; a share of all.
     Pieces(f64),
-    /// Single polygons drawn by lot, each on its own small circle, with numbers in no order of space; a share of all.
+    /// Single polygons chosen at random, each on its own small circle, with numbers in no order of space; a share of
+    /// all.
     Scattered(f64),
     /// The first polygons as one group that turns and glides; a share of all.
     Group(f64),

@@ -24,7 +24,7 @@ pub(super) struct Charts {
 
 #[derive(Serialize)]
 struct ChartData {
-    /// Of the figure in the page.
+    /// Id of the figure in the page.
     id: String,
     #[serde(flatten)]
     chart: Chart,

@@ -133,7 +133,7 @@ struct Entry {
     charts: Vec<(String, String)>,
 }
 
-/// HTML, with what the contents have to know of it.
+/// HTML, with the data for the contents.
 #[derive(Default)]
 struct Html {
     html: String,
@@ -188,7 +188,7 @@ impl Html {
         self.entries.push(Entry { id, title: title.to_owned(), charts: Vec::new() });
     }
 
-    /// An id that nothing else has: of the title's letters, and a number that counts.
+    /// A unique id: the title's letters, and a running number.
     fn id(&self, title: &str) -> String {
         let mut id = String::new();
         for c in title.chars().take(48) {

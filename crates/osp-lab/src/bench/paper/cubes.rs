@@ -1,4 +1,4 @@
-//! The inputs of Fig. 2: how deep the tree is made, and how large its cube.
+//! The inputs of Fig. 2: depth of the tree, and size of its cube.
 
 use osp_session::platform::time::Instant;
 

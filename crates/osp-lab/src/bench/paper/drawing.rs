@@ -20,7 +20,7 @@ pub struct Adapter {
     height: u32,
 }
 
-/// What drawing a frame took, nanoseconds.
+/// Times of drawing a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drawn {
     pub(super) prepare_ns: u64,
@@ -77,7 +77,7 @@ fn failed(error: osp_render::RenderError) -> PaperError {
 
 #[cfg(feature = "render")]
 impl Drawer {
-    /// Hears what has changed; of every frame.
+    /// Takes the changes of every frame.
     pub(super) fn follow(&mut self, changes: &[Change]) {
         self.offscreen.follow(changes);
     }

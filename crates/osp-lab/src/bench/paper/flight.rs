@@ -30,7 +30,7 @@ use osp_session::scene::Scene;
 
 const PART: &str = "paper-flight";
 
-/// Time to draw a polygon where nothing is drawn, nanoseconds: what is worth a test.
+/// Assumed time to draw a polygon if nothing is drawn, nanoseconds: it decides whether a test pays.
 const POLYGON_NS: f64 = 10.0;
 
 /// A frame of the flight.
@@ -66,7 +66,7 @@ struct Way {
     /// Whether it may cull what is visible.
     is_unsound: bool,
     means: Means,
-    /// Which of the drawers draws it.
+    /// Method of the drawer that draws it.
     while_drawing: Method,
     in_view: VisibleBlocks,
     list: VisibleBlocks,
@@ -116,7 +116,7 @@ impl Way {
     }
 }
 
-/// What all ways are made of.
+/// Parts that all ways share.
 struct Maker<'a> {
     input: &'a PaperInput<'a>,
     config: &'a PaperConfig,
@@ -274,7 +274,7 @@ pub(super) fn fly(
     Ok(())
 }
 
-/// What drawing a polygon takes: the fastest of three drawings of all of them.
+/// Time to draw a polygon: the fastest of three drawings of all of them.
 fn polygon_ns(drawer: &mut Drawer, scene: &Scene, view: &View) -> Result<f64, PaperError> {
     let mut all = VisibleBlocks::new();
     all.extend(scene.visible_ids());

@@ -1,4 +1,4 @@
-//! What the experiments are made with.
+//! Inputs of the experiments.
 
 use thiserror::Error;
 
@@ -23,7 +23,7 @@ pub enum PaperError {
     Drawing(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// How the paper's experiments are made.
+/// Configuration of the paper's experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperConfig {
     /// Maximum depths of the tree, binary levels (Fig. 2, step 1).
@@ -36,14 +36,14 @@ pub struct PaperConfig {
     pub verified: u64,
     /// Most occluders of a frame.
     pub occluders: usize,
-    /// How the conservative methods test nodes.
+    /// Node test of the conservative methods.
     pub node_test: NodeTest,
-    /// How the conservative methods score occluders.
+    /// Occluder score of the conservative methods.
     pub score: Score,
 }
 
 impl PaperConfig {
-    /// The tree of the other experiments: the only depth that was asked for, else the usual one.
+    /// The tree of the other experiments: the only depth given, else the usual one.
     pub(super) fn depth(&self) -> u32 {
         if let [depth] = self.depths[..] { depth } else { osp_rivals::DEFAULT_MAX_DEPTH }
     }
@@ -59,9 +59,9 @@ impl PaperConfig {
 pub struct PaperInput<'a> {
     /// Name of the recording.
     pub recording: &'a str,
-    /// What it holds at this pace.
+    /// Summary of the session at this pace.
     pub summary: &'a Summary,
-    /// How much of it a frame takes.
+    /// Part of the session that a frame takes.
     pub pace: Pace,
     /// The camera's path while the model grows, and its name.
     pub camera: (CameraPath, &'static str),

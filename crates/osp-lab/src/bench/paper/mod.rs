@@ -19,7 +19,8 @@ use osp_session::{
     replay::{CameraChoice, CameraPath},
 };
 
-/// Plays a session through the paper's experiments, the parts `paper-growing`, `paper-flight` and `paper-cube`; draws if there is an adapter. `progress` hears what comes next.
+/// Plays a session through the paper's experiments, the parts `paper-growing`, `paper-flight` and `paper-cube`; draws
+/// if there is an adapter. `progress` receives the name of each next step.
 ///
 /// # Errors
 /// The recording is damaged, or the adapter failed.

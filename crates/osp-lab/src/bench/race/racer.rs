@@ -30,7 +30,7 @@ impl Racer {
         }
     }
 
-    /// Of each frame the lesser time of this race and of another one; the model's polygons after each frame.
+    /// The lesser time of each frame, of this race and of another one; the model's polygons after each frame.
     pub(super) fn least(&self, other: &Self, polygons: &[u64]) -> Self {
         let mut least = Self { bytes: self.bytes, ..Self::new(self.name) };
         for ((&ns, &other_ns), &polygons) in self.times_ns.iter().zip(&other.times_ns).zip(polygons) {

@@ -9,16 +9,16 @@ use crate::{
 
 const PART: &str = "race";
 
-/// What a run of `osp race` found.
+/// Result of a run of `osp race`.
 #[derive(Clone, Debug, Serialize)]
 pub struct RaceReport {
     /// The outcome in one sentence.
     pub verdict: String,
-    /// Where it was measured.
+    /// Machine of the measurement.
     pub machine: Machine,
     /// The arguments that repeat it.
     pub command: String,
-    /// What was measured.
+    /// Measured rows.
     #[serde(flatten)]
     pub rows: Rows,
 }

@@ -17,9 +17,9 @@ use osp_session::{
 pub struct RaceInput {
     /// Name of the recording.
     pub recording: String,
-    /// What it holds at this pace.
+    /// Summary of the session at this pace.
     pub summary: Summary,
-    /// How much of it a frame takes.
+    /// Part of the session that a frame takes.
     pub pace: Pace,
     /// The camera's path, and its name.
     pub camera: (CameraPath, &'static str),
@@ -94,7 +94,7 @@ impl Race {
         self.present.last().copied().unwrap_or(0)
     }
 
-    /// Of each frame the lesser time of this race and of another one with the same input: the work is the same, so in
+    /// The lesser time of each frame, of this race and of another one with the same input. The work is the same, so in
     /// the longer one other programs took the core.
     #[must_use]
     pub fn least(self, other: &Self) -> Self {

@@ -3,7 +3,7 @@
 //! tree whose boxes are refitted as polygons move.
 //!
 //! Times are those of a structure's own query, beside the reference's in turns. Nodes and boxes of a ray are those of one
-//! walk that is the same for all ([`outline`]), so that they tell the trees apart and not the code.
+//! walk that is the same for all ([`outline`]), so that they compare the trees and not the code.
 
 mod model;
 mod moves;
@@ -52,7 +52,7 @@ const NOTES: [&str; 4] = [
     "time is that of the structure's own query; nodes and boxes of a walk tell the trees apart and not the code.",
 ];
 
-/// Neighbours asked for.
+/// Neighbours requested.
 const NEIGHBOURS: usize = 8;
 /// Polygons that a frame of the growing model inserts, and rays that it casts.
 const BATCH: usize = 8;
@@ -77,7 +77,8 @@ pub struct RaysConfig {
     pub budget_secs: f64,
 }
 
-/// Measures every structure in a model; the part `rays`. `progress` hears what comes next. Nothing for a model without polygons.
+/// Measures every structure in a model; the part `rays`. `progress` receives the name of each next step. Nothing for a
+/// model without polygons.
 pub fn cast_rays(config: &RaysConfig, model: &RaysModel, mut progress: impl FnMut(&str)) -> Rows {
     let mut rows = Rows::default();
     if model.boxes.is_empty() {
@@ -121,7 +122,7 @@ fn nearest_hit(index: &dyn SpatialIndex, model: &RaysModel, ray: &Ray) -> Option
     index.ray_nearest(ray, f32::INFINITY, &mut |id| model.polygons[id.index()].meet(ray))
 }
 
-/// What has to be the same with every structure.
+/// Results that must be the same with every structure.
 #[derive(PartialEq)]
 struct Answers {
     hits: Vec<Option<(PolygonId, f32)>>,
@@ -150,7 +151,7 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
     }
 }
 
-/// What a question cost: times with the structure and the reference, exact tests a question, nodes and boxes a question.
+/// Cost of a query: times with the structure and the reference, exact tests a question, nodes and boxes a question.
 struct Asked {
     times: Vec<(f64, f64)>,
     exact_tests: f64,
@@ -302,7 +303,7 @@ impl Pair<'_> {
     }
 }
 
-/// What the two orders look at and how fast they are, in turns.
+/// Work and times of the two orders, in turns.
 fn walk_both(rows: &mut Rows, kind: Contender, outline: &Outline, model: &RaysModel, questions: &Questions) {
     const REPEATS: usize = 3;
     let count = (questions.outside.len() + questions.inside.len()) as f64;

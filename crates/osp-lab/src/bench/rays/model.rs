@@ -1,4 +1,4 @@
-//! What rays are cast into: the polygons of a model, and where the questions about it lie.
+//! Model for rays: its polygons, and the places of the queries.
 
 use glam::Vec3;
 
@@ -14,7 +14,7 @@ use osp_session::{recording::RecordingError, scene::Scene};
 /// Polygons numbered in the order in which they were drawn.
 #[derive(Clone, Debug)]
 pub struct RaysModel {
-    /// What it is called.
+    /// Its name.
     pub recording: String,
     pub(in crate::bench) polygons: Vec<ConvexPolygon>,
     pub(in crate::bench) boxes: Vec<Aabb>,
@@ -22,7 +22,7 @@ pub struct RaysModel {
 }
 
 impl RaysModel {
-    /// What is visible in a scene.
+    /// The visible polygons of a scene.
     pub fn of_scene(recording: &str, scene: &Scene, root: Aabb) -> Self {
         let ids = (0..scene.polygon_count()).map(|id| PolygonId(id as u32));
         let polygons: Vec<ConvexPolygon> =

@@ -1,4 +1,4 @@
-//! Refit against rebuild: what the rays' walk tests in a tree whose polygons have moved.
+//! Refit against rebuild: work of the rays' walk in a tree whose polygons have moved.
 
 use osp_session::platform::time::Instant;
 
@@ -19,14 +19,14 @@ use osp::{
 };
 use osp_rivals::IndexKind;
 
-/// How often every polygon has moved when the trees are looked at.
+/// Number of moves of every polygon before each measurement of the trees.
 const LOOKS: [u32; 7] = [0, 1, 2, 4, 8, 16, 32];
-/// How far a polygon goes in one move, of the model's diagonal: always in the same direction, each its own.
+/// Length of one move of a polygon, as a part of the model's diagonal: always in the same direction, each its own.
 const STEP: f32 = 0.005;
 /// Larger models are left out: a rebuild a move takes too long.
 const MOST_POLYGONS: usize = 300_000;
 
-/// The trees: those whose updates are timed come first.
+/// The trees: first the ones whose updates are timed.
 const TREES: [&str; 5] = ["bvh-sah", "dynamic-bvh", "osp", "sah-refitted", "sah-rebuilt"];
 const TASK: &str = "rays/moved";
 

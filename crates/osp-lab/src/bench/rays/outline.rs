@@ -21,13 +21,13 @@ pub(super) enum Order {
     BestFirst,
 }
 
-/// What a ray cost.
+/// Work of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Steps {
     pub(super) nodes: u64,
-    /// Of nodes and of polygons.
+    /// Boxes of nodes and of polygons.
     pub(super) boxes: u64,
-    /// Polygons that the exact test was asked about.
+    /// Polygons of the exact test.
     pub(super) asked: u64,
 }
 
@@ -57,7 +57,7 @@ struct Gatherer<'a> {
     depths: Vec<u32>,
     /// The node that the walk is in.
     at: u32,
-    /// Of each polygon found its node.
+    /// Node of each polygon found.
     owners: Vec<(u32, PolygonId)>,
 }
 
@@ -198,7 +198,7 @@ impl Outline {
         }
     }
 
-    /// Asks about the polygons of a node and has its children wait.
+    /// Tests the polygons of a node and queues its children.
     fn look(
         &self,
         at: u32,

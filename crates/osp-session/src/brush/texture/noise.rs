@@ -13,7 +13,7 @@ pub(crate) fn random(x: i32, y: i32, seed: u32) -> f32 {
     n as f32 / u32::MAX as f32
 }
 
-/// Smooth noise from 0 to 1 with `cells` cells across 0 to 1 along each axis, where it begins anew.
+/// Smooth noise from 0 to 1 with `cells` cells across 0 to 1 along each axis, where it begins again.
 pub fn noise(x: f32, y: f32, cells: (i32, i32), seed: u32) -> f32 {
     let (x, y) = (x * cells.0 as f32, y * cells.1 as f32);
     let (left, low) = (x.floor(), y.floor());

@@ -3,7 +3,8 @@
 use super::shapes;
 use crate::brush::Brush;
 
-/// A picture that brushes paint with. Generated: the shapes are told in words in `brushes.ron` and beside each function.
+/// A picture that brushes paint with. It is generated: `brushes.ron` and the comment of each function describe the
+/// shapes.
 #[allow(missing_docs, reason = "each is told where it is made")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Picture {
@@ -96,7 +97,7 @@ impl Picture {
         Self::Fibres,
     ];
 
-    /// Those with a relief, in the order of the layers that follow the pictures'.
+    /// Pictures with a relief, in the order of the layers that follow the pictures'.
     pub const WITH_RELIEF: [Self; 15] = [
         Self::Ink,
         Self::OilPaint,
@@ -127,7 +128,7 @@ impl Picture {
 }
 
 impl Picture {
-    /// What a brush paints with; nothing if that is plain.
+    /// Picture of a brush; `None` for a plain one.
     pub fn of(brush: &Brush) -> Option<Self> {
         Some(match brush.name.as_str() {
             "TaperedMarker" | "TaperedFlat" | "TaperedHighlighter" | "TaperedMarker_Flat"
@@ -241,7 +242,7 @@ mod tests {
         }
     }
 
-    /// The table says how solid the original is in eight steps along and across.
+    /// The table has the solidity of the original in eight steps along and across.
     #[test]
     fn what_is_cut_out_has_the_shape_of_the_table() {
         const STEP: usize = 16;

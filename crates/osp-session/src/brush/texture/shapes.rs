@@ -75,7 +75,7 @@ fn row(v: f32) -> (i32, f32) {
     (v as i32, v.fract())
 }
 
-/// How far inside a band a place of an atlas's row lies.
+/// Depth of a place of an atlas's row inside a band.
 fn band(u: f32, v: f32, widths: &[(f32, f32)], wave: f32, seed: u32) -> f32 {
     let (number, v) = row(v);
     let rim = noise(u, number as f32 / 8.0, (12, 8), seed) - 0.5;
@@ -156,7 +156,7 @@ pub(super) fn hypercolor(u: f32, v: f32) -> [f32; 4] {
     [shade, shade, shade, solid(inside, 0.5)]
 }
 
-/// How far inside that stroke a place lies.
+/// Depth of a place inside that stroke.
 fn hypercolor_inside(u: f32, v: f32) -> f32 {
     let widths = [(0.0, 0.5), (0.05, 0.8), (0.6, 0.85), (0.9, 0.7), (1.0, 0.2)];
     let line = (v * 40.0) as i32;
@@ -411,7 +411,7 @@ pub(super) fn thick_paint(u: f32, v: f32) -> f32 {
     solid(thick_paint_inside(u, v), 0.5)
 }
 
-/// How far inside a plate a place lies.
+/// Depth of a place inside a plate.
 fn thick_paint_inside(u: f32, v: f32) -> f32 {
     // Spikes lean.
     let lean = u + 0.12 * aside(v);

@@ -1,23 +1,23 @@
-//! Which texels of a brush's picture are solid from every distance: what is behind them is hidden.
+//! Texels of a brush's picture that are solid from every distance: they hide the polygons behind them.
 
 use std::sync::{LazyLock, OnceLock};
 
 use super::{SIDE, picture::Picture};
 use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
 
-/// How much more solid than need be a texel must be: textures are kept in 8 bits, and devices filter them roughly.
+/// Margin of a texel's solidity: textures are kept in 8 bits, and devices filter them roughly.
 const SURELY: f32 = 0.03;
 
-/// For each column of texels along the stroke a bit for each texel across, set where the texture is solid from whatever
-/// distance it is seen: there, and one texel around it, at every level of detail.
+/// For each column of texels along the stroke a bit for each texel across, set where the texture is solid from every
+/// distance. That means there, and one texel around it, at every level of detail.
 type Solid = [u128; SIDE];
 
-/// By the numbers of the brushes; found when it is first asked for.
+/// By the numbers of the brushes; found when it is first requested.
 static SOLID: LazyLock<Vec<OnceLock<Option<Box<Solid>>>>> =
     LazyLock::new(|| brush::all().iter().map(|_| OnceLock::new()).collect());
 
-/// Of the part of a cut-out brush's texture from `u.0` to `u.1` along and from `v.0` to `v.1` across: the widest range
-/// across that is solid all along. `None` if there is none, or the brush's texture moves.
+/// The widest range across that is solid all along, in a part of a cut-out brush's texture: `u.0` to `u.1` along, `v.0`
+/// to `v.1` across. `None` if there is none, or the brush's texture moves.
 pub fn solid_across(brush: &'static Brush, u: (f32, f32), v: (f32, f32)) -> Option<(f32, f32)> {
     if brush.draw != Draw::Cutout || brush.effect != Effect::None {
         return None;

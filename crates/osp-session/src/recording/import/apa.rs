@@ -67,7 +67,7 @@ fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
     Ok(ByteReader::new(path.to_owned(), reader))
 }
 
-/// Says which brushes are drawn as plain ribbons and are none.
+/// Names brushes that are drawn as plain ribbons and are none.
 fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
     let is_missing = |name: &str| !PLAIN.contains(&name) && !NEAREST.contains_key(name);
     let missing = names.iter().zip(used).filter(|&(name, &used)| used && is_missing(name));

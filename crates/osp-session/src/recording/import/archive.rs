@@ -31,7 +31,7 @@ const SIZE_FOLLOWS: u16 = 1 << 3;
 const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
 
-/// Where an entry's packed bytes are.
+/// Place of an entry's packed bytes.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     name: String,
@@ -42,7 +42,7 @@ pub(super) struct Entry {
     crc: Option<u32>,
 }
 
-/// How an entry is packed.
+/// Compression of an entry.
 #[derive(Clone, Debug)]
 enum Packing {
     Stored,
@@ -124,7 +124,7 @@ impl Entry {
     }
 }
 
-/// The entries by the directory at the archive's end; the error says what is wrong with it.
+/// The entries by the directory at the archive's end; the error describes the damage.
 fn central_directory(file: &mut BufReader<InputFile>, zip_start: u64) -> Result<Vec<Entry>, String> {
     let config = Config { archive_offset: ArchiveOffset::Known(zip_start) };
     let mut archive = ZipArchive::with_config(config, file).map_err(|error| error.to_string())?;

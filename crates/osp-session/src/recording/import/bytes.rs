@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use crate::recording::{Place, RecordingError, unpacked};
 
-/// Decodes little-endian values from a stream and says where it stands when one is missing.
+/// Decodes little-endian values from a stream and reports its position when one is missing.
 pub(super) struct ByteReader {
     path: PathBuf,
     offset: u64,
@@ -104,7 +104,7 @@ impl ByteReader {
         Ok(())
     }
 
-    /// Everything up to the end, which must come within `most` bytes; `what` says so for the error.
+    /// Everything up to the end, which must come within `most` bytes; `what` names them for the error.
     pub(super) fn rest(&mut self, most: u64, what: &str) -> Result<Vec<u8>, RecordingError> {
         let mut all = Vec::new();
         if let Err(error) = (&mut self.reader).take(most + 1).read_to_end(&mut all) {

@@ -13,7 +13,7 @@ use crate::recording::{
 
 /// Damaged lines that get a warning of their own; all are counted.
 const MOST_WARNINGS: u64 = 16;
-/// How much of a damaged line an error shows.
+/// Length of a damaged line's part in an error.
 const SHOWN_CHARS: usize = 60;
 /// The first bytes of a gzip stream.
 const GZIP_MAGIC: &[u8] = b"\x1f\x8b";

@@ -15,7 +15,7 @@
 //!
 //! # Damage
 //! The events before the damage are delivered, then one error that names the byte or line and what was expected
-//! there. A lenient reader notes it instead: a binary format or one JSON document ends there, a line format goes on with
+//! there. A lenient reader notes it instead: a binary format or one JSON document ends there, a line format continues with
 //! the next line.
 
 mod apa;

@@ -62,7 +62,7 @@ struct Obj {
     most_vertices: u64,
 }
 
-/// What a line was expected to be, and where it differs.
+/// Expected form of a line, and the place of the difference.
 struct Fault {
     expected: String,
     found: String,

@@ -31,7 +31,7 @@ const LONGEST_STEP_M: f32 = 0.25;
 const WIDTH_M: f32 = 0.02;
 /// Its colour, sRGB.
 const COLOR: (f32, f32, f32, f32) = (0.25, 0.55, 0.85, 1.0);
-/// What a line is expected to be.
+/// Expected form of a line.
 const LINE: &str = "`time x y z qw qx qy qz`";
 
 /// Opens a file of tracker poses, packed with gzip or not.

@@ -7,7 +7,7 @@ use crate::recording::{
 
 /// A binary format that is a list of strokes, each a head and its points.
 pub(super) trait StrokeFormat: Send {
-    /// How a ribbon lies to the recorded poses.
+    /// Direction of a ribbon relative to the recorded poses.
     const NORMAL: NormalRule;
     /// Part of the width that is left at pressure 0.
     const THINNEST: f32;

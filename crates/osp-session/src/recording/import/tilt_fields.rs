@@ -113,7 +113,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
     }
 }
 
-/// One field of the outermost object. Of the others nothing is kept.
+/// One field of the outermost object. The other fields are dropped.
 struct Field<'n, T> {
     name: &'n str,
     value: PhantomData<T>,

@@ -31,7 +31,7 @@ use volume::{CENTER, VOLUME_M};
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
 
 /// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches the number. Polygons
-/// that are erased or undone later count, too. Events are made as they are asked for; memory does not grow.
+/// that are erased or undone later count, too. Events are made as they are requested; memory does not grow.
 pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     let source = format!("osp synth {kind} --polygons {polygons} --seed {seed}");
     let mut artist = Artist::new(polygons, seed);

@@ -11,7 +11,7 @@ const HEIGHT_M: f64 = 2.7;
 const DOOR_WIDTH_M: f64 = 0.9;
 const DOOR_HEIGHT_M: f64 = 2.05;
 
-/// Polygons that a room gets before the artist goes on to the next one, if the plan may have as many rooms as that.
+/// Polygons that a room gets before the artist continues to the next one, if the plan may have as many rooms as that.
 const POLYGONS_A_ROOM: u64 = 2000;
 
 /// Rooms of the largest plan; sessions beyond it fill them more densely.

@@ -1,4 +1,4 @@
-//! What a log keeps of its arrangements, and what it finds of them.
+//! Stored arrangements of a log, and queries of them.
 
 use glam::Vec3;
 use rand_pcg::{Pcg64, rand_core::Rng};
@@ -96,7 +96,7 @@ fn nothing_is_left_of_what_is_forgotten() {
     }
 }
 
-/// What was taken back and cannot be made again is not kept, either.
+/// Undone arrangements that cannot be made again are not stored, either.
 #[test]
 fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
     let mut scene = Scene::new();

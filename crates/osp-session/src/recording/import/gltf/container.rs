@@ -10,7 +10,7 @@ use super::{
 };
 use crate::recording::{Limits, Place, RecordingError, error::beyond, import::lines::shown, input::Input};
 
-/// What a `.glb` begins with.
+/// Beginning of a `.glb`.
 pub(in super::super) const MAGIC: &[u8] = b"glTF";
 const HEAD_BYTES: usize = 12;
 const CHUNK_HEAD_BYTES: usize = 8;
@@ -76,7 +76,7 @@ fn at_byte(path: &Path, offset: usize, expected: &str, found: impl Into<String>)
     RecordingError::Byte { path, offset, expected: expected.to_owned(), found: found.into() }
 }
 
-/// Where the JSON of a binary file is.
+/// Position of the JSON in a binary file.
 fn binary_json(
     path: &Path,
     bytes: &[u8],
@@ -102,7 +102,7 @@ fn binary_json(
     Ok(start..end.ok_or_else(|| cut(bytes.len()))?)
 }
 
-/// Where the binary chunk is, if there is one.
+/// Position of the binary chunk, if there is one.
 fn binary_chunk(
     path: &Path,
     bytes: &[u8],

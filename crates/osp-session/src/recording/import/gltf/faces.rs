@@ -17,7 +17,7 @@ pub(super) struct Polygon {
     pub(super) color: u32,
 }
 
-/// How far the decoding has come.
+/// Progress of the decoding.
 #[derive(Default)]
 pub(super) struct Faces {
     next: usize,
@@ -27,7 +27,7 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// What was wrong with the first triangle that was passed over since the last call.
+    /// Fault of the first skipped triangle since the last call.
     pub(super) fn take_fault(&mut self) -> Option<Fault> {
         self.fault.take()
     }

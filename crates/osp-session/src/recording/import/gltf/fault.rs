@@ -5,7 +5,7 @@ use crate::recording::{Notes, RecordingError};
 /// Pieces passed over that get a warning of their own; all are counted.
 const MOST_WARNINGS: u64 = 16;
 
-/// What of a file does not fit.
+/// Faulty part of a file.
 pub(super) struct Fault {
     pub(super) expected: String,
     pub(super) found: String,

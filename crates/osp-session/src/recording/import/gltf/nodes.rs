@@ -23,7 +23,7 @@ pub(super) struct Planned {
     pub(super) to: Option<Transform>,
     /// Its mesh.
     pub(super) mesh: Option<usize>,
-    /// What the group's transform lacks, for the vertices.
+    /// Rest of the transform, which the group's lacks, for the vertices.
     pub(super) residual: DAffine3,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Seen {
     pub(super) light: Option<usize>,
 }
 
-/// What the tree of nodes comes to.
+/// Result of the tree of nodes.
 pub(super) struct Nodes {
     pub(super) planned: Vec<Planned>,
     pub(super) seen: Vec<Seen>,
@@ -159,7 +159,7 @@ fn roots(file: &File) -> Vec<usize> {
     (0..is_child.len()).filter(|&node| !is_child[node]).collect()
 }
 
-/// Which nodes have a mesh, themselves or below.
+/// For each node, whether it or a node below has a mesh.
 fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut parents = vec![None; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
@@ -211,7 +211,7 @@ fn rotation(node: &Node) -> Quat {
     Quat::from_array(node.rotation.unwrap_or_default().0)
 }
 
-/// What a group can have of a node's transform, and the rest, which its vertices get.
+/// Divides a node's transform into a group's transform, and the rest for its vertices.
 fn split(node: &Node, above: DAffine3, local: DAffine3) -> (Transform, DAffine3) {
     let scale = node.scale.unwrap_or([1.0; 3]);
     if above == DAffine3::IDENTITY && node.matrix.is_none() {

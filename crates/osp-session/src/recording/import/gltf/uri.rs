@@ -1,4 +1,4 @@
-//! What a URI in a glTF file says.
+//! Contents of a URI in a glTF file.
 
 use std::path::{Component, Path, PathBuf};
 
