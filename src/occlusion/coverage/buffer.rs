@@ -8,7 +8,7 @@ use super::{
     fill::{Fill, Strips},
     picture::Picture,
     slope::SIDE,
-    surfaces::Surfaces,
+    surfaces::{SIDES, Surfaces},
     table::NONE,
     tiles::Tiles,
 };
@@ -198,11 +198,19 @@ impl WithKernel for TestPolygon<'_> {
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) -> bool {
         let Self { tiles, raster, picture, polygon } = self;
-        let mut eyes = [DVec3::ZERO; 4];
-        for (eye, p) in eyes.iter_mut().zip(polygon.vertices()) {
+        let mut eyes = [DVec3::ZERO; SIDES];
+        let mut seen = [([0; 2], 0.0); SIDES];
+        let corners = polygon.vertices();
+        for ((eye, seen), p) in eyes.iter_mut().zip(&mut seen).zip(corners) {
             *eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
+            let (at, nearness) = picture.project(*eye);
+            // Most polygons that are tested are visible, and so is one of their corners.
+            if nearness == 0.0 || !tiles.may_hide_corner(at, nearness) {
+                return false;
+            }
+            *seen = (at, nearness);
         }
-        let facet = Facet::of_tested(&eyes[..polygon.vertices().len()], picture);
+        let facet = Facet::of_tested(&eyes[..corners.len()], &seen[..corners.len()], picture);
         facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
     }
 }

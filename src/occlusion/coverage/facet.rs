@@ -146,17 +146,13 @@ impl Facet {
         }
     }
 
-    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view. `None` if it has no
-    /// convex outline in the picture.
+    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view, and their pictures. `None` if
+    /// it has no convex outline in the picture.
     #[inline(always)]
-    pub(super) fn of_tested(eyes: &[DVec3], picture: &Picture) -> Option<Self> {
+    pub(super) fn of_tested(eyes: &[DVec3], seen: &[([i32; 2], f64)], picture: &Picture) -> Option<Self> {
         let mut outline = Outline::default();
         let mut nearest = 0.0_f64;
-        for eye in eyes {
-            let (at, nearness) = picture.project(*eye);
-            if nearness == 0.0 {
-                return None;
-            }
+        for &(at, nearness) in seen {
             nearest = nearest.max(nearness);
             outline.push(at, nearness, NONE);
         }

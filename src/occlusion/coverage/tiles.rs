@@ -2,6 +2,7 @@
 
 use super::{
     facet::Facet,
+    picture::STEPS,
     slope::{SIDE, Slope},
     table::NONE,
 };
@@ -12,6 +13,10 @@ const RESERVED_ENTRIES: usize = 1 << 15;
 
 /// Facets in a tile that room is made for from the start.
 const RESERVED_LOCALS: usize = 1 << 10;
+
+/// Bits of a corner's place below the pixel, and those within a tile.
+const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
+const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
 /// Some pixels of a tile, and a lower bound of the reciprocal depth before which all of them are covered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -295,6 +300,27 @@ impl Tiles {
         let covered = |layer: &Layer| if layer.depth.is_before(near) { layer.pixels } else { 0 };
         let [first, second] = &self.layers[tile];
         pixels & !(covered(first) | covered(second)) == 0
+    }
+
+    /// Whether the pixel of a corner may be covered before it: `false` only where no test of a polygon with this corner would
+    /// find that polygon hidden. The corner is given in steps, with its reciprocal depth.
+    ///
+    /// The polygon touches this pixel. Where the whole test passes, a bound that hides the pixel is no farther than the polygon
+    /// all over the tile, so no farther than the corner.
+    #[inline(always)]
+    pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
+        let [x, y] = at.map(|v| v >> STEP_BITS);
+        let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return true };
+        if x >= self.columns * SIDE || y >= self.rows * SIDE {
+            return true;
+        }
+        let tile = y / SIDE * self.columns + x / SIDE;
+        let bit = y % SIDE * SIDE + x % SIDE;
+        let [u, v] = at.map(|v| (v & TILE_STEPS) as f32 * (1.0 / (TILE_STEPS + 1) as f32));
+        let near = nearness as f32;
+        let is_before = |bound: &Slope| bound.end >= near || bound.at(u, v) >= near;
+        self.all[tile] > 0.0 && is_before(&self.slopes[tile])
+            || self.layers[tile].iter().any(|layer| layer.pixels >> bit & 1 == 1 && is_before(&layer.depth))
     }
 
     /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
