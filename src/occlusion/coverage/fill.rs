@@ -1,7 +1,7 @@
 //! Filling facets into tiles: which pixels' samples they cover, and through which pixels their edges pass.
 
 use super::{
-    facet::{FACET_SIDES, Facet},
+    facet::{Depths, FACET_SIDES, Facet},
     picture::{MARGIN, STEPS},
     slope::SIDE,
     table::NONE,
@@ -27,9 +27,10 @@ impl WithKernel for Fill<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
+        let mut spans = Spans::NONE;
         for (facet, number) in self.facets.iter().zip(0..) {
             if facet.len > 0 {
-                Strips::new(facet).fill(number, self.tiles);
+                Strips::new(facet).fill(number, self.tiles, &mut spans);
             }
         }
         self.tiles.join(self.facets);
@@ -132,10 +133,11 @@ impl<'a> Strips<'a> {
     }
 
     #[inline(always)]
-    fn fill(&self, number: u32, tiles: &mut Tiles) {
+    fn fill(&self, number: u32, tiles: &mut Tiles, spans: &mut Spans) {
         let [first, end] = self.strips(tiles);
+        let depths = self.facet.depths();
         for strip in first..end {
-            self.fill_strip(strip, number, tiles);
+            self.fill_strip(strip, number, &depths, tiles, spans);
         }
     }
 
@@ -153,24 +155,22 @@ impl<'a> Strips<'a> {
 
     /// What it does in a strip of tiles.
     #[inline(always)]
-    fn fill_strip(&self, strip: i32, number: u32, tiles: &mut Tiles) {
+    fn fill_strip(&self, strip: i32, number: u32, depths: &Depths<'_>, tiles: &mut Tiles, spans: &mut Spans) {
         const SIZE: f64 = SIDE as f64;
         let width = (tiles.columns * SIDE) as f64;
         let low = f64::from(strip) * SIZE;
         let Some([from, to]) = self.reach(low, low + SIZE, width) else { return };
         let [whole_first, whole_end] = self.whole(low, width);
-        let mut spans = None;
+        if from < whole_first || to > whole_end || whole_first >= whole_end {
+            self.set_spans(low, width, spans);
+        }
         for column in from..to {
             let tile = strip as usize * tiles.columns + column;
-            let depth = self.facet.behind((column * SIDE) as f64, low);
+            let depth = depths.behind((column * SIDE) as f64, low);
             if column >= whole_first && column < whole_end {
                 tiles.fill_whole(tile, number, &depth);
                 continue;
             }
-            let spans = match &mut spans {
-                Some(spans) => spans,
-                none => none.insert(self.spans(low, width)),
-            };
             let x = (column * SIDE) as i32;
             let mut open = 0;
             for (from, to) in &spans.open[..spans.open_count] {
@@ -227,9 +227,9 @@ impl<'a> Strips<'a> {
         Some([tile_of(from), tile_of(to) + 1])
     }
 
-    /// Of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
+    /// Finds of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
     #[inline(always)]
-    fn spans(&self, low: f64, width: f64) -> Spans {
+    fn set_spans(&self, low: f64, width: f64, spans: &mut Spans) {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
         let ys: [f64; SIDE] = std::array::from_fn(|k| low + k as f64 + SAMPLE);
         for line in self.left.iter() {
@@ -242,7 +242,7 @@ impl<'a> Strips<'a> {
                 to[k] = smaller(to[k], line.at(ys[k]) + (1.0 - INSIDE - SAMPLE));
             }
         }
-        let mut spans = Spans { open_count: 0, ..Spans::NONE };
+        spans.open_count = 0;
         for k in 0..SIDE {
             let is_in = ys[k] > self.low[1] && ys[k] < self.high[1];
             // The first pixel whose sample lies beyond a line, and one more than the last before a line.
@@ -271,7 +271,6 @@ impl<'a> Strips<'a> {
                     .max(from[k]);
             }
         }
-        spans
     }
 
     /// Of the rows of a strip all pixels that it may touch.

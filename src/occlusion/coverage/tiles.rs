@@ -148,19 +148,16 @@ impl Tiles {
             let at = self.last[tile];
             if at != NONE && !self.broken[tile] {
                 self.surfaces.clear();
-                let entry = &self.entries[at as usize];
-                if entry.before == NONE {
-                    let pixels = entry.covered & !entry.open;
-                    if pixels != 0 {
-                        let layer = Layer { pixels, depth: entry.depth };
-                        if self.add_surface(tile, &layer) {
-                            self.useful[self.entries[at as usize].facet as usize] = true;
-                        }
+                let entry = self.entries[at as usize];
+                match self.entries.get(entry.before as usize) {
+                    None => self.add_alone(tile, &entry),
+                    // Most often the two halves of a quad.
+                    Some(&before) if before.before == NONE => self.join_two(tile, facets, [entry, before]),
+                    Some(_) => {
+                        self.gather(at);
+                        self.join_locals(facets);
+                        self.add_surfaces(tile);
                     }
-                } else {
-                    self.gather(at);
-                    self.join_locals(facets);
-                    self.add_surfaces(tile);
                 }
                 // What is no nearer than what covers all is of no use.
                 let all = self.all[tile];
@@ -175,6 +172,33 @@ impl Tiles {
             }
             self.nearest[tile] = self.layers[tile][0].depth.end.max(self.all[tile]);
         }
+    }
+
+    /// Adds an entry that is a surface by itself.
+    #[inline(always)]
+    fn add_alone(&mut self, tile: usize, entry: &Entry) {
+        let layer = Layer { pixels: entry.covered & !entry.open, depth: entry.depth };
+        if layer.pixels != 0 && self.add_surface(tile, &layer) {
+            self.useful[entry.facet as usize] = true;
+        }
+    }
+
+    /// Joins the only two entries of a tile, the last one first: as [`Tiles::join_locals`] and [`Tiles::add_surfaces`] do.
+    #[inline(always)]
+    fn join_two(&mut self, tile: usize, facets: &[Facet], [a, b]: [Entry; 2]) {
+        // Neighbours have each other.
+        if facets[a.facet as usize].mates.contains(&b.facet) {
+            let pixels = (a.covered | b.covered) & !(a.open | b.open);
+            let layer = Layer { pixels, depth: a.depth.behind_both(&b.depth) };
+            if pixels != 0 && self.add_surface(tile, &layer) {
+                self.useful[a.facet as usize] = true;
+                self.useful[b.facet as usize] = true;
+            }
+            return;
+        }
+        let [near, far] = if a.depth.end.total_cmp(&b.depth.end).is_lt() { [b, a] } else { [a, b] };
+        self.add_alone(tile, &near);
+        self.add_alone(tile, &far);
     }
 
     /// Lists the entries of a tile.
