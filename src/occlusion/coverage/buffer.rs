@@ -109,11 +109,15 @@ impl CoverageBuffer {
 
     /// Tests volumes that lie between two corners each, and are of this size, seen from the eye.
     #[inline(always)]
-    fn test_outlines(&self, outlines: &Outlines, count: usize, mut each: impl FnMut(usize, Tested)) {
-        let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
+    fn test_outlines(
+        &self,
+        outlines: &Outlines,
+        count: usize,
+        asked: Asked,
+        mut each: impl FnMut(usize, Tested),
+    ) {
+        let places = outlines.places([self.tiles.columns, self.tiles.rows].map(|tiles| (tiles * SIDE) as f64));
         for lane in 0..count {
-            let [x0, y0] = [0, 1].map(|axis| outlines.low[axis][lane]);
-            let [x1, y1] = [0, 1].map(|axis| outlines.high[axis][lane]);
             let verdict = |verdict, steps| Tested { verdict, steps };
             // What reaches back to the eye's plane has no outline, nor has what is not finite. NaN ends here, too.
             if !(outlines.near[lane] > self.nearest_sine * outlines.size[lane]
@@ -122,17 +126,13 @@ impl CoverageBuffer {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
             }
-            let floor = |v: f64, end: i32| (v - PIXEL_SLACK).clamp(0.0, f64::from(end)) as i32;
-            let ceil =
-                |v: f64, end: i32| (v + PIXEL_SLACK).clamp(-1.0, f64::from(end - 1)).floor() as i32 + 1;
-            let (x, y) = ([floor(x0, width), ceil(x1, width)], [floor(y0, height), ceil(y1, height)]);
+            let [x, y] = [0, 1].map(|axis| [places.low[axis][lane], places.high[axis][lane]]);
             if x[0] >= x[1] || y[0] >= y[1] {
                 each(lane, verdict(Verdict::Unoccluded, 0));
                 continue;
             }
-            let near = (1.0 / outlines.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
-            let far = (1.0 / outlines.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
-            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far);
+            let (is_hidden, may_hide, steps) =
+                self.tiles.test(x, y, places.near[lane], places.far[lane], asked);
             let found = match (is_hidden, may_hide) {
                 (true, _) => Verdict::Hidden,
                 (false, true) => Verdict::PartlyHidden,
@@ -148,9 +148,9 @@ impl CoverageBuffer {
         self.backend.run(TestPolygon { tiles: &self.tiles, raster, picture, polygon })
     }
 
-    fn test_all(&self, boxes: &[Aabb], each: impl FnMut(usize, Tested)) {
+    fn test_all(&self, boxes: &[Aabb], asked: Asked, each: impl FnMut(usize, Tested)) {
         let Some(raster) = &self.raster else { return };
-        self.backend.run(TestBoxes { buffer: self, raster, boxes, each });
+        self.backend.run(TestBoxes { buffer: self, raster, boxes, asked, each });
     }
 }
 
@@ -166,11 +166,42 @@ struct Outlines {
     size: [f64; LANES],
 }
 
+/// Pixels and reciprocal depths of some boxes, by lane.
+struct Places {
+    /// The first pixel, and the end.
+    low: [[i32; LANES]; 2],
+    high: [[i32; LANES]; 2],
+    near: [f32; LANES],
+    far: [f32; LANES],
+}
+
+impl Outlines {
+    /// The pixels of a picture of this size that they touch. Of a lane without an outline they are any.
+    #[inline(always)]
+    fn places(&self, size: [f64; 2]) -> Places {
+        let mut places =
+            Places { low: [[0; LANES]; 2], high: [[0; LANES]; 2], near: [0.0; LANES], far: [0.0; LANES] };
+        for (axis, end) in size.into_iter().enumerate() {
+            for lane in 0..LANES {
+                let (low, high) = (self.low[axis][lane] - PIXEL_SLACK, self.high[axis][lane] + PIXEL_SLACK);
+                places.low[axis][lane] = low.clamp(0.0, end) as i32;
+                places.high[axis][lane] = high.clamp(-1.0, end - 1.0).floor() as i32 + 1;
+            }
+        }
+        for lane in 0..LANES {
+            places.near[lane] = (1.0 / self.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
+            places.far[lane] = (1.0 / self.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
+        }
+        places
+    }
+}
+
 /// Tests at most sixteen boxes.
 struct TestBoxes<'a, F> {
     buffer: &'a CoverageBuffer,
     raster: &'a Raster,
     boxes: &'a [Aabb],
+    asked: Asked,
     each: F,
 }
 
@@ -180,7 +211,7 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
         let outlines = outlines_of(self.boxes, self.raster);
-        self.buffer.test_outlines(&outlines, self.boxes.len().min(LANES), self.each);
+        self.buffer.test_outlines(&outlines, self.boxes.len().min(LANES), self.asked, self.each);
     }
 }
 
@@ -294,13 +325,13 @@ impl OcclusionCuller for CoverageBuffer {
 
     fn test_box(&self, bounds: &Aabb) -> Tested {
         let mut tested = Tested { verdict: Verdict::Unoccluded, steps: 0 };
-        self.test_all(&[*bounds], |_, found| tested = found);
+        self.test_all(&[*bounds], Asked::Verdict, |_, found| tested = found);
         tested
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], _: Cell, _: Asked) -> TestedBoxes {
+    fn test_boxes(&self, boxes: &[Aabb], _: Cell, asked: Asked) -> TestedBoxes {
         let mut all = TestedBoxes::default();
-        self.test_all(boxes, |lane, Tested { verdict, steps }| {
+        self.test_all(boxes, asked, |lane, Tested { verdict, steps }| {
             all.hidden |= u16::from(verdict == Verdict::Hidden) << lane;
             all.unoccluded |= u16::from(verdict == Verdict::Unoccluded) << lane;
             all.steps += steps;

@@ -6,6 +6,7 @@ use super::{
     slope::{SIDE, Slope},
     table::NONE,
 };
+use crate::occlusion::Asked;
 
 /// Most entries of a frame, 48 bytes each, and those that room is made for from the start.
 const MOST_ENTRIES: usize = 1 << 18;
@@ -61,6 +62,7 @@ pub(super) struct Tiles {
     /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
     locals: Vec<Entry>,
     parents: Vec<u32>,
+    /// By facet: its place among those, if that says so, too.
     local_of: Vec<u32>,
     surfaces: Vec<(Layer, u32)>,
     /// By tile: the facet that gave `all`, if it fills the tile alone.
@@ -234,11 +236,15 @@ impl Tiles {
     fn join_locals(&mut self, facets: &[Facet]) {
         let (locals, parents) = (&mut *self.locals, &mut *self.parents);
         for i in 0..locals.len() {
-            let facet = &facets[locals[i].facet as usize];
+            let own = locals[i].facet;
+            let facet = &facets[own as usize];
             for &mate in &facet.mates[..usize::from(facet.len)] {
-                // The other facet's place says so itself, or the facet is not in this tile.
-                let Some(&place) = self.local_of.get(mate as usize) else { continue };
-                if locals.get(place as usize).is_some_and(|local| local.facet == mate) {
+                // Neighbours have each other: once is enough. The other facet's place says so itself, or the facet is not in
+                // this tile.
+                if mate < own
+                    && let place = self.local_of[mate as usize]
+                    && locals.get(place as usize).is_some_and(|local| local.facet == mate)
+                {
                     let (a, b) = (Self::root(parents, i as u32), Self::root(parents, place));
                     parents[a.max(b) as usize] = a.min(b);
                 }
@@ -348,11 +354,18 @@ impl Tiles {
     }
 
     /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
-    /// something at the other one; and the tiles read. Both ranges lie in the picture and are not empty.
+    /// something at the other one, if that is asked; and the tiles read. Both ranges lie in the picture and are not empty.
     #[inline(always)]
-    pub(super) fn test(&self, x: [i32; 2], y: [i32; 2], near: f32, far: f32) -> (bool, bool, u32) {
+    pub(super) fn test(
+        &self,
+        x: [i32; 2],
+        y: [i32; 2],
+        near: f32,
+        far: f32,
+        asked: Asked,
+    ) -> (bool, bool, u32) {
         let side = SIDE as i32;
-        let (mut is_hidden, mut may_hide, mut steps) = (true, false, 0);
+        let (mut is_hidden, mut may_hide, mut steps) = (true, asked == Asked::Hidden, 0);
         let columns = (x[0] / side) as usize..((x[1] - 1) / side) as usize + 1;
         for row in y[0] / side..(y[1] - 1) / side + 1 {
             let first = row as usize * self.columns;
@@ -364,7 +377,7 @@ impl Tiles {
                     is_hidden = self.all[tile] >= near
                         || self.hides(
                             tile,
-                            asked(x, y, column as i32 * side, row * side),
+                            pixels_within(x, y, column as i32 * side, row * side),
                             &Slope::level(near),
                         );
                     if !is_hidden {
@@ -383,7 +396,7 @@ impl Tiles {
 
 /// The pixels of a tile, whose first one is given, that lie in these columns and rows.
 #[inline(always)]
-fn asked(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
+fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;
     let (from, to) = (within(x[0], left), within(x[1], left));
     let row = ((1_u64 << to) - 1) & !((1_u64 << from) - 1);
