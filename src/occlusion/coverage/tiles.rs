@@ -353,6 +353,13 @@ impl Tiles {
             || self.layers[tile].iter().any(|layer| layer.pixels >> bit & 1 == 1 && is_before(&layer.depth))
     }
 
+    /// Whether a pixel of the picture is covered before a reciprocal depth, which is positive.
+    #[inline(always)]
+    pub(super) fn hides_pixel(&self, [x, y]: [usize; 2], near: f32) -> bool {
+        let tile = y / SIDE * self.columns + x / SIDE;
+        self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
+    }
+
     /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
     /// something at the other one, if that is asked; and the tiles read. Both ranges lie in the picture and are not empty.
     #[inline(always)]
