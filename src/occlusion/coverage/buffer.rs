@@ -65,6 +65,16 @@ impl CoverageBuffer {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn set_backend(&mut self, backend: Backend) {
+        self.backend = backend;
+    }
+
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> Option<(&Raster, &Picture, &Tiles)> {
+        Some((self.raster.as_ref()?, self.facets.picture()?, &self.tiles))
+    }
+
     /// Makes room for surfaces of so many polygons, of which so many are filled in a frame.
     pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
         self.facets.reserve(polygons, filled);
@@ -127,7 +137,8 @@ impl CoverageBuffer {
             }
             let near = (1.0 / seen.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
             // Most polygons that are tested are visible, and so is the middle of their boxes, or what is next to it.
-            if asked == Asked::Hidden && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
+            if asked == Asked::Hidden
+                && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
             {
                 each(lane, verdict(Verdict::PartlyHidden, 1));
                 continue;
@@ -248,8 +259,7 @@ impl SeenBoxes {
         for axis in 0..3 {
             let eye = raster.eye_in_world[axis];
             for lane in 0..LANES {
-                let (low, high) =
-                    (f64::from(rows[axis][lane]) - eye, f64::from(rows[axis + 3][lane]) - eye);
+                let (low, high) = (f64::from(rows[axis][lane]) - eye, f64::from(rows[axis + 3][lane]) - eye);
                 center[axis][lane] = (low + high) * 0.5;
                 seen.half[axis][lane] = ((high - low) * 0.5).abs();
                 seen.size[lane] += center[axis][lane].abs() + seen.half[axis][lane];

@@ -51,5 +51,8 @@ mod surfaces;
 mod table;
 mod tiles;
 
+#[cfg(test)]
+mod tests;
+
 pub use buffer::CoverageBuffer;
 pub(in crate::occlusion) use surfaces::Surfaces;
