@@ -332,11 +332,11 @@ impl Tiles {
         pixels & !(covered(first) | covered(second)) == 0
     }
 
-    /// Whether the pixel of a corner may be covered before it: `false` only where no test of a polygon with this corner would
-    /// find that polygon hidden. The corner is given in steps, with its reciprocal depth.
+    /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal depth.
     ///
     /// The polygon touches this pixel. Where the whole test passes, a bound that hides the pixel is no farther than the polygon
-    /// all over the tile, so no farther than the corner.
+    /// all over the tile, so no farther than the corner. Only a corner that was rounded into the tile may lie beside that: then
+    /// the polygon is taken for visible.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);
