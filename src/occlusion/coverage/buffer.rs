@@ -8,7 +8,7 @@ use super::{
     fill::{Fill, Strips},
     picture::Picture,
     slope::SIDE,
-    surfaces::Surfaces,
+    surfaces::{SIDES, Surfaces},
     table::NONE,
     tiles::Tiles,
 };
@@ -65,6 +65,16 @@ impl CoverageBuffer {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn set_backend(&mut self, backend: Backend) {
+        self.backend = backend;
+    }
+
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> Option<(&Raster, &Picture, &Tiles)> {
+        Some((self.raster.as_ref()?, self.facets.picture()?, &self.tiles))
+    }
+
     /// Makes room for surfaces of so many polygons, of which so many are filled in a frame.
     pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
         self.facets.reserve(polygons, filled);
@@ -107,21 +117,33 @@ impl CoverageBuffer {
         })
     }
 
-    /// Tests volumes that lie between two corners each, and are of this size, seen from the eye.
+    /// Tests some boxes.
     #[inline(always)]
-    fn test_outlines(&self, outlines: &Outlines, count: usize, mut each: impl FnMut(usize, Tested)) {
+    fn test_seen(
+        &self,
+        seen: &SeenBoxes,
+        count: usize,
+        raster: &Raster,
+        asked: Asked,
+        mut each: impl FnMut(usize, Tested),
+    ) {
         let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
         for lane in 0..count {
-            let [x0, y0] = [0, 1].map(|axis| outlines.low[axis][lane]);
-            let [x1, y1] = [0, 1].map(|axis| outlines.high[axis][lane]);
             let verdict = |verdict, steps| Tested { verdict, steps };
             // What reaches back to the eye's plane has no outline, nor has what is not finite. NaN ends here, too.
-            if !(outlines.near[lane] > self.nearest_sine * outlines.size[lane]
-                && outlines.far[lane].is_finite())
-            {
+            if !(seen.near[lane] > self.nearest_sine * seen.size[lane] && seen.far[lane].is_finite()) {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
             }
+            let near = (1.0 / seen.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
+            // Most polygons that are tested are visible, and so is the middle of their boxes, or what is next to it.
+            if asked == Asked::Hidden
+                && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
+            {
+                each(lane, verdict(Verdict::PartlyHidden, 1));
+                continue;
+            }
+            let [[x0, y0], [x1, y1]] = seen.outline(lane, raster);
             let floor = |v: f64, end: i32| (v - PIXEL_SLACK).clamp(0.0, f64::from(end)) as i32;
             let ceil =
                 |v: f64, end: i32| (v + PIXEL_SLACK).clamp(-1.0, f64::from(end - 1)).floor() as i32 + 1;
@@ -130,9 +152,8 @@ impl CoverageBuffer {
                 each(lane, verdict(Verdict::Unoccluded, 0));
                 continue;
             }
-            let near = (1.0 / outlines.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
-            let far = (1.0 / outlines.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
-            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far);
+            let far = (1.0 / seen.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
+            let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far, asked);
             let found = match (is_hidden, may_hide) {
                 (true, _) => Verdict::Hidden,
                 (false, true) => Verdict::PartlyHidden,
@@ -148,21 +169,22 @@ impl CoverageBuffer {
         self.backend.run(TestPolygon { tiles: &self.tiles, raster, picture, polygon })
     }
 
-    fn test_all(&self, boxes: &[Aabb], each: impl FnMut(usize, Tested)) {
+    fn test_all(&self, boxes: &[Aabb], asked: Asked, each: impl FnMut(usize, Tested)) {
         let Some(raster) = &self.raster else { return };
-        self.backend.run(TestBoxes { buffer: self, raster, boxes, each });
+        self.backend.run(TestBoxes { buffer: self, raster, boxes, asked, each });
     }
 }
 
-/// Positions of some boxes in the picture, by lane.
-struct Outlines {
-    /// Pixels.
-    low: [[f64; LANES]; 2],
-    high: [[f64; LANES]; 2],
+/// Where some boxes lie as seen from the eye, by lane.
+struct SeenBoxes {
+    /// Half of each side.
+    half: [[f64; LANES]; 3],
+    /// The middle, in the axes of the view.
+    middle: [[f64; LANES]; 3],
     /// Distances along the view.
     near: [f64; LANES],
     far: [f64; LANES],
-    /// The sum of the largest coordinates as seen from the eye.
+    /// The sum of the largest coordinates.
     size: [f64; LANES],
 }
 
@@ -171,6 +193,7 @@ struct TestBoxes<'a, F> {
     buffer: &'a CoverageBuffer,
     raster: &'a Raster,
     boxes: &'a [Aabb],
+    asked: Asked,
     each: F,
 }
 
@@ -179,8 +202,8 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
-        let outlines = outlines_of(self.boxes, self.raster);
-        self.buffer.test_outlines(&outlines, self.boxes.len().min(LANES), self.each);
+        let seen = SeenBoxes::new(self.boxes, self.raster);
+        self.buffer.test_seen(&seen, self.boxes.len().min(LANES), self.raster, self.asked, self.each);
     }
 }
 
@@ -198,79 +221,113 @@ impl WithKernel for TestPolygon<'_> {
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) -> bool {
         let Self { tiles, raster, picture, polygon } = self;
-        let mut eyes = [DVec3::ZERO; 4];
-        for (eye, p) in eyes.iter_mut().zip(polygon.vertices()) {
+        let mut eyes = [DVec3::ZERO; SIDES];
+        let mut seen = [([0; 2], 0.0); SIDES];
+        let corners = polygon.vertices();
+        for ((eye, seen), p) in eyes.iter_mut().zip(&mut seen).zip(corners) {
             *eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
+            let (at, nearness) = picture.project(*eye);
+            // Most polygons that are tested are visible, and so is one of their corners.
+            if nearness == 0.0 || !tiles.may_hide_corner(at, nearness) {
+                return false;
+            }
+            *seen = (at, nearness);
         }
-        let facet = Facet::of_tested(&eyes[..polygon.vertices().len()], picture);
+        let facet = Facet::of_tested(&eyes[..corners.len()], &seen[..corners.len()], picture);
         facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
     }
 }
 
-/// The corners of boxes in the picture.
-#[inline(always)]
-fn outlines_of(boxes: &[Aabb], raster: &Raster) -> Outlines {
-    let mut rows = [[0.0_f32; LANES]; 6];
-    for (lane, bounds) in boxes.iter().take(LANES).enumerate() {
-        let numbers = [bounds.min.to_array(), bounds.max.to_array()];
-        for (row, number) in rows.iter_mut().zip(numbers.as_flattened()) {
-            row[lane] = *number;
+impl SeenBoxes {
+    #[inline(always)]
+    fn new(boxes: &[Aabb], raster: &Raster) -> Self {
+        let mut rows = [[0.0_f32; LANES]; 6];
+        for (lane, bounds) in boxes.iter().take(LANES).enumerate() {
+            let numbers = [bounds.min.to_array(), bounds.max.to_array()];
+            for (row, number) in rows.iter_mut().zip(numbers.as_flattened()) {
+                row[lane] = *number;
+            }
         }
-    }
-    let (mut center, mut half) = ([[0.0_f64; LANES]; 3], [[0.0_f64; LANES]; 3]);
-    let mut outlines = Outlines {
-        low: [[f64::INFINITY; LANES]; 2],
-        high: [[f64::NEG_INFINITY; LANES]; 2],
-        near: [0.0; LANES],
-        far: [0.0; LANES],
-        size: [0.0; LANES],
-    };
-    for axis in 0..3 {
-        let eye = raster.eye_in_world[axis];
+        let mut center = [[0.0_f64; LANES]; 3];
+        let mut seen = Self {
+            half: [[0.0; LANES]; 3],
+            middle: [[0.0; LANES]; 3],
+            near: [0.0; LANES],
+            far: [0.0; LANES],
+            size: [0.0; LANES],
+        };
+        for axis in 0..3 {
+            let eye = raster.eye_in_world[axis];
+            for lane in 0..LANES {
+                let (low, high) = (f64::from(rows[axis][lane]) - eye, f64::from(rows[axis + 3][lane]) - eye);
+                center[axis][lane] = (low + high) * 0.5;
+                seen.half[axis][lane] = ((high - low) * 0.5).abs();
+                seen.size[lane] += center[axis][lane].abs() + seen.half[axis][lane];
+            }
+        }
+        let axes = raster.axes();
+        for (middle, axis) in seen.middle.iter_mut().zip(axes) {
+            for (lane, middle) in middle.iter_mut().enumerate() {
+                *middle = axis.x * center[0][lane] + axis.y * center[1][lane] + axis.z * center[2][lane];
+            }
+        }
+        let forward = raster.forward.abs();
         for lane in 0..LANES {
-            let (low, high) = (f64::from(rows[axis][lane]) - eye, f64::from(rows[axis + 3][lane]) - eye);
-            center[axis][lane] = (low + high) * 0.5;
-            half[axis][lane] = ((high - low) * 0.5).abs();
-            outlines.size[lane] += center[axis][lane].abs() + half[axis][lane];
+            let [x, y, z] = [0, 1, 2].map(|axis| seen.half[axis][lane]);
+            let reach = forward.x * x + forward.y * y + forward.z * z;
+            seen.near[lane] = seen.middle[2][lane] - reach;
+            seen.far[lane] = seen.middle[2][lane] + reach;
         }
+        seen
     }
-    // By axis of the view: the centre, and what half a side along each axis of the world adds to it.
-    let axes = raster.axes();
-    let along = |axis: DVec3, lane: usize| {
-        axis.x * center[0][lane] + axis.y * center[1][lane] + axis.z * center[2][lane]
-    };
-    let mut middle = [[0.0_f64; LANES]; 3];
-    for (middle, axis) in middle.iter_mut().zip(axes) {
-        for (lane, middle) in middle.iter_mut().enumerate() {
-            *middle = along(axis, lane);
-        }
+
+    /// A pixel of a picture of this size that a box before the eye touches, if it touches any: that of its middle, or the
+    /// nearest one.
+    #[inline(always)]
+    fn pixel(&self, lane: usize, raster: &Raster, size: [i32; 2]) -> [usize; 2] {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.middle[axis][lane]);
+        let nearness = 1.0 / z;
+        let at = raster.flat_in_pixels(x * nearness, y * nearness);
+        let within = |v: f64, end: i32| v.clamp(0.0, f64::from(end - 1)) as usize;
+        [within(at.x, size[0]), within(at.y, size[1])]
     }
-    let [right, up, forward] = axes;
-    for lane in 0..LANES {
-        let reach = forward.x.abs() * half[0][lane]
-            + forward.y.abs() * half[1][lane]
-            + forward.z.abs() * half[2][lane];
-        outlines.near[lane] = middle[2][lane] - reach;
-        outlines.far[lane] = middle[2][lane] + reach;
-    }
-    let (corner, pixels) = (raster.flat_in_pixels(0.0, 0.0), raster.pixels_a_unit());
-    for which in 0..8_usize {
-        let sign = |bit: usize| if which >> bit & 1 == 1 { 1.0 } else { -1.0 };
-        let (sx, sy, sz) = (sign(0), sign(1), sign(2));
-        for lane in 0..LANES {
-            let (hx, hy, hz) = (sx * half[0][lane], sy * half[1][lane], sz * half[2][lane]);
-            let x = middle[0][lane] + (right.x * hx + right.y * hy + right.z * hz);
-            let y = middle[1][lane] + (up.x * hx + up.y * hy + up.z * hz);
-            let z = middle[2][lane] + (forward.x * hx + forward.y * hy + forward.z * hz);
+
+    /// Between which pixels the corners of a box before the eye lie: the low ends, and the high ones.
+    #[inline(always)]
+    fn outline(&self, lane: usize, raster: &Raster) -> [[f64; 2]; 2] {
+        const CORNERS: usize = 8;
+        const SIGNS: [[f64; CORNERS]; 3] = [
+            [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0],
+            [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0],
+            [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
+        ];
+        let half = [0, 1, 2].map(|axis| self.half[axis][lane]);
+        let middle = [0, 1, 2].map(|axis| self.middle[axis][lane]);
+        let [right, up, forward] = raster.axes();
+        let (corner, pixels) = (raster.flat_in_pixels(0.0, 0.0), raster.pixels_a_unit());
+        let mut low = [[0.0_f64; CORNERS]; 2];
+        for k in 0..CORNERS {
+            let [hx, hy, hz] = [0, 1, 2].map(|axis| SIGNS[axis][k] * half[axis]);
+            let x = middle[0] + (right.x * hx + right.y * hy + right.z * hz);
+            let y = middle[1] + (up.x * hx + up.y * hy + up.z * hz);
+            let z = middle[2] + (forward.x * hx + forward.y * hy + forward.z * hz);
             let nearness = 1.0 / z;
-            let (x, y) = (x * nearness * pixels.x + corner.x, y * nearness * pixels.y + corner.y);
-            outlines.low[0][lane] = outlines.low[0][lane].min(x);
-            outlines.high[0][lane] = outlines.high[0][lane].max(x);
-            outlines.low[1][lane] = outlines.low[1][lane].min(y);
-            outlines.high[1][lane] = outlines.high[1][lane].max(y);
+            low[0][k] = x * nearness * pixels.x + corner.x;
+            low[1][k] = y * nearness * pixels.y + corner.y;
         }
+        let mut high = low;
+        for step in [4, 2, 1] {
+            for axis in 0..2 {
+                for k in 0..step {
+                    let (a, b) = (low[axis][k], low[axis][k + step]);
+                    low[axis][k] = if a < b { a } else { b };
+                    let (a, b) = (high[axis][k], high[axis][k + step]);
+                    high[axis][k] = if a > b { a } else { b };
+                }
+            }
+        }
+        [[low[0][0], low[1][0]], [high[0][0], high[1][0]]]
     }
-    outlines
 }
 
 impl OcclusionCuller for CoverageBuffer {
@@ -286,13 +343,13 @@ impl OcclusionCuller for CoverageBuffer {
 
     fn test_box(&self, bounds: &Aabb) -> Tested {
         let mut tested = Tested { verdict: Verdict::Unoccluded, steps: 0 };
-        self.test_all(&[*bounds], |_, found| tested = found);
+        self.test_all(&[*bounds], Asked::Verdict, |_, found| tested = found);
         tested
     }
 
-    fn test_boxes(&self, boxes: &[Aabb], _: Cell, _: Asked) -> TestedBoxes {
+    fn test_boxes(&self, boxes: &[Aabb], _: Cell, asked: Asked) -> TestedBoxes {
         let mut all = TestedBoxes::default();
-        self.test_all(boxes, |lane, Tested { verdict, steps }| {
+        self.test_all(boxes, asked, |lane, Tested { verdict, steps }| {
             all.hidden |= u16::from(verdict == Verdict::Hidden) << lane;
             all.unoccluded |= u16::from(verdict == Verdict::Unoccluded) << lane;
             all.steps += steps;

@@ -146,17 +146,13 @@ impl Facet {
         }
     }
 
-    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view. `None` if it has no
-    /// convex outline in the picture.
+    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view, and their pictures. `None` if
+    /// it has no convex outline in the picture.
     #[inline(always)]
-    pub(super) fn of_tested(eyes: &[DVec3], picture: &Picture) -> Option<Self> {
+    pub(super) fn of_tested(eyes: &[DVec3], seen: &[([i32; 2], f64)], picture: &Picture) -> Option<Self> {
         let mut outline = Outline::default();
         let mut nearest = 0.0_f64;
-        for eye in eyes {
-            let (at, nearness) = picture.project(*eye);
-            if nearness == 0.0 {
-                return None;
-            }
+        for &(at, nearness) in seen {
             nearest = nearest.max(nearness);
             outline.push(at, nearness, NONE);
         }
@@ -205,21 +201,17 @@ impl Facet {
         }
     }
 
-    /// A lower bound of its reciprocal depth within the square of pixels that begins here.
+    /// What bounds its depth in each tile.
     #[inline(always)]
-    pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
-        let [base, by_x, by_y] = self.plane;
+    pub(super) fn depths(&self) -> Depths<'_> {
+        let [_, by_x, by_y] = self.plane;
         let across = [by_x * SQUARE, by_y * SQUARE];
-        let (from, slack) = (base + by_x * x + by_y * y, self.slack(x, y));
-        let least = from - slack + across[0].min(0.0) + across[1].min(0.0);
-        if self.has_plane && least + 0.5 * (across[0].abs() + across[1].abs()) > self.end {
-            Slope {
-                from: (from - slack) as f32,
-                across: across.map(|v| v as f32),
-                end: least.max(self.end) as f32,
-            }
-        } else {
-            Slope::level(self.end as f32)
+        Depths {
+            facet: self,
+            low: across.map(|v| v.min(0.0)),
+            middle: 0.5 * (across[0].abs() + across[1].abs()),
+            across: across.map(|v| v as f32),
+            level: Slope::level(self.end as f32),
         }
     }
 
@@ -246,6 +238,34 @@ impl Facet {
     fn slack(&self, x: f64, y: f64) -> f64 {
         let [base, by_x, by_y] = self.plane;
         DEPTH_SLACK * (base.abs() + (by_x * (x + SQUARE)).abs() + (by_y * (y + SQUARE)).abs())
+    }
+}
+
+/// Bounds of a facet's depth, with what is the same in all tiles.
+pub(super) struct Depths<'a> {
+    facet: &'a Facet,
+    /// From a tile's corner to its lowest value, across and up; and from that to the middle.
+    low: [f64; 2],
+    middle: f64,
+    across: [f32; 2],
+    level: Slope,
+}
+
+impl Depths<'_> {
+    /// A lower bound of the facet's reciprocal depth within the square of pixels that begins here.
+    #[inline(always)]
+    pub(super) fn behind(&self, x: f64, y: f64) -> Slope {
+        let Facet { plane: [base, by_x, by_y], end, has_plane, .. } = *self.facet;
+        if !has_plane {
+            return self.level;
+        }
+        let (from, slack) = (base + by_x * x + by_y * y, self.facet.slack(x, y));
+        let least = from - slack + self.low[0] + self.low[1];
+        if least + self.middle > end {
+            Slope { from: (from - slack) as f32, across: self.across, end: least.max(end) as f32 }
+        } else {
+            self.level
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Filling facets into tiles: the pixels whose samples they cover, and the pixels that their edges pass.
 
 use super::{
-    facet::{FACET_SIDES, Facet},
+    facet::{Depths, FACET_SIDES, Facet},
     picture::{MARGIN, STEPS},
     slope::SIDE,
     table::NONE,
@@ -28,9 +28,10 @@ impl WithKernel for Fill<'_> {
 
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
+        let mut spans = Spans::NONE;
         for (facet, number) in self.facets.iter().zip(0..) {
             if facet.len > 0 {
-                Strips::new(facet).fill(number, self.tiles);
+                Strips::new(facet).fill(number, self.tiles, &mut spans);
             }
         }
         self.tiles.join(self.facets);
@@ -133,10 +134,11 @@ impl<'a> Strips<'a> {
     }
 
     #[inline(always)]
-    fn fill(&self, number: u32, tiles: &mut Tiles) {
+    fn fill(&self, number: u32, tiles: &mut Tiles, spans: &mut Spans) {
         let [first, end] = self.strips(tiles);
+        let depths = self.facet.depths();
         for strip in first..end {
-            self.fill_strip(strip, number, tiles);
+            self.fill_strip(strip, number, &depths, tiles, spans);
         }
     }
 
@@ -154,24 +156,22 @@ impl<'a> Strips<'a> {
 
     /// Fills its part in a strip of tiles.
     #[inline(always)]
-    fn fill_strip(&self, strip: i32, number: u32, tiles: &mut Tiles) {
+    fn fill_strip(&self, strip: i32, number: u32, depths: &Depths<'_>, tiles: &mut Tiles, spans: &mut Spans) {
         const SIZE: f64 = SIDE as f64;
         let width = (tiles.columns * SIDE) as f64;
         let low = f64::from(strip) * SIZE;
         let Some([from, to]) = self.reach(low, low + SIZE, width) else { return };
         let [whole_first, whole_end] = self.whole(low, width);
-        let mut spans = None;
+        if from < whole_first || to > whole_end || whole_first >= whole_end {
+            self.set_spans(low, width, spans);
+        }
         for column in from..to {
             let tile = strip as usize * tiles.columns + column;
-            let depth = self.facet.behind((column * SIDE) as f64, low);
+            let depth = depths.behind((column * SIDE) as f64, low);
             if column >= whole_first && column < whole_end {
                 tiles.fill_whole(tile, number, &depth);
                 continue;
             }
-            let spans = match &mut spans {
-                Some(spans) => spans,
-                none => none.insert(self.spans(low, width)),
-            };
             let x = (column * SIDE) as i32;
             let mut open = 0;
             for (from, to) in &spans.open[..spans.open_count] {
@@ -228,10 +228,9 @@ impl<'a> Strips<'a> {
         Some([tile_of(from), tile_of(to) + 1])
     }
 
-    /// The pixels in the rows of a strip whose samples are covered, and the pixels that each edge without a neighbour
-    /// passes.
+    /// Finds of the rows of a strip the pixels whose samples are covered, and those that each edge without a neighbour passes.
     #[inline(always)]
-    fn spans(&self, low: f64, width: f64) -> Spans {
+    fn set_spans(&self, low: f64, width: f64, spans: &mut Spans) {
         let (mut from, mut to) = ([0.0_f64; SIDE], [width; SIDE]);
         let ys: [f64; SIDE] = std::array::from_fn(|k| low + k as f64 + SAMPLE);
         for line in self.left.iter() {
@@ -244,7 +243,7 @@ impl<'a> Strips<'a> {
                 to[k] = smaller(to[k], line.at(ys[k]) + (1.0 - INSIDE - SAMPLE));
             }
         }
-        let mut spans = Spans { open_count: 0, ..Spans::NONE };
+        spans.open_count = 0;
         for k in 0..SIDE {
             let is_in = ys[k] > self.low[1] && ys[k] < self.high[1];
             // The first pixel whose sample lies beyond a line, and one more than the last before a line.
@@ -273,7 +272,6 @@ impl<'a> Strips<'a> {
                     .max(from[k]);
             }
         }
-        spans
     }
 
     /// All pixels in the rows of a strip that it may touch.

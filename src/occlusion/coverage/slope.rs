@@ -19,6 +19,12 @@ impl Slope {
         Self { from: end, across: [0.0; 2], end }
     }
 
+    /// Its value at these parts of the way across and up.
+    #[inline(always)]
+    pub(super) fn at(&self, x: f32, y: f32) -> f32 {
+        self.from + self.across[0] * x + self.across[1] * y
+    }
+
     /// By how much this one is larger at most, if it is.
     #[inline(always)]
     fn excess(&self, other: &Self) -> f32 {

@@ -2,9 +2,11 @@
 
 use super::{
     facet::Facet,
+    picture::STEPS,
     slope::{SIDE, Slope},
     table::NONE,
 };
+use crate::occlusion::Asked;
 
 /// Most entries of a frame, 48 bytes each, and those that room is made for from the start.
 const MOST_ENTRIES: usize = 1 << 18;
@@ -12,6 +14,10 @@ const RESERVED_ENTRIES: usize = 1 << 15;
 
 /// Facets in a tile that room is made for from the start.
 const RESERVED_LOCALS: usize = 1 << 10;
+
+/// Bits of a corner's place below the pixel, and those within a tile.
+const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
+const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
 /// Some pixels of a tile, and a lower bound of the reciprocal depth before which all of them are covered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,6 +62,7 @@ pub(super) struct Tiles {
     /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
     locals: Vec<Entry>,
     parents: Vec<u32>,
+    /// By facet: its place among those, if that says so, too.
     local_of: Vec<u32>,
     surfaces: Vec<(Layer, u32)>,
     /// By tile: the facet that gave `all`, if it fills the tile alone.
@@ -143,19 +150,16 @@ impl Tiles {
             let at = self.last[tile];
             if at != NONE && !self.broken[tile] {
                 self.surfaces.clear();
-                let entry = &self.entries[at as usize];
-                if entry.before == NONE {
-                    let pixels = entry.covered & !entry.open;
-                    if pixels != 0 {
-                        let layer = Layer { pixels, depth: entry.depth };
-                        if self.add_surface(tile, &layer) {
-                            self.useful[self.entries[at as usize].facet as usize] = true;
-                        }
+                let entry = self.entries[at as usize];
+                match self.entries.get(entry.before as usize) {
+                    None => self.add_alone(tile, &entry),
+                    // Most often the two halves of a quad.
+                    Some(&before) if before.before == NONE => self.join_two(tile, facets, [entry, before]),
+                    Some(_) => {
+                        self.gather(at);
+                        self.join_locals(facets);
+                        self.add_surfaces(tile);
                     }
-                } else {
-                    self.gather(at);
-                    self.join_locals(facets);
-                    self.add_surfaces(tile);
                 }
                 // What is no nearer than what covers all is of no use.
                 let all = self.all[tile];
@@ -170,6 +174,33 @@ impl Tiles {
             }
             self.nearest[tile] = self.layers[tile][0].depth.end.max(self.all[tile]);
         }
+    }
+
+    /// Adds an entry that is a surface by itself.
+    #[inline(always)]
+    fn add_alone(&mut self, tile: usize, entry: &Entry) {
+        let layer = Layer { pixels: entry.covered & !entry.open, depth: entry.depth };
+        if layer.pixels != 0 && self.add_surface(tile, &layer) {
+            self.useful[entry.facet as usize] = true;
+        }
+    }
+
+    /// Joins the only two entries of a tile, the last one first: as [`Tiles::join_locals`] and [`Tiles::add_surfaces`] do.
+    #[inline(always)]
+    fn join_two(&mut self, tile: usize, facets: &[Facet], [a, b]: [Entry; 2]) {
+        // Neighbours have each other.
+        if facets[a.facet as usize].mates.contains(&b.facet) {
+            let pixels = (a.covered | b.covered) & !(a.open | b.open);
+            let layer = Layer { pixels, depth: a.depth.behind_both(&b.depth) };
+            if pixels != 0 && self.add_surface(tile, &layer) {
+                self.useful[a.facet as usize] = true;
+                self.useful[b.facet as usize] = true;
+            }
+            return;
+        }
+        let [near, far] = if a.depth.end.total_cmp(&b.depth.end).is_lt() { [b, a] } else { [a, b] };
+        self.add_alone(tile, &near);
+        self.add_alone(tile, &far);
     }
 
     /// Lists the entries of a tile.
@@ -205,11 +236,15 @@ impl Tiles {
     fn join_locals(&mut self, facets: &[Facet]) {
         let (locals, parents) = (&mut *self.locals, &mut *self.parents);
         for i in 0..locals.len() {
-            let facet = &facets[locals[i].facet as usize];
+            let own = locals[i].facet;
+            let facet = &facets[own as usize];
             for &mate in &facet.mates[..usize::from(facet.len)] {
-                // The other facet's place says so itself, or the facet is not in this tile.
-                let Some(&place) = self.local_of.get(mate as usize) else { continue };
-                if locals.get(place as usize).is_some_and(|local| local.facet == mate) {
+                // Neighbours have each other: once is enough. The other facet's place says so itself, or the facet is not in
+                // this tile.
+                if mate < own
+                    && let place = self.local_of[mate as usize]
+                    && locals.get(place as usize).is_some_and(|local| local.facet == mate)
+                {
                     let (a, b) = (Self::root(parents, i as u32), Self::root(parents, place));
                     parents[a.max(b) as usize] = a.min(b);
                 }
@@ -297,12 +332,47 @@ impl Tiles {
         pixels & !(covered(first) | covered(second)) == 0
     }
 
-    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. Whether any may hide
-    /// something at the other depth. The number of tiles read. Both ranges lie in the picture and are not empty.
+    /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal depth.
+    ///
+    /// The polygon touches this pixel. Where the whole test passes, a bound that hides the pixel is no farther than the polygon
+    /// all over the tile, so no farther than the corner. Only a corner that was rounded into the tile may lie beside that: then
+    /// the polygon is taken for visible.
     #[inline(always)]
-    pub(super) fn test(&self, x: [i32; 2], y: [i32; 2], near: f32, far: f32) -> (bool, bool, u32) {
+    pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
+        let [x, y] = at.map(|v| v >> STEP_BITS);
+        let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return true };
+        if x >= self.columns * SIDE || y >= self.rows * SIDE {
+            return true;
+        }
+        let tile = y / SIDE * self.columns + x / SIDE;
+        let bit = y % SIDE * SIDE + x % SIDE;
+        let [u, v] = at.map(|v| (v & TILE_STEPS) as f32 * (1.0 / (TILE_STEPS + 1) as f32));
+        let near = nearness as f32;
+        let is_before = |bound: &Slope| bound.end >= near || bound.at(u, v) >= near;
+        self.all[tile] > 0.0 && is_before(&self.slopes[tile])
+            || self.layers[tile].iter().any(|layer| layer.pixels >> bit & 1 == 1 && is_before(&layer.depth))
+    }
+
+    /// Whether a pixel of the picture is covered before a reciprocal depth, which is positive.
+    #[inline(always)]
+    pub(super) fn hides_pixel(&self, [x, y]: [usize; 2], near: f32) -> bool {
+        let tile = y / SIDE * self.columns + x / SIDE;
+        self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
+    }
+
+    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
+    /// something at the other one, if that is asked; and the tiles read. Both ranges lie in the picture and are not empty.
+    #[inline(always)]
+    pub(super) fn test(
+        &self,
+        x: [i32; 2],
+        y: [i32; 2],
+        near: f32,
+        far: f32,
+        asked: Asked,
+    ) -> (bool, bool, u32) {
         let side = SIDE as i32;
-        let (mut is_hidden, mut may_hide, mut steps) = (true, false, 0);
+        let (mut is_hidden, mut may_hide, mut steps) = (true, asked == Asked::Hidden, 0);
         let columns = (x[0] / side) as usize..((x[1] - 1) / side) as usize + 1;
         for row in y[0] / side..(y[1] - 1) / side + 1 {
             let first = row as usize * self.columns;
@@ -314,7 +384,7 @@ impl Tiles {
                     is_hidden = self.all[tile] >= near
                         || self.hides(
                             tile,
-                            asked(x, y, column as i32 * side, row * side),
+                            pixels_within(x, y, column as i32 * side, row * side),
                             &Slope::level(near),
                         );
                     if !is_hidden {
@@ -333,7 +403,7 @@ impl Tiles {
 
 /// The pixels of a tile, whose first one is given, that lie in these columns and rows.
 #[inline(always)]
-fn asked(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
+fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;
     let (from, to) = (within(x[0], left), within(x[1], left));
     let row = ((1_u64 << to) - 1) & !((1_u64 << from) - 1);

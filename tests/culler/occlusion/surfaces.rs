@@ -339,7 +339,7 @@ fn what_connected_meshes_hide_is_blocked() {
 /// Each back end in a process of its own: it is chosen once.
 #[test]
 fn every_back_end_gives_the_same_answers() {
-    let test = "surfaces::what_connected_meshes_hide_is_blocked";
+    let test = "occlusion::surfaces::what_connected_meshes_hide_is_blocked";
     let mut all = Vec::new();
     for backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
         let output = std::process::Command::new(std::env::current_exe().expect("its own path"))

@@ -1,0 +1,191 @@
+//! The short cuts of the picture give the answers of the whole tests, on every kernel.
+
+use glam::{DVec3, Quat, Vec3};
+
+use super::{
+    buffer::CoverageBuffer,
+    facet::Facet,
+    fill::Strips,
+    slope::Slope,
+    surfaces::Surfaces,
+    table::NONE,
+    tiles::{Entry, Tiles},
+};
+use crate::{
+    index::Backend,
+    math::Aabb,
+    occlusion::{Asked, Cell, OcclusionCuller, Verdict},
+    polygon::{ConvexPolygon, Geometry, PolygonId},
+    view::{Projection, View, ViewWindow},
+};
+
+/// Numbers from 0 to 1 (Knuth).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
+    }
+
+    fn within(&mut self, size: f32) -> f32 {
+        (self.next() * 2.0 - 1.0) * size
+    }
+
+    /// Before the eye, in or next to the window.
+    fn place(&mut self, away: f32) -> Vec3 {
+        Vec3::new(self.within(1.1 * away), self.within(0.7 * away), -away)
+    }
+
+    fn near(&mut self, p: Vec3, size: f32) -> Vec3 {
+        p + Vec3::new(self.within(size), self.within(size), self.within(size))
+    }
+}
+
+struct Polygons(Vec<ConvexPolygon>);
+
+impl Geometry for Polygons {
+    fn id_end(&self) -> usize {
+        self.0.len()
+    }
+
+    fn is_present(&self, id: PolygonId) -> bool {
+        id.index() < self.0.len()
+    }
+
+    fn bounds(&self, id: PolygonId) -> Aabb {
+        self.0[id.index()].bounds()
+    }
+
+    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
+        self.0.get(id.index()).copied()
+    }
+
+    fn may_occlude(&self, _: PolygonId) -> bool {
+        true
+    }
+}
+
+/// A bumpy wall of triangles, with holes, and triangles by themselves.
+fn occluders(random: &mut Random) -> Polygons {
+    const CELLS: usize = 12;
+    let mut corners = Vec::new();
+    for i in 0..(CELLS + 1) * (CELLS + 1) {
+        let (x, y) = ((i % (CELLS + 1)) as f32, (i / (CELLS + 1)) as f32);
+        corners.push(Vec3::new(x - 6.0 + random.within(0.2), (y - 6.0) * 0.6, -5.0 + random.within(0.3)));
+    }
+    let mut all = Vec::new();
+    for cell in 0..CELLS * CELLS {
+        let at = cell / CELLS * (CELLS + 1) + cell % CELLS;
+        let [a, b, c, d] = [at, at + 1, at + CELLS + 2, at + CELLS + 1].map(|i| corners[i]);
+        if random.next() < 0.9 {
+            all.extend([ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(a, c, d)]);
+        }
+    }
+    for _ in 0..60 {
+        let away = 1.0 + 8.0 * random.next();
+        let p = random.place(away);
+        let [a, b, c] = [0; 3].map(|_| random.near(p, 0.2 * away));
+        all.push(ConvexPolygon::triangle(a, b, c));
+    }
+    Polygons(all)
+}
+
+fn window() -> ViewWindow {
+    let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.01, 100.0);
+    let view = View { eye_in_world: Vec3::ZERO, world_from_view: Quat::IDENTITY, projection };
+    view.window().expect("a pointed cone")
+}
+
+/// Whether a polygon is hidden, by the whole test.
+fn is_hidden_by_all_pixels(buffer: &CoverageBuffer, polygon: &ConvexPolygon) -> bool {
+    let (raster, picture, tiles) = buffer.parts().expect("a picture");
+    let in_axes = |p: &Vec3| raster.in_axes(p.as_dvec3() - raster.eye_in_world);
+    let eyes: Vec<DVec3> = polygon.vertices().iter().map(in_axes).collect();
+    let seen: Vec<_> = eyes.iter().map(|eye| picture.project(*eye)).collect();
+    seen.iter().all(|(_, nearness)| *nearness > 0.0)
+        && Facet::of_tested(&eyes, &seen, picture).is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
+}
+
+#[test]
+fn a_short_cut_gives_the_answer_of_the_whole_test() {
+    let mut random = Random(1);
+    let (mut hidden, mut visible, mut hidden_boxes) = (0, 0, 0);
+    for _ in 0..4 {
+        let polygons = occluders(&mut random);
+        let mut surfaces = Surfaces::default();
+        let ids = || (0..polygons.0.len() as u32).map(PolygonId);
+        ids().for_each(|id| surfaces.set(&polygons, id));
+        let mut tested = polygons.0.clone();
+        for i in 0..1600 {
+            let (away, size) = (2.0 + 8.0 * random.next(), [0.02, 0.1, 0.5, 2.0][i % 4]);
+            let p = random.place(away);
+            let [a, b, c] = [0; 3].map(|_| random.near(p, size));
+            tested.push(ConvexPolygon::triangle(a, b, c));
+        }
+        let mut answers = Vec::new();
+        for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
+            let mut buffer = CoverageBuffer::new(320, 184);
+            buffer.set_backend(backend);
+            buffer.build_of(&window(), &surfaces, ids());
+            let mut found = Vec::new();
+            for polygon in &tested {
+                let is_hidden = buffer.hides_polygon(polygon);
+                assert_eq!(is_hidden, is_hidden_by_all_pixels(&buffer, polygon), "{polygon:?}");
+                found.push(is_hidden);
+            }
+            for some in tested.chunks(16) {
+                let boxes: Vec<Aabb> = some.iter().map(ConvexPolygon::bounds).collect();
+                let [quick, whole] = [Asked::Hidden, Asked::Verdict]
+                    .map(|asked| buffer.test_boxes(&boxes, Cell::ALL, asked).hidden);
+                assert_eq!(quick, whole, "{boxes:?}");
+                for (lane, bounds) in boxes.iter().enumerate() {
+                    let is_hidden = buffer.test_box(bounds).verdict == Verdict::Hidden;
+                    assert_eq!(is_hidden, whole >> lane & 1 == 1, "{bounds:?}");
+                    found.push(is_hidden);
+                }
+            }
+            answers.push(found);
+        }
+        assert!(answers.iter().all(|found| *found == answers[0]), "kernels differ");
+        let (by_polygon, by_box) = answers[0].split_at(tested.len());
+        hidden += by_polygon.iter().filter(|is_hidden| **is_hidden).count();
+        visible += by_polygon.iter().filter(|is_hidden| !**is_hidden).count();
+        hidden_boxes += by_box.iter().filter(|is_hidden| **is_hidden).count();
+    }
+    assert!(hidden > 500 && visible > 500 && hidden_boxes > 300, "{hidden}, {visible}, {hidden_boxes}");
+}
+
+#[test]
+fn two_facets_of_a_tile_are_joined_as_any_number_is() {
+    let mut random = Random(2);
+    let (mut joined, mut parted) = (0, 0);
+    for _ in 0..2000 {
+        let are_neighbours = random.next() < 0.5;
+        let mut facets = [Facet { len: 3, ..Facet::NONE }; 3];
+        if are_neighbours {
+            (facets[0].mates[1], facets[1].mates[2]) = (1, 0);
+        }
+        let half = if random.next() < 0.5 { u64::MAX >> 32 } else { random.0 };
+        let entries = [(0, half), (1, !half)].map(|(facet, covered)| {
+            let (from, across) = (0.5 + 0.5 * random.next(), [random.within(0.1), random.within(0.1)]);
+            let end = from + across[0].min(0.0) + across[1].min(0.0);
+            let open = if random.next() < 0.5 { 0 } else { 1 << (random.next() * 63.0) as u32 };
+            Entry { facet, before: NONE, covered, open, depth: Slope { from, across, end } }
+        });
+        // Covers nothing, and is nobody's neighbour.
+        let third = Entry { facet: 2, covered: 0, ..entries[0] };
+        let of = |entries: &[Entry]| {
+            let mut tiles = Tiles::new(1, 1);
+            entries.iter().for_each(|entry| tiles.push(0, *entry));
+            tiles.join(&facets);
+            let useful = [0, 1].map(|facet| tiles.is_useful(facet));
+            (format!("{tiles:?}").split(" last").next().map(str::to_owned), useful)
+        };
+        let by_two = of(&entries);
+        assert_eq!(by_two, of(&[third, entries[0], entries[1]]));
+        joined += usize::from(are_neighbours && by_two.1 == [true; 2]);
+        parted += usize::from(!are_neighbours && by_two.1 != [false; 2]);
+    }
+    assert!(joined > 500 && parted > 500, "{joined}, {parted}");
+}
