@@ -10,20 +10,20 @@
 //! microseconds a frame: median, 99th percentile and the largest; nanoseconds to follow one polygon; and the median of the ratio
 //! to `osp`, frame by frame.
 
+#[path = "support/models.rs"]
+mod models;
+
 use std::time::Instant;
 
+use models::{session, shuffled};
 use osp::{
     glam::Vec3,
     index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
     math::{Aabb, Frustum},
-    polygon::{Change, PolygonId},
+    polygon::PolygonId,
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
-use osp_session::{
-    recording::{SynthKind, synthesize},
-    scene::Scene,
-};
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 /// Numbers of a piece, radius of a circle (of the model's diagonal) and angle of a step, as in `osp bench`.
@@ -154,33 +154,6 @@ struct Follower {
     list: DrawList,
     frames_us: Vec<f64>,
     follow_ns: Vec<f64>,
-}
-
-fn session(polygons: u32) -> Vec<Aabb> {
-    let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
-    for event in synthesize(SynthKind::Scribble, polygons, 1) {
-        changes.clear();
-        scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
-        for change in &changes {
-            if let Change::Insert(PolygonId(id)) = *change
-                && id as usize == boxes.len()
-            {
-                boxes.push(scene.bounds(PolygonId(id)));
-            }
-        }
-    }
-    boxes
-}
-
-/// Boxes in a cube of 100 metres, in no order.
-fn shuffled(polygons: u32) -> Vec<Aabb> {
-    let mut lot = Pcg32::new(7, 3);
-    let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
-    let boxes = (0..polygons).map(|_| {
-        let center = (Vec3::new(unit(), unit(), unit()) - 0.5) * 100.0;
-        Aabb::cube(center, 0.05 + 0.2 * unit())
-    });
-    boxes.collect()
 }
 
 fn filled(

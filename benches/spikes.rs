@@ -7,53 +7,25 @@
 //! more than five times the median of the fifty around them, with the worst of these ratios and its frame. In the first frame no
 //! structure is in the processor's caches.
 
+#[path = "support/models.rs"]
+mod models;
+
 use std::time::Instant;
 
+use models::{session, shuffled};
 use osp::{
     glam::Vec3,
     index::IndexConfig,
     math::{Aabb, Frustum},
-    polygon::{Change, PolygonId, VisibleBlocks},
+    polygon::{PolygonId, VisibleBlocks},
     view::{Projection, View},
 };
 use osp_rivals::IndexKind;
-use osp_session::{
-    recording::{SynthKind, synthesize},
-    scene::Scene,
-};
-use rand_pcg::{Pcg32, rand_core::Rng};
 
 const A_FRAME: usize = 8;
 const GROWTHS: usize = 7;
 const NEIGHBOURS: usize = 50;
 const SPIKE: f64 = 5.0;
-
-fn session(polygons: u32) -> Vec<Aabb> {
-    let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
-    for event in synthesize(SynthKind::Scribble, polygons, 1) {
-        changes.clear();
-        scene.apply(&event.expect("a synthetic session is whole"), &mut changes);
-        for change in &changes {
-            if let Change::Insert(PolygonId(id)) = *change
-                && id as usize == boxes.len()
-            {
-                boxes.push(scene.bounds(PolygonId(id)));
-            }
-        }
-    }
-    boxes
-}
-
-/// Boxes in a cube of 100 metres, in no order.
-fn shuffled(polygons: u32) -> Vec<Aabb> {
-    let mut lot = Pcg32::new(7, 3);
-    let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
-    let boxes = (0..polygons).map(|_| {
-        let center = (Vec3::new(unit(), unit(), unit()) - 0.5) * 100.0;
-        Aabb::cube(center, 0.05 + 0.2 * unit())
-    });
-    boxes.collect()
-}
 
 /// A view from within, turning slowly.
 fn view(around: &Aabb, frame: usize) -> Frustum {

@@ -27,7 +27,7 @@ use osp_session::{
     replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, main_bounds, summarize, whole_view},
 };
 
-/// How long the end of a session is seen, hundredths of a second.
+/// Time that the film shows the end of a session, hundredths of a second.
 const END: u16 = 100;
 /// Views that decide how far away the eye of a turn must be.
 const LOOKS: usize = 72;
@@ -113,7 +113,7 @@ struct Times {
 }
 
 impl Times {
-    /// How long a frame is seen, hundredths of a second: frames together keep the rate.
+    /// Time that the film shows a frame, hundredths of a second: frames together keep the rate.
     fn delay(&self, frame: u64) -> u16 {
         let at = |frame: u64| frame * 100 / u64::from(self.fps);
         (at(frame + 1) - at(frame)) as u16

@@ -34,7 +34,7 @@ pub(super) struct FilmArgs {
     /// The way of the eye.
     #[arg(long, default_value = "turntable", value_parser = ["turntable", "grow", "recorded"])]
     pub(super) path: String,
-    /// How long the film plays.
+    /// Length of the film, seconds.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = numbers::film_s)]
     pub(super) seconds: f64,
     /// Frames a second; browsers show at most 50.
@@ -43,7 +43,7 @@ pub(super) struct FilmArgs {
     /// Width and height in pixels.
     #[arg(long, default_value = "640x360")]
     pub(super) size: Size,
-    /// How much of the session a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of
+    /// Part of the session in a frame: `recorded` (by its time stamps) or `samples:N` (N samples of
     /// the hand). With `grow` and `recorded` the film shares them out evenly.
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,

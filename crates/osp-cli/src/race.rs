@@ -67,7 +67,7 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What a session holds, and a view of its finished model for the film.
+/// The contents of a session, and a view of its finished model for the film.
 fn look(
     args: &RaceArgs,
     header: &Header,

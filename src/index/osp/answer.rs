@@ -1,4 +1,4 @@
-//! Where the answer of a query goes: ids or blocks.
+//! Output of a query: ids or blocks.
 
 use std::ops::Range;
 
@@ -11,9 +11,9 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Where the answer goes.
+/// Output of a query.
 pub(super) trait Answer {
-    /// What is known when it is complete.
+    /// Result of a complete answer.
     type Done;
 
     /// Whether it receives the polygons outside of the frustum, and not those inside.
@@ -232,7 +232,7 @@ impl<'a> Outside<'a> {
 }
 
 impl Answer for Outside<'_> {
-    /// How many are outside.
+    /// Number of polygons outside.
     type Done = usize;
 
     const IS_OUTSIDE: bool = true;
@@ -310,7 +310,7 @@ impl<A: Answer> Answer for Listing<'_, A> {
         self.runs.count() + self.singles.len()
     }
 
-    /// What the runs of several come to.
+    /// The result of the runs of several polygons.
     #[inline(always)]
     fn finish(self) -> A::Done {
         self.singles.finish();

@@ -79,7 +79,7 @@ impl Osp {
         self.divide(head);
     }
 
-    /// Lets the straddlers of a node wait to be moved to its children. What straddles stays.
+    /// Lets the straddlers of a node wait to be moved to its children. Straddlers stay.
     fn divide(&mut self, head: u32) {
         self.empty_first(head);
         let mut at = self.buckets[head].next;
@@ -103,7 +103,7 @@ impl Osp {
         }
     }
 
-    /// A bucket of the chain whose runs wait; none if all have been moved, or if the chain is gone.
+    /// A bucket of the chain whose runs wait. None if all have been moved, or if the chain is gone.
     fn next_to_move(&mut self, head: u32) -> Option<u32> {
         while self.buckets[head].divides {
             let mut at = self.buckets[head].next;

@@ -506,6 +506,16 @@ impl Movers {
         groups.map(|((&block, &lanes), boxes)| (block, lanes, boxes))
     }
 
+    /// Groups of a block each.
+    pub(super) fn own_count(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// One of them: block, lanes in use, boxes.
+    pub(super) fn own_group(&self, group: usize) -> (u32, u16, &Boxes<BLOCK>) {
+        (self.blocks[group], self.own.lanes[group], &self.own.boxes[group])
+    }
+
     /// The shared groups: ids, lanes in use, boxes.
     #[inline(always)]
     pub(super) fn shared_groups(&self) -> impl Iterator<Item = (&[u32; BLOCK], u16, &Boxes<BLOCK>)> {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::{index::Osp, layout::Target, linear::Linear, pool::NONE};
+use super::{index::Osp, layout::Target, linear::Linear, movers::Movers, pool::NONE};
 use crate::{
     index::{
         Thinner, Visit,
@@ -38,9 +38,7 @@ impl WithKernel for Thin<'_> {
     #[inline(always)]
     fn run<K: Kernel>(mut self, kernel: K) {
         let osp = self.osp;
-        for (block, lanes, boxes) in osp.movers.own_groups() {
-            self.block(block, lanes, || boxes.around(u32::from(lanes)), boxes);
-        }
+        self.flat_rows(&osp.movers);
         for (ids, lanes, boxes) in osp.movers.shared_groups() {
             self.shared(ids, lanes, boxes);
         }
@@ -68,9 +66,37 @@ impl Thin<'_> {
         self.thinner.node(bounds, polygons)
     }
 
+    /// Neighbouring blocks that are worth a test together.
+    fn together(&self) -> usize {
+        self.least.div_ceil(RUN).next_power_of_two()
+    }
+
+    /// As many neighbouring groups of a block each as are worth a test.
+    fn flat_rows(&mut self, movers: &Movers) {
+        let together = self.together();
+        for start in (0..movers.own_count()).step_by(together) {
+            let groups = start..(start + together).min(movers.own_count());
+            if together == 1 {
+                let (block, lanes, boxes) = movers.own_group(start);
+                self.block(block, lanes, || boxes.around(u32::from(lanes)), boxes);
+                continue;
+            }
+            let (mut around, mut polygons) = (Aabb::EMPTY, 0);
+            for (_, lanes, boxes) in groups.clone().map(|group| movers.own_group(group)) {
+                around = around.union(&boxes.around(u32::from(lanes)));
+                polygons += lanes.count_ones() as usize;
+            }
+            if self.ask(&around, polygons) == Visit::Skip {
+                for (block, lanes, _) in groups.map(|group| movers.own_group(group)) {
+                    self.visible.remove_block(block as usize, lanes);
+                }
+            }
+        }
+    }
+
     /// Groups of blocks, then as many neighbouring blocks together as are worth a test.
     fn linear(&mut self, linear: &Linear) {
-        let together = self.least.div_ceil(RUN).next_power_of_two();
+        let together = self.together();
         for group in 0..linear.groups() {
             let blocks = (linear.len() - group * BLOCK).min(BLOCK);
             let each = linear.around_each(group);

@@ -175,7 +175,7 @@ impl CoverageBuffer {
     }
 }
 
-/// Where some boxes lie as seen from the eye, by lane.
+/// Positions of some boxes as seen from the eye, by lane.
 struct SeenBoxes {
     /// Half of each side.
     half: [[f64; LANES]; 3],
@@ -281,7 +281,7 @@ impl SeenBoxes {
         seen
     }
 
-    /// A pixel of a picture of this size that a box before the eye touches, if it touches any: that of its middle, or the
+    /// A pixel of a picture of this size that a box before the eye touches, if it touches any: the pixel of its middle, or the
     /// nearest one.
     #[inline(always)]
     fn pixel(&self, lane: usize, raster: &Raster, size: [i32; 2]) -> [usize; 2] {

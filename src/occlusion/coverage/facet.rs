@@ -201,7 +201,7 @@ impl Facet {
         }
     }
 
-    /// What bounds its depth in each tile.
+    /// Bounds of its depth in each tile.
     #[inline(always)]
     pub(super) fn depths(&self) -> Depths<'_> {
         let [_, by_x, by_y] = self.plane;

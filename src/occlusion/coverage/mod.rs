@@ -13,9 +13,10 @@
 //!   `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
 //!   those near its open edges, from the farthest depth of its facets in the tile on.
-//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth; a polygon, if
-//!   all pixels that it touches are covered before its nearest depth in their tile. Most are visible: a box whose middle pixel
-//!   is not covered is not hidden, nor is a polygon with such a corner. These short cuts never call anything hidden.
+//! * [`buffer`] calls a box hidden if all pixels that its corners span are covered before its nearest depth. It calls a
+//!   polygon hidden if all pixels that it touches are covered before its nearest depth in their tile. Most are visible: a box
+//!   whose middle pixel is not covered is not hidden, nor is a polygon with such a corner. These short cuts never call
+//!   anything hidden.
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.

@@ -62,7 +62,7 @@ pub(super) struct Tiles {
     /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
     locals: Vec<Entry>,
     parents: Vec<u32>,
-    /// By facet: its place among those, if that says so, too.
+    /// By facet: its place in `locals`, if the entry there has its number.
     local_of: Vec<u32>,
     surfaces: Vec<(Layer, u32)>,
     /// By tile: the facet that gave `all`, if it fills the tile alone.
@@ -334,8 +334,8 @@ impl Tiles {
 
     /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal depth.
     ///
-    /// The polygon touches this pixel. Where the whole test passes, a bound that hides the pixel is no farther than the polygon
-    /// all over the tile, so no farther than the corner. Only a corner that was rounded into the tile may lie beside that: then
+    /// The polygon touches this pixel. If the whole test passes, a bound that hides the pixel is nowhere in the tile farther than
+    /// the polygon. So it is no farther than the corner. Only a corner that was rounded into the tile may lie beside that: then
     /// the polygon is taken for visible.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
@@ -360,8 +360,8 @@ impl Tiles {
         self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
     }
 
-    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth, and whether any may hide
-    /// something at the other one, if that is asked; and the tiles read. Both ranges lie in the picture and are not empty.
+    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. If `asked` includes it, whether any
+    /// may hide something at the other depth. The number of tiles read. Both ranges lie in the picture and are not empty.
     #[inline(always)]
     pub(super) fn test(
         &self,

@@ -64,13 +64,15 @@ fn bench_errors() -> Vec<NamedError> {
 #[cfg(feature = "bench")]
 fn bench_errors() -> Vec<NamedError> {
     use osp_lab::{
-        bench::{PaperError, RaceError},
+        bench::{FilmError, PaperError, RaceError},
         report::ChartError,
     };
     vec![
         ("ChartError", Box::new(ChartError::Draw { path: "some/file".into(), message: "why".to_owned() })),
         ("PaperError", Box::new(PaperError::Recording(RecordingError::io("some/file".as_ref(), system())))),
         ("PaperError", Box::new(PaperError::Drawing(Box::new(system())))),
+        ("FilmError", Box::new(FilmError::Recording(RecordingError::io("some/file".as_ref(), system())))),
+        ("FilmError", Box::new(FilmError::Io(system()))),
         ("RaceError", Box::new(RaceError::Recording(RecordingError::io("some/file".as_ref(), system())))),
     ]
 }

@@ -94,7 +94,8 @@ fn two_screens_show_what_each_shows_alone() {
         assert!(in_left.iter().max() > Some(&500) && in_left != in_right);
         if more[0] == "--occlusion" {
             let drawn: u64 = both.numbers("left: drawn").iter().sum();
-            assert!(drawn * 2 < in_left.iter().sum(), "{drawn} drawn");
+            let in_view: u64 = in_left.iter().sum();
+            assert!(drawn * 2 < in_view, "{drawn} of {in_view} drawn");
             let occluded: u64 = both.numbers("occluded").iter().sum();
             let drawn = drawn + both.numbers("right: drawn").iter().sum::<u64>();
             assert_eq!(occluded + drawn, visible.iter().sum::<u64>());

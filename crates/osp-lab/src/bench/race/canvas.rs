@@ -7,7 +7,7 @@ use crate::report::register_font;
 /// Samples of a pixel along each side of a letter.
 const FINE: u32 = 2;
 
-/// Where a line of text stands relative to its place.
+/// Alignment of a line of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     /// It begins there.
@@ -16,7 +16,7 @@ pub(super) enum Side {
     Right,
 }
 
-/// A picture to draw on: red, green and blue, by rows from the top. What lies outside is left out.
+/// A picture to draw on: red, green and blue, by rows from the top. Pixels outside are left out.
 #[derive(Clone, Debug)]
 pub(super) struct Canvas {
     size: (usize, usize),

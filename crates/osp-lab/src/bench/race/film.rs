@@ -40,7 +40,7 @@ const STRIP_AT: (i32, i32) = (EDGE, 234);
 const STRIP: (u32, u32) = (448, 120);
 /// Frames of a film: a column of the strip chart is two pixels wide.
 const MOST_FRAMES: usize = STRIP.0 as usize / 2;
-/// How far the strip charts reach at least, in frames at 90 Hz.
+/// Least height of the strip charts, in frames at 90 Hz.
 const LEAST_HEIGHT: f64 = 1.5;
 
 /// Why a film ends before the race does.
@@ -57,8 +57,8 @@ pub enum FilmError {
     Draw(String),
 }
 
-/// A film of a race that has ended: a pane for each structure, with the model as it grows, the time of a frame in large digits,
-/// and a strip chart on which frames that missed 90 Hz stay red. Each frame of the film stands for a slice of the session.
+/// A film of a race that has ended, with a pane for each structure. A pane has the growing model, the time of a frame in large
+/// digits, and a strip chart. Frames that missed 90 Hz stay red on the chart. A frame of the film stands for a slice of the session.
 #[derive(Clone, Debug)]
 pub struct RaceFilm<'a> {
     race: &'a Race,
@@ -131,7 +131,7 @@ impl<'a> RaceFilm<'a> {
         Ok(())
     }
 
-    /// What all frames have.
+    /// The parts that all frames share.
     fn still(&self) -> Result<Canvas, Box<dyn Error>> {
         let mut canvas = Canvas::new(self.size(), GROUND);
         let (played, columns) = (self.race.present.len(), self.frames().max(1));

@@ -19,7 +19,7 @@ pub(super) struct ModelPlot {
     /// Pixels.
     size: (u32, u32),
     ground: [u8; 3],
-    /// What is seen at each sample: its distance along the view, metres, and its colour; by rows from the top.
+    /// The visible polygon at each sample: its distance along the view, metres, and its colour. By rows from the top.
     samples: Vec<(f64, [u8; 3])>,
     /// Whether something that is in the samples has gone or has changed.
     is_stale: bool,
