@@ -12,7 +12,7 @@ use osp_session::{
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 /// The boxes of a synthetic session, by number.
-pub fn session(polygons: u32) -> Vec<Aabb> {
+pub(crate) fn session(polygons: u32) -> Vec<Aabb> {
     let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
         changes.clear();
@@ -29,7 +29,7 @@ pub fn session(polygons: u32) -> Vec<Aabb> {
 }
 
 /// Boxes in a cube of 100 metres, in no order.
-pub fn shuffled(polygons: u32) -> Vec<Aabb> {
+pub(crate) fn shuffled(polygons: u32) -> Vec<Aabb> {
     let mut lot = Pcg32::new(7, 3);
     let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
     let boxes = (0..polygons).map(|_| {

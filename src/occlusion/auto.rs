@@ -1,4 +1,4 @@
-use super::{Occlusion, PreviousFrameOccluders, TryBudget};
+use super::{Occlusion, TryBudget};
 
 /// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,12 +104,9 @@ const RECENT_TRIES: u32 = 4;
 /// Factor on the share of the drawing time that goes into candidates then.
 const RECENT_KEEPING: f64 = 2.0;
 
-/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon that is filled: its first frame fills
+/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame fills
 /// those in view, its second frame those that were left.
 const FIRST_PRICE_NS: f64 = 2_600.0;
-
-/// And for each polygon in view: to rank it, and to test it.
-const FIRST_LOOK_NS: f64 = 150.0;
 
 /// A try that takes more frames than this to save for is not made; twice as many where two methods take turns.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
@@ -342,11 +339,7 @@ impl AutoSwitch {
         let Known { cost_ns, price_ns, .. } = self.known[method as usize];
         match method {
             Method::Msvbsp => cost_ns,
-            Method::PreviousFrame => {
-                let filled = self.in_view.min(PreviousFrameOccluders::MOST_OCCLUDERS as u64);
-                let first_ns = FIRST_PRICE_NS * filled as f64 + FIRST_LOOK_NS * self.in_view as f64;
-                price_ns.map_or(first_ns, |each_ns| each_ns * self.in_view as f64)
-            }
+            Method::PreviousFrame => price_ns.unwrap_or(FIRST_PRICE_NS) * self.in_view as f64,
         }
     }
 
