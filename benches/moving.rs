@@ -15,7 +15,7 @@ mod models;
 
 use std::time::Instant;
 
-use models::{session, shuffled};
+use models::Cases;
 use osp::{
     glam::Vec3,
     index::{DrawList, IndexConfig, IndexError, Osp, SpatialIndex},
@@ -264,24 +264,16 @@ fn measure(boxes: Vec<Aabb>, share: f64, kind: Kind) {
 
 #[expect(clippy::print_stdout, reason = "the table is what this is for")]
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let has = |word: &str| words.iter().any(|w| w == word);
-    let mut sizes: Vec<u32> = words.iter().filter_map(|size| size.parse().ok()).collect();
-    if sizes.is_empty() {
-        sizes = vec![1_000, 10_000, 100_000];
-    }
+    let cases = Cases::of_command_line();
     println!(
         "{:>9} {:<8} {:>9} {:>8} {:<12} {:>10} {:>10} {:>10} {:>8} {:>7}",
         "polygons", "order", "moving", "seen", "structure", "frame us", "p99", "most", "ns each", "ratio"
     );
-    for (word, is_shuffled) in [("drawn", false), ("shuffled", true)] {
-        if !has(word) && (has("drawn") || has("shuffled")) {
-            continue;
-        }
-        for &size in &sizes {
+    for (order, boxes) in cases.orders() {
+        let kind = Kind { is_shuffled: order == "shuffled", is_each: cases.has("each") };
+        for size in cases.sizes(&[1_000, 10_000, 100_000]) {
             for share in [0.0, 0.001, 0.01, 0.1, 1.0] {
-                let boxes = if is_shuffled { shuffled(size) } else { session(size) };
-                measure(boxes, share, Kind { is_shuffled, is_each: has("each") });
+                measure(boxes(size), share, kind);
             }
         }
     }

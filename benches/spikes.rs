@@ -1,18 +1,19 @@
 //! Frames that take longer than their neighbours while a model grows.
 //!
 //! `cargo bench --bench spikes [-- [drawn | shuffled] SIZE...]`. Eight polygons come in each frame, and a view that turns slowly lists
-//! what it sees as blocks. The model grows seven times, and the least time of each frame counts: what other programs take is not
-//! in it. `drawn`: a synthetic session; `shuffled`: small boxes in no order of space. `first`: memory that was never written to, in
-//! every growth; without it, memory of the growth before. The table has microseconds a frame, and counts the frames that take
-//! more than five times the median of the fifty around them, with the worst of these ratios and its frame. In the first frame no
-//! structure is in the processor's caches.
+//! its polygons as blocks. The model grows seven times, and the least time of each frame counts. This leaves out the time that
+//! other programs take. `drawn`: a synthetic session; `shuffled`: small boxes in no order of space.
+//!
+//! The column `room` is `first` if every growth begins with memory that was never written to, and `again` if a growth reuses the
+//! memory of the one before. The table has microseconds a frame. It counts the frames that take more than five times the median
+//! of the fifty around them, and shows the worst of these ratios with its frame. In the first frame the caches are cold.
 
 #[path = "support/models.rs"]
 mod models;
 
 use std::time::Instant;
 
-use models::{session, shuffled};
+use models::Cases;
 use osp::{
     glam::Vec3,
     index::IndexConfig,
@@ -96,21 +97,13 @@ fn report(kind: IndexKind, order: &str, boxes: &[Aabb], is_first: bool) {
 
 #[expect(clippy::print_stdout, reason = "the table is what this is for")]
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let has = |word: &str| words.iter().any(|w| w == word);
-    let mut sizes: Vec<u32> = words.iter().filter_map(|size| size.parse().ok()).collect();
-    if sizes.is_empty() {
-        sizes = vec![3_000, 10_000, 100_000];
-    }
+    let cases = Cases::of_command_line();
     println!(
         "{:>8} {:<8} {:<11} {:<5} {:>7} {:>7} {:>7} {:>7} {:>6} {:>13}",
         "polygons", "order", "structure", "room", "p50 us", "p99", "p99.9", "most", "spikes", "worst frame"
     );
-    for (order, boxes) in [("drawn", session as fn(u32) -> Vec<Aabb>), ("shuffled", shuffled)] {
-        if !has(order) && (has("drawn") || has("shuffled")) {
-            continue;
-        }
-        for &size in &sizes {
+    for (order, boxes) in cases.orders() {
+        for size in cases.sizes(&[3_000, 10_000, 100_000]) {
             let boxes = boxes(size);
             for (kind, is_first) in
                 [(IndexKind::Osp, false), (IndexKind::Osp, true), (IndexKind::BruteSimd, false)]

@@ -1,4 +1,4 @@
-//! Boxes of models that grow.
+//! The cases of benches with models that grow: an order of arrival, and sizes.
 
 use osp::{
     glam::Vec3,
@@ -12,7 +12,7 @@ use osp_session::{
 use rand_pcg::{Pcg32, rand_core::Rng};
 
 /// The boxes of a synthetic session, by number.
-pub(crate) fn session(polygons: u32) -> Vec<Aabb> {
+fn session(polygons: u32) -> Vec<Aabb> {
     let (mut scene, mut changes, mut boxes) = (Scene::new(), Vec::new(), Vec::new());
     for event in synthesize(SynthKind::Scribble, polygons, 1) {
         changes.clear();
@@ -29,7 +29,7 @@ pub(crate) fn session(polygons: u32) -> Vec<Aabb> {
 }
 
 /// Boxes in a cube of 100 metres, in no order.
-pub(crate) fn shuffled(polygons: u32) -> Vec<Aabb> {
+fn shuffled(polygons: u32) -> Vec<Aabb> {
     let mut lot = Pcg32::new(7, 3);
     let mut unit = || lot.next_u32() as f32 / u32::MAX as f32;
     let boxes = (0..polygons).map(|_| {
@@ -37,4 +37,35 @@ pub(crate) fn shuffled(polygons: u32) -> Vec<Aabb> {
         Aabb::cube(center, 0.05 + 0.2 * unit())
     });
     boxes.collect()
+}
+
+/// The cases that the command line names: all of them, if it names none.
+pub(crate) struct Cases {
+    words: Vec<String>,
+}
+
+/// Makes a model of about so many polygons: their boxes, by number.
+pub(crate) type MakeBoxes = fn(u32) -> Vec<Aabb>;
+
+impl Cases {
+    pub(crate) fn of_command_line() -> Self {
+        Self { words: std::env::args().skip(1).collect() }
+    }
+
+    pub(crate) fn has(&self, word: &str) -> bool {
+        self.words.iter().any(|w| w == word)
+    }
+
+    /// Polygons of a model; these without a size on the command line.
+    pub(crate) fn sizes(&self, usual: &[u32]) -> Vec<u32> {
+        let sizes: Vec<u32> = self.words.iter().filter_map(|size| size.parse().ok()).collect();
+        if sizes.is_empty() { usual.to_vec() } else { sizes }
+    }
+
+    /// Orders of arrival, with their names.
+    pub(crate) fn orders(&self) -> impl Iterator<Item = (&'static str, MakeBoxes)> {
+        let all = [("drawn", session as MakeBoxes), ("shuffled", shuffled)];
+        let is_named = all.iter().any(|(order, _)| self.has(order));
+        all.into_iter().filter(move |(order, _)| !is_named || self.has(order))
+    }
 }

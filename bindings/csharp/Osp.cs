@@ -24,7 +24,7 @@ namespace OspCulling
         Internal = 11
     }
 
-    /// <summary>Which depths a matrix gives, after the division by w. Unity's Camera.projectionMatrix is MinusOneToOne.</summary>
+    /// <summary>Range of depths of a matrix in clip space, after the division by w. Unity's Camera.projectionMatrix is MinusOneToOne.</summary>
     public enum OspDepth
     {
         ZeroToOne = 0,

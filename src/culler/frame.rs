@@ -1,9 +1,12 @@
 use std::{fmt, ops::Index};
 
-use super::keys::{Key, Places};
+use super::{
+    hiding::hides_box,
+    keys::{Key, Places},
+};
 use crate::{
     math::{Aabb, Sphere},
-    occlusion::{OcclusionCuller, Tested, Verdict},
+    occlusion::{OcclusionCuller, Verdict},
     polygon::{PolygonId, VisibleBlocks},
 };
 
@@ -122,19 +125,15 @@ impl<'a, K: Key> Seen<'a, K> {
     /// Always `false` of a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
     pub fn hides_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> bool {
         let [min, max] = bounds.map(|corner| corner.into().into());
-        let bounds = Aabb::new(min, max);
-        bounds.is_valid() && self.is_hidden(|culler| culler.test_box(&bounds))
+        self.culler.is_some_and(|culler| hides_box(culler, &Aabb::new(min, max)))
     }
 
     /// The same of a sphere. One with a negative radius, or that is not finite, is never hidden.
     pub fn hides_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> bool {
         let sphere = Sphere { center: center.into().into(), radius_m };
         let is_finite = sphere.center.is_finite() && radius_m.is_finite() && radius_m >= 0.0;
-        is_finite && self.is_hidden(|culler| culler.test_sphere(&sphere))
-    }
-
-    fn is_hidden(&self, test: impl Fn(&dyn OcclusionCuller) -> Tested) -> bool {
-        self.culler.is_some_and(|culler| test(culler).verdict == Verdict::Hidden)
+        let hides = |culler: &dyn OcclusionCuller| culler.test_sphere(&sphere).verdict == Verdict::Hidden;
+        is_finite && self.culler.is_some_and(hides)
     }
 
     fn number(&self, key: K) -> Option<PolygonId> {

@@ -175,9 +175,14 @@ impl Hiding {
     ) {
         let Some(culler) = self.build(0, seen, window) else { return };
         for (bounds, hidden) in boxes.iter().zip(hidden) {
-            *hidden |= bounds.is_valid() && culler.test_box(bounds).verdict == Verdict::Hidden;
+            *hidden |= hides_box(culler, bounds);
         }
     }
+}
+
+/// Whether a culler hides all of a box. One that is empty or not finite is never hidden.
+pub(super) fn hides_box(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
+    bounds.is_valid() && culler.test_box(bounds).verdict == Verdict::Hidden
 }
 
 /// The polygons of all occluders, by number.

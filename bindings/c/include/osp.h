@@ -119,7 +119,7 @@ typedef int32_t OspStatus;
 #endif // __cplusplus
 
 /**
- * Which depths a matrix gives to what is drawn, after the division by w.
+ * Range of depths of a matrix in clip space, after the division by w.
  */
 enum OspDepth
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L

@@ -8,7 +8,7 @@ use crate::{
     types::OSP_ALL_LAYERS,
 };
 
-/// Which depths a matrix gives to what is drawn, after the division by w.
+/// Range of depths of a matrix in clip space, after the division by w.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OspDepth {
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn osp_camera_f32(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the header asks it of the caller.
+        // SAFETY: the caller guarantees it, as the header demands.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers::<f32, 16>(clip_from_world, "clip_from_world")?) };
         fill(matrix.map(f64::from), depth, &out)
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn osp_camera_f64(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the header asks it of the caller.
+        // SAFETY: the caller guarantees it, as the header demands.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers(clip_from_world, "clip_from_world")?) };
         fill(matrix, depth, &out)
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn osp_camera_ray(
     direction: *mut f32,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the header asks it of the caller. Three numbers are aligned as one is.
+        // SAFETY: the caller guarantees it, as the header demands. Three numbers are aligned as one is.
         let (camera, origin, direction) = unsafe {
             (
                 value(camera, "camera")?,

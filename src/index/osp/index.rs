@@ -152,8 +152,8 @@ impl Osp {
         self.set_top(top);
     }
 
-    /// Polygons that are kept in flat rows beside the tree, because they move in frame after frame. The answers do not depend
-    /// on it.
+    /// Number of polygons in flat rows beside the tree: they move in frame after frame, or came from the plain list and are on
+    /// their way into the tree. The answers do not depend on it.
     pub fn moving(&self) -> usize {
         self.movers.len()
     }

@@ -1,6 +1,6 @@
 //! How a query finds its answer. If the whole tree is in view, the answer is every polygon. If most of it is, the query looks
-//! for the polygons outside of the frustum and removes them from the set of all. Otherwise it looks for those inside. It always
-//! looks for the smaller part, and reads nothing of the other.
+//! for the polygons outside of the frustum and removes them from the set of all. Otherwise it looks for those inside. So it
+//! reads nothing of the larger part; a list of scattered polygons is copied from the inside in any case.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! Which polygons are kept in flat rows beside the tree: those that move in frame after frame. They go back when they have
-//! rested. A caller need not tell which will move.
+//! Moves polygons between the tree and the flat rows beside it. Polygons that move in frame after frame lie in the rows, and
+//! those of a plain list that becomes a tree. They go to the tree when they have rested. A caller need not tell which will move.
 
 use super::{index::Osp, linear::Inserted, open::OpenBlock};
 use crate::{

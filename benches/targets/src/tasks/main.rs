@@ -20,7 +20,7 @@ trait Tasks {
     fn shift(&mut self, key: u64, bounds: Bounds);
     /// One goes.
     fn go(&mut self, key: u64);
-    /// What a camera with this matrix, column after column, depth from 0 to 1, has to draw.
+    /// The objects that a camera may show. Its matrix maps world to clip space, by columns, with depths from 0 to 1.
     fn draw(&mut self, clip_from_world: &[f32; 16]) -> Vec<u64>;
     /// The object whose box a ray enters first, and where.
     fn pick(&self, origin: [f32; 3], direction: [f32; 3]) -> Option<(u64, f32)>;

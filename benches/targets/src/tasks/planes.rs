@@ -1,6 +1,6 @@
 use glam::{Mat4, Vec3, Vec4};
 
-/// The six planes of a matrix; inside is what has no negative distance from any.
+/// The six planes of a matrix. A point is inside if its distance from none of them is negative.
 pub(crate) fn planes(clip_from_world: &[f32; 16]) -> [Vec4; 6] {
     let m = Mat4::from_cols_array(clip_from_world).transpose();
     [
