@@ -19,7 +19,7 @@ use osp::{
     index::IndexConfig,
     math::{Aabb, rotate},
     occlusion::Occlusion,
-    polygon::{Change, PolygonId},
+    polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_lab::Method;
@@ -39,8 +39,8 @@ const WARM_UP: usize = 4;
 const EYES_APART_M: f32 = 0.064;
 /// A frame of a headset, nanoseconds.
 const FRAME_OF_90_HZ_NS: u64 = 11_111_111;
-/// Vertices of a polygon: it is drawn as two triangles.
-const VERTICES: u64 = 6;
+/// Vertices of a polygon: its two triangles share two of them.
+const VERTICES: u64 = 4;
 
 /// The pictures of a frame.
 struct Pictures {
@@ -118,40 +118,37 @@ impl Measured {
     ) -> Result<(), Box<dyn Error>> {
         let start = Instant::now();
         let record = self.pipeline.frame_of_views(scene, changes, views);
-        let (mut prepare, mut draw, mut passes) = (0, 0, [0; 3]);
-        let (mut drawn, mut vertices, mut tests, mut bytes, mut calls) = (0, 0, 0, 0, 0);
-        for (at, (view, list)) in views.iter().zip(self.pipeline.draw_lists()).enumerate() {
-            let times = drawer.draw_view(self.first_view + at, scene, view, &[Layer::plain(list)])?;
-            prepare += times.prepare.ns;
-            draw += times.draw.ns;
-            if let Some(of) = times.passes {
-                passes = [passes[0] + of.depth_ns, passes[1] + of.test_ns, passes[2] + of.color_ns];
+        let lists = self.pipeline.draw_lists();
+        let layers: Vec<[Layer<'_>; 1]> = lists.iter().map(|list| [Layer::plain(list)]).collect();
+        let times = drawer.draw_views(scene, &numbered(self.first_view, views, &layers))?;
+        let in_lists: u64 = lists.iter().map(|list| list.len() as u64).sum();
+        let (drawn, vertices, tests) = match times.occlusion {
+            Some(on_gpu) => {
+                let run = on_gpu.first_pass + on_gpu.second_pass;
+                (on_gpu.second_pass, run * VERTICES, on_gpu.groups_tested)
             }
-            bytes += times.polygon_bytes + times.list_bytes;
-            calls += times.draw_calls;
-            match times.occlusion {
-                Some(on_gpu) => {
-                    drawn += on_gpu.second_pass;
-                    vertices += (on_gpu.first_pass + on_gpu.second_pass) * VERTICES;
-                    tests += on_gpu.groups_tested;
-                }
-                None => {
-                    drawn += list.len() as u64;
-                    vertices += list.len() as u64 * VERTICES;
-                }
-            }
-        }
+            None => (in_lists, in_lists * VERTICES, 0),
+        };
         let all = u64::try_from(start.elapsed().as_nanos())?;
         if drawn > 0 {
-            self.pipeline.set_polygon_ns(draw as f64 / drawn as f64);
+            self.pipeline.set_polygon_ns(times.draw.ns as f64 / drawn as f64);
         }
         if !counts {
             return Ok(());
         }
         let follow = record.insert.ns + record.cull.ns;
-        let times =
-            [all, follow, record.occlusion.total_ns(), prepare, draw, passes[0], passes[1], passes[2]];
-        for (histogram, ns) in self.ns.iter_mut().zip(times) {
+        let passes = times.passes.unwrap_or_default();
+        let stages = [
+            all,
+            follow,
+            record.occlusion.total_ns(),
+            times.prepare.ns,
+            times.draw.ns,
+            passes.depth_ns,
+            passes.test_ns,
+            passes.color_ns,
+        ];
+        for (histogram, ns) in self.ns.iter_mut().zip(stages) {
             histogram.record(ns)?;
         }
         self.frames += 1;
@@ -160,8 +157,8 @@ impl Measured {
         self.drawn += drawn;
         self.vertices += vertices;
         self.tests += tests;
-        self.bytes += bytes;
-        self.calls += calls;
+        self.bytes += times.polygon_bytes + times.list_bytes;
+        self.calls += times.draw_calls;
         Ok(())
     }
 
@@ -190,6 +187,36 @@ impl Measured {
             mean(self.calls),
         )
     }
+}
+
+/// Views with their layers, numbered from `first` on.
+fn numbered<'a>(
+    first: usize,
+    views: &'a [View],
+    layers: &'a [[Layer<'a>; 1]],
+) -> Vec<(usize, &'a View, &'a [Layer<'a>])> {
+    (first..).zip(views).zip(layers).map(|((number, view), layers)| (number, view, &layers[..])).collect()
+}
+
+/// The least that frames of these pictures take on the adapter: nothing is drawn.
+fn measure_nothing(
+    drawer: &mut Offscreen,
+    scene: &Scene,
+    views: &[View],
+    frames: usize,
+) -> Result<(), Box<dyn Error>> {
+    let nothing = VisibleBlocks::default();
+    let layers = vec![[Layer::plain(&nothing)]; views.len()];
+    let mut ns = Histogram::<u64>::new(3)?;
+    for frame in 0..WARM_UP + frames {
+        let times = drawer.draw_views(scene, &numbered(0, views, &layers))?;
+        if frame >= WARM_UP {
+            ns.record(times.draw.ns)?;
+        }
+    }
+    let ms = |quantile| ns.value_at_quantile(quantile) as f64 * 1.0e-6;
+    println!("\nNothing drawn: {:.2} ms, p99 {:.2}.", ms(0.5), ms(0.99));
+    Ok(())
 }
 
 const HEAD: &str = "\
@@ -287,6 +314,8 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn
                     lanes[at].frame(&mut drawer, &scene, &changes, &views, frame >= WARM_UP)?;
                 }
             }
+            let middle = path.view(&Moment::default()).with_aspect(width as f32 / height as f32);
+            measure_nothing(&mut drawer, &scene, &vec![middle; pictures.eyes.len()], wanted.frames)?;
             let place = if camera == CameraChoice::Inside { "from inside" } else { "from outside" };
             println!("\n{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
             for (method, lane) in wanted.methods.iter().zip(&lanes) {

@@ -70,7 +70,7 @@ struct Pane {
 
 /// The renderer of own strokes: there are few.
 #[cfg(feature = "live")]
-const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, background: [0.0; 3] };
+const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, draw_len: 1 << 12, background: [0.0; 3] };
 
 /// Animated brushes start again after this time, seconds.
 const MOST_TIME_S: f64 = 1000.0;
@@ -103,7 +103,8 @@ impl Painter {
         window: Arc<Window>,
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
     ) -> Result<Self, RenderError> {
-        let description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+        let mut description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+        description.flags = osp_render::instance_flags();
         let instance = wgpu::Instance::new(description);
         let surface = create_surface(&instance, &window)?;
         let gpu = Arc::new(Gpu::for_surface_later(instance, &surface).await?);

@@ -32,7 +32,7 @@ pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, Render
     let (width_px, height_px) = grid.cell_px();
     let row_bytes = grid.size_px().0 as usize * PIXEL_BYTES;
     let mut texture = vec![0; row_bytes * grid.size_px().1 as usize];
-    let config = RendererConfig { background: [0.0; 3], chunk_len: 1 << 14 };
+    let config = RendererConfig { background: [0.0; 3], chunk_len: 1 << 14, draw_len: 1 << 14 };
     let mut drawer = Offscreen::on(Arc::clone(gpu), width_px as u32, height_px as u32, &config)?;
     let distance_m = CELL_M.1 * 0.5 / (FOV_DEGREES * 0.5).to_radians().tan();
     let projection = Projection::symmetric(FOV_DEGREES, drawer.aspect(), distance_m * 0.5, distance_m * 2.0);

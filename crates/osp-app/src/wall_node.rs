@@ -200,7 +200,8 @@ impl Display {
     fn open(event_loop: &ActiveEventLoop, room: &Room) -> Result<Self, ShowError> {
         let opened = open_node_windows(event_loop, room)?;
         let display = Box::new(event_loop.owned_display_handle());
-        let description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+        let mut description = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+        description.flags = osp_render::instance_flags();
         let instance = wgpu::Instance::new(description);
         let first = opened.first().map(|(_, window)| create_surface(&instance, window)).transpose()?;
         let Some(first) = first else {

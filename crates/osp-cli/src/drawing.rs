@@ -95,15 +95,11 @@ impl Drawing {
                 None => {
                     let lists = replay.lanes()[i].pipeline().draw_lists();
                     let drawer = &mut self.drawers[number].1;
-                    let mut all: Option<DrawTimes> = None;
-                    for (&(sight, view), ids) in views.iter().zip(lists) {
-                        let times = drawer.draw_view(sight, replay.scene(), view, &[Layer::plain(ids)])?;
-                        match &mut all {
-                            Some(all) => *all += times,
-                            None => all = Some(times),
-                        }
-                    }
-                    let times = all.unwrap_or_default();
+                    let layers: Vec<[Layer<'_>; 1]> = lists.iter().map(|ids| [Layer::plain(ids)]).collect();
+                    let drawn_views = views.iter().zip(&layers);
+                    let drawn_views: Vec<(usize, &View, &[Layer<'_>])> =
+                        drawn_views.map(|(&(sight, view), layers)| (sight, view, &layers[..])).collect();
+                    let times = drawer.draw_views(replay.scene(), &drawn_views)?;
                     drawn.push((number, fingerprint, times));
                     times
                 }

@@ -1,9 +1,14 @@
+use std::ops::Range;
+
+use wgpu::util::DeviceExt as _;
+
 use super::{
     Classes, Gpu, descriptors,
     gpu::CHUNKS_A_PAGE,
     record::{Colors, DrawClass, PolygonRecord},
+    run::CLUSTER,
 };
-use osp::polygon::{BLOCK, Change, PolygonId, bits};
+use osp::polygon::{Change, PolygonId, bits};
 use osp_session::scene::Scene;
 
 /// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 96 bytes more
@@ -13,14 +18,26 @@ const GAP: usize = 16;
 /// Polygons of one transfer (1.5 MiB), so that loading a large session does not need as much staging memory again.
 const TRANSFER: usize = 1 << 14;
 
-/// Most polygons of a chunk, whole blocks: 128 MiB, what every adapter binds at once.
-const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / BLOCK * BLOCK;
+/// Most polygons of a chunk, whole clusters: 128 MiB, what every adapter binds at once.
+const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / CLUSTER * CLUSTER;
+
+/// Polygons of the first chunk and of the index buffer, unless the scene has more.
+const FIRST_LEN: usize = 1 << 12;
+
+/// Corners of a polygon, and so vertices.
+pub(super) const CORNERS: u32 = 4;
+/// Of the two triangles of a polygon.
+pub(super) const INDICES: u32 = 6;
 
 /// Every polygon of a scene on the GPU, in chunks of fixed size: growth adds a chunk and never moves present ones.
 #[derive(Debug)]
 pub(super) struct GpuScene {
-    /// Polygons of a chunk.
+    /// Polygons of a chunk, whole clusters.
     chunk_len: usize,
+    /// Most polygons of a draw call.
+    draw_len: usize,
+    /// Of as many polygons as the scene has, up to `draw_len`: the same for each but for its place.
+    indices: wgpu::Buffer,
     chunks: Vec<wgpu::Buffer>,
     /// For each chunk, whether the placeholder is in its place: the scene has released every polygon of it.
     is_free: Vec<bool>,
@@ -50,12 +67,14 @@ pub(super) struct GpuScene {
 }
 
 impl GpuScene {
-    pub(super) fn new(gpu: &Gpu, chunk_len: usize) -> Self {
+    pub(super) fn new(gpu: &Gpu, chunk_len: usize, draw_len: usize) -> Self {
         let chunk = (wgpu::ShaderStages::VERTEX, descriptors::read(PolygonRecord::SIZE));
         let layout = descriptors::bind_layout(gpu.device(), "polygon chunks", &[chunk; CHUNKS_A_PAGE]);
         Self {
-            // No block of the order of drawing lies in two chunks.
-            chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(BLOCK),
+            // No cluster lies in two chunks.
+            chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(CLUSTER),
+            draw_len: draw_len.max(1),
+            indices: create_indices(gpu, FIRST_LEN.min(draw_len.max(1))),
             chunks: Vec::new(),
             is_free: Vec::new(),
             let_go: 0,
@@ -103,8 +122,30 @@ impl GpuScene {
         self.chunk_len * CHUNKS_A_PAGE
     }
 
-    pub(super) fn page(&self, page: usize) -> Option<&wgpu::BindGroup> {
-        self.pages.get(page)
+    /// Most polygons of a draw call.
+    pub(super) fn draw_len(&self) -> u32 {
+        self.draw_len as u32
+    }
+
+    /// Draw calls that so many polygons of a page take.
+    pub(super) fn draw_calls(&self, polygons: usize) -> u64 {
+        polygons.div_ceil(self.draw_len) as u64
+    }
+
+    /// Binds the polygons of a page, and the indices; `false`: there is no such page.
+    pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, page: u32) -> bool {
+        let Some(page) = self.pages.get(page as usize) else { return false };
+        pass.set_bind_group(1, page, &[]);
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        true
+    }
+
+    /// Draws the polygons at these places of the draw list in a style, after [`GpuScene::bind`].
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, places: Range<u32>, style: u32) {
+        for first in places.clone().step_by(self.draw_len) {
+            let count = (places.end - first).min(self.draw_len());
+            pass.draw_indexed(0..count * INDICES, (first * CORNERS) as i32, style..style + 1);
+        }
     }
 
     pub(super) fn uploaded(&self) -> usize {
@@ -206,7 +247,7 @@ impl GpuScene {
 
     fn send_moved(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
-        let mut run: Option<std::ops::Range<usize>> = None;
+        let mut run: Option<Range<usize>> = None;
         let mut moved = std::mem::take(&mut self.moved);
         for at in bits::iter(&moved) {
             run = match run {
@@ -225,7 +266,7 @@ impl GpuScene {
     }
 
     /// Sends a range of polygons, cut at the ends of chunks.
-    fn send(&mut self, gpu: &Gpu, scene: &Scene, range: std::ops::Range<usize>) -> u64 {
+    fn send(&mut self, gpu: &Gpu, scene: &Scene, range: Range<usize>) -> u64 {
         let mut at = range.start;
         let mut sent = 0;
         while at < range.end {
@@ -273,13 +314,33 @@ impl GpuScene {
         self.moved.resize(words, 0);
         self.transparent.resize(words, 0);
         self.additive.resize(words, 0);
+        let listed = count.next_power_of_two().clamp(FIRST_LEN, self.chunk_len.max(FIRST_LEN));
+        self.grow_first_chunk(gpu, listed.min(self.chunk_len));
         while self.chunks.len() * self.chunk_len < count {
-            self.chunks.push(create_chunk(gpu, self.chunk_len));
+            let polygons = if self.chunks.is_empty() { listed.min(self.chunk_len) } else { self.chunk_len };
+            self.chunks.push(create_chunk(gpu, polygons));
             self.is_free.push(false);
             let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;
             self.pages.truncate(page);
             self.pages.push(self.bind_page(gpu, page));
         }
+        let indexed = count.next_power_of_two().max(FIRST_LEN).min(self.draw_len);
+        if self.indices.size() < indices_bytes(indexed) {
+            self.indices = create_indices(gpu, indexed);
+        }
+    }
+
+    /// Makes the first chunk hold this number of polygons, at most those of a chunk.
+    fn grow_first_chunk(&mut self, gpu: &Gpu, polygons: usize) {
+        let Some(first) = self.chunks.first() else { return };
+        if self.is_free[0] || first.size() >= polygons as u64 * PolygonRecord::SIZE {
+            return;
+        }
+        let larger = create_chunk(gpu, polygons);
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(first, 0, &larger, 0, first.size());
+        gpu.queue().submit([encoder.finish()]);
+        self.put_chunk(gpu, 0, larger, false);
     }
 
     fn bind_page(&self, gpu: &Gpu, page: usize) -> wgpu::BindGroup {
@@ -289,6 +350,21 @@ impl GpuScene {
         });
         descriptors::bind_group(gpu.device(), "polygon page", &self.layout, &chunks)
     }
+}
+
+fn indices_bytes(polygons: usize) -> u64 {
+    polygons as u64 * u64::from(INDICES) * 4
+}
+
+/// The indices of the two triangles of each polygon: corners 0 1 2 and 0 2 3.
+fn create_indices(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {
+    let of = |polygon: u32| [0, 1, 2, 0, 2, 3].map(|corner| polygon * CORNERS + corner);
+    let indices: Vec<[u32; INDICES as usize]> = (0..polygons as u32).map(of).collect();
+    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("indices"),
+        contents: bytemuck::cast_slice(&indices),
+        usage: wgpu::BufferUsages::INDEX,
+    })
 }
 
 fn create_chunk(gpu: &Gpu, polygons: usize) -> wgpu::Buffer {

@@ -56,7 +56,7 @@ mod view_slot;
 pub use backdrop::background_for;
 pub use error::RenderError;
 pub use formats::SAMPLES;
-pub use gpu::Gpu;
+pub use gpu::{Gpu, instance_flags};
 pub use gpu_occlusion::GpuOcclusion;
 pub use hzb::{DrawnCounts, HzbBound, HzbConfig, HzbFine, HzbGroup, PyramidLevel, PyramidPass};
 pub use image::Image;

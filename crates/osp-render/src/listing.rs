@@ -4,15 +4,15 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::run::{Blend, Classes, Handle, HandleRun, Run};
+use super::run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run};
 use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of};
 use osp_session::scene::Scene;
 
 /// The page of a run whose page is not over.
 const NO_PAGE: u32 = u32::MAX;
 
-/// Polygons that are looked at together.
-const WORD: usize = 64;
+/// Polygons of a word.
+const WORD: usize = CLUSTER;
 
 /// Words that are looked at together.
 const CHUNK_WORDS: usize = 8;
@@ -102,14 +102,10 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                 if transparent != 0 {
                     note_transparent(&mut list, first, transparent);
                 }
-                let mut added = known & classes.additive & !transparent;
-                let mut opaque = known & !(transparent | added);
-                while first + WORD > page_end {
-                    let before = (1 << page_end.saturating_sub(first)) - 1;
-                    sink.add(first, opaque & before);
-                    additive.add(first, added & before);
-                    opaque &= !before;
-                    added &= !before;
+                let added = known & classes.additive & !transparent;
+                let opaque = known & !(transparent | added);
+                // A page ends where a word ends.
+                while first >= page_end {
                     sink.end_page(page);
                     additive.end_page(page);
                     page += 1;
@@ -292,7 +288,7 @@ impl Sink for Numbers<'_> {
     }
 }
 
-/// Takes the polygons as blocks.
+/// Takes the polygons as clusters.
 pub(super) struct Handles<'a> {
     pub(super) handles: &'a mut Vec<Handle>,
     pub(super) handle_runs: &'a mut Vec<HandleRun>,
@@ -304,13 +300,9 @@ pub(super) struct Handles<'a> {
 impl Sink for Handles<'_> {
     #[inline(always)]
     fn add(&mut self, first: usize, opaque: u64) {
-        for block in 0..WORD / BLOCK {
-            let mask = (opaque >> (block * BLOCK) & 0xFFFF) as u32;
-            if mask != 0 {
-                let (block, place) = ((first / BLOCK + block) as u32, self.handles.len() as u32);
-                self.handles.push(Handle { block, mask, place });
-                self.polygons += mask.count_ones();
-            }
+        if opaque != 0 {
+            self.handles.push(Handle::new(first, opaque));
+            self.polygons += opaque.count_ones();
         }
     }
 

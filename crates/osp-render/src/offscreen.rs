@@ -1,4 +1,4 @@
-use std::{ops::AddAssign, sync::Arc};
+use std::{ops::Add, sync::Arc};
 
 use super::{
     Colors, DrawnCounts, Gpu, GpuOcclusion, GpuTimer, HzbConfig, Image, Layer, OpaqueOrder, OrderCounts,
@@ -32,20 +32,11 @@ pub struct DrawTimes {
     pub draw_calls: u64,
 }
 
-impl AddAssign for DrawTimes {
-    /// Sum over several views.
-    fn add_assign(&mut self, other: Self) {
-        self.prepare += other.prepare;
-        self.draw += other.draw;
-        self.gpu_ns = self.gpu_ns.zip(other.gpu_ns).map(|(a, b)| a + b);
-        self.passes = self.passes.zip(other.passes).map(|(a, b)| a + b);
-        self.occlusion = match (self.occlusion, other.occlusion) {
-            (Some(a), Some(b)) => Some(a + b),
-            (a, b) => a.or(b),
-        };
-        self.polygon_bytes += other.polygon_bytes;
-        self.list_bytes += other.list_bytes;
-        self.draw_calls += other.draw_calls;
+/// The sum of what there is of two.
+fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a + b),
+        (a, b) => a.or(b),
     }
 }
 
@@ -54,6 +45,7 @@ impl AddAssign for DrawTimes {
 struct Sight {
     slot: ViewSlot,
     target: Target,
+    timer: GpuTimer,
 }
 
 /// Draws without a window, one frame at a time, and waits for each.
@@ -63,7 +55,6 @@ pub struct Offscreen {
     sights: Vec<Sight>,
     /// The number of the view that was drawn last.
     last: usize,
-    timer: GpuTimer,
     clock: StageClock,
 }
 
@@ -86,8 +77,8 @@ impl Offscreen {
         let renderer = Renderer::new(gpu, config);
         renderer.gpu().check()?;
         let slot = renderer.create_view_slot();
-        let sights = vec![Sight { slot, target }];
-        Ok(Self { renderer, sights, last: 0, timer, clock: StageClock::default() })
+        let sights = vec![Sight { slot, target, timer }];
+        Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
     }
 
     /// Adds a view with pictures of its own size, and gives its number: the first view is 0. Each view keeps what it learns
@@ -97,7 +88,8 @@ impl Offscreen {
     /// The size is not possible.
     pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
         let target = Target::new(self.renderer.gpu(), width, height)?;
-        self.sights.push(Sight { slot: self.renderer.create_view_slot(), target });
+        let timer = GpuTimer::new(self.renderer.gpu());
+        self.sights.push(Sight { slot: self.renderer.create_view_slot(), target, timer });
         Ok(self.sights.len() - 1)
     }
 
@@ -203,42 +195,60 @@ impl Offscreen {
         view: &View,
         layers: &[Layer<'_>],
     ) -> Result<DrawTimes, RenderError> {
-        self.last = number;
-        let Sight { slot, target } = &mut self.sights[number];
+        self.draw_views(scene, &[(number, view, layers)])
+    }
+
+    /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits until it is done. Each
+    /// view comes with its number and its layers; no number may come twice. Returns the sums over the views.
+    ///
+    /// # Errors
+    /// The device is lost or the driver reported something.
+    ///
+    /// # Panics
+    /// There is no view of one of the numbers.
+    pub fn draw_views(
+        &mut self,
+        scene: &Scene,
+        views: &[(usize, &View, &[Layer<'_>])],
+    ) -> Result<DrawTimes, RenderError> {
         let gpu = Arc::clone(self.renderer.gpu());
+        let mut times = DrawTimes::default();
         let stage = self.clock.start();
-        let polygon_bytes = self.renderer.send(scene);
-        let list_bytes = self.renderer.prepare(slot, scene, view, layers);
+        times.polygon_bytes = self.renderer.send(scene);
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        self.renderer.encode(&mut encoder, target, slot, &mut self.timer, |_| {});
+        for &(number, view, layers) in views {
+            self.last = number;
+            let Sight { slot, target, timer } = &mut self.sights[number];
+            times.list_bytes += self.renderer.prepare(slot, scene, view, layers);
+            self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
+            times.draw_calls += self.renderer.draw_calls(slot);
+        }
         let commands = encoder.finish();
-        let prepare = self.clock.since(stage);
+        times.prepare = self.clock.since(stage);
 
         let stage = self.clock.start();
         gpu.queue().submit([commands]);
         gpu.wait()?;
-        let draw = self.clock.since(stage);
+        times.draw = self.clock.since(stage);
 
-        self.timer.submitted();
-        slot.submitted();
-        let culls = slot.culls();
-        slot.note_time(culls, draw.ns);
-        if self.timer.is_available() || culls {
-            gpu.wait()?;
+        for &(number, ..) in views {
+            let Sight { slot, timer, .. } = &mut self.sights[number];
+            timer.submitted();
+            slot.submitted();
         }
-        let passes = self.timer.take();
-        let occlusion = if culls { slot.take_counts() } else { None };
-        let draw_calls = (slot.order.runs().len() + slot.order.handle_runs().len() * 2) as u64;
-        Ok(DrawTimes {
-            prepare,
-            draw,
-            gpu_ns: passes.map(|passes| passes.total_ns),
-            passes,
-            occlusion,
-            polygon_bytes,
-            list_bytes,
-            draw_calls,
-        })
+        // Results of the frame are mapped now.
+        gpu.wait()?;
+        let even_ns = times.draw.ns / views.len().max(1) as u64;
+        for &(number, ..) in views {
+            let Sight { slot, timer, .. } = &mut self.sights[number];
+            let passes = timer.take();
+            let culls = slot.culls();
+            slot.note_time(culls, passes.map_or(even_ns, |passes| passes.total_ns));
+            times.passes = sum(times.passes, passes);
+            times.occlusion = sum(times.occlusion, if culls { slot.take_counts() } else { None });
+        }
+        times.gpu_ns = times.passes.map(|passes| passes.total_ns);
+        Ok(times)
     }
 
     /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each range of one material
@@ -277,7 +287,7 @@ impl Offscreen {
         list: &PaintList,
     ) -> Result<DrawTimes, RenderError> {
         self.last = 0;
-        let Sight { slot, target } = &mut self.sights[0];
+        let Sight { slot, target, .. } = &mut self.sights[0];
         let gpu = Arc::clone(self.renderer.gpu());
         let stage = self.clock.start();
         let polygon_bytes = self.renderer.send(scene);

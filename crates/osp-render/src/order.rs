@@ -3,9 +3,9 @@ use glam::Vec3;
 use super::{
     listing::{Handles, List, Numbers, SpanBits, Walk},
     opaque_order::{self, OpaqueOrder},
-    run::{Blend, Classes, Handle, HandleRun, Run, push},
+    run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run, push},
 };
-use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits};
+use osp::polygon::{PolygonId, VisibleBlocks, bits};
 use osp_session::scene::Scene;
 
 /// Form of a list of polygons.
@@ -14,8 +14,8 @@ pub(super) enum Listing {
     /// The number of every polygon, but for long spans with few gaps.
     #[default]
     Ids,
-    /// Blocks with a mask for the opaque polygons, the numbers of the transparent ones.
-    Blocks,
+    /// Clusters with a mask for the opaque polygons, the numbers of the transparent ones.
+    Clusters,
 }
 
 /// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
@@ -75,7 +75,7 @@ impl DrawOrder {
         self.ids[places].iter().copied().chain(numbers)
     }
 
-    /// The opaque polygons as blocks, in the order of numbers; empty if every polygon is listed.
+    /// The opaque polygons as clusters, in the order of numbers; empty if every polygon is listed.
     pub(super) fn handles(&self) -> &[Handle] {
         &self.handles
     }
@@ -137,7 +137,7 @@ impl DrawOrder {
     }
 
     /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
-    /// 16; `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
+    /// 64; `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -147,7 +147,7 @@ impl DrawOrder {
         page_len: usize,
         classes_of: impl Fn(usize) -> Classes,
     ) {
-        debug_assert!(page_len.is_multiple_of(BLOCK));
+        debug_assert!(page_len.is_multiple_of(CLUSTER));
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
@@ -162,7 +162,7 @@ impl DrawOrder {
                 let sink = Numbers::new(ids, runs, style, Blend::Opaque, bits);
                 Walk { list, sink, additive }.run();
             }
-            Listing::Blocks => {
+            Listing::Clusters => {
                 let start = handles.len();
                 let sink = Handles { handles, handle_runs, start, polygons: 0 };
                 Walk { list, sink, additive }.run();
@@ -243,7 +243,7 @@ mod tests {
     fn opaque_polygons_come_first_then_additive_and_transparent_ones() {
         let scene = scene_of(200);
         let ids: VisibleBlocks = (0..200).map(PolygonId).collect();
-        for listing in [Listing::Ids, Listing::Blocks] {
+        for listing in [Listing::Ids, Listing::Clusters] {
             let mut order = DrawOrder::new();
             order.clear_for(listing);
             // Every third is transparent, of the others the odd ones are additive.
@@ -304,20 +304,16 @@ mod tests {
     }
 
     #[test]
-    fn blocks_stand_for_the_same_polygons_in_the_same_order() {
+    fn clusters_stand_for_the_same_polygons_in_the_same_order() {
         let scattered: Vec<u32> = (0..200).filter(|i| i * i % 7 < 3).collect();
         for page_len in [64, 1024] {
-            let blocks = listed(&scattered, page_len, Blend::Opaque, Listing::Blocks);
-            assert!(blocks.ids().is_empty());
-            let mut by_place = blocks.handles().to_vec();
-            assert!(by_place.is_sorted_by_key(|handle| handle.block));
-            by_place.sort_by_key(|handle| handle.place);
-            let ids = by_place.iter().flat_map(|handle| {
-                (0..16).filter(|bit| handle.mask >> bit & 1 == 1).map(|bit| handle.block * 16 + bit)
-            });
+            let clusters = listed(&scattered, page_len, Blend::Opaque, Listing::Clusters);
+            assert!(clusters.ids().is_empty());
+            assert!(clusters.handles().is_sorted_by_key(|handle| handle.cluster));
+            let ids = clusters.handles().iter().flat_map(Handle::ids).map(|id| id.0);
             let listed = order_of(&scattered, page_len, Blend::Opaque);
             assert_eq!(ids.collect::<Vec<_>>(), listed.ids());
-            let runs = blocks.handle_runs();
+            let runs = clusters.handle_runs();
             assert_eq!(runs.len(), listed.runs().len());
             for (run, of_ids) in runs.iter().zip(listed.runs()) {
                 assert_eq!((run.page, run.polygons), (of_ids.page, of_ids.range.len() as u32));

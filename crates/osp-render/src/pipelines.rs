@@ -129,9 +129,9 @@ impl Pipelines {
     /// Draws the listed opaque polygons for depth alone, after [`Pipelines::begin_depth`].
     pub(super) fn draw_depth(&self, pass: &mut wgpu::RenderPass<'_>, scene: &GpuScene, runs: &[Run]) {
         for run in runs.iter().filter(|run| run.blend == Blend::Opaque && run.is_listed) {
-            let Some(page) = scene.page(run.page as usize) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw(run.vertices(0, 0), run.style..run.style + 1);
+            if scene.bind(pass, run.page) {
+                scene.draw(pass, run.places(0, 0), run.style);
+            }
         }
     }
 
@@ -152,9 +152,9 @@ impl Pipelines {
         });
         pass.set_pipeline(pipeline);
         for run in runs.iter().filter(|run| run.blend == Blend::Opaque) {
-            let Some(page) = scene.page(run.page as usize) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw(run.vertices(0, all_from), run.style..run.style + 1);
+            if scene.bind(pass, run.page) {
+                scene.draw(pass, run.places(0, all_from), run.style);
+            }
         }
     }
 
@@ -177,13 +177,14 @@ impl Pipelines {
     ) {
         let mut bound = None;
         for run in runs {
-            let Some(page) = scene.page(run.page as usize) else { continue };
             if bound != Some((run.page, run.blend)) {
+                if !scene.bind(pass, run.page) {
+                    continue;
+                }
                 pass.set_pipeline(self.with_colors(run.blend));
-                pass.set_bind_group(1, page, &[]);
                 bound = Some((run.page, run.blend));
             }
-            pass.draw(run.vertices(first, all_from), run.style..run.style + 1);
+            scene.draw(pass, run.places(first, all_from), run.style);
         }
     }
 }

@@ -15,13 +15,14 @@ use super::{
     paint::Paint,
     painter::PartPass,
     pipelines::{Pipelines, Shader},
+    run::Handle,
     shaders,
     style::MAX_STYLES,
     target::DepthBefore,
     timer::Ends,
 };
 use osp::{
-    polygon::{BLOCK, Change, PolygonId, VisibleBlocks},
+    polygon::{Change, PolygonId, VisibleBlocks},
     view::View,
 };
 use osp_session::{recording::Environment, scene::Scene};
@@ -45,17 +46,19 @@ impl<'a> Layer<'a> {
 /// Settings of a renderer that do not change the picture, but for the background.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererConfig {
-    /// Polygons of a chunk of GPU memory, 96 bytes each. Larger: fewer draw calls for large scenes, more memory for
-    /// small ones.
+    /// Polygons of a chunk of GPU memory, 96 bytes each. Larger: fewer dispatches and draw calls for large scenes. The first
+    /// chunk grows by doubling, so small scenes do not take more memory.
     pub chunk_len: usize,
+    /// Most polygons of a draw call. The index buffer that all calls share takes 24 bytes for each of them.
+    pub draw_len: usize,
     /// Red, green, blue where nothing is, linear.
     pub background: [f64; 3],
 }
 
 impl Default for RendererConfig {
-    /// Chunks of 12 MiB, a dark blue-grey background.
+    /// Chunks of 48 MiB, indices of 6 MiB, a dark blue-grey background.
     fn default() -> Self {
-        Self { chunk_len: 1 << 17, background: super::backdrop::DARK }
+        Self { chunk_len: 1 << 19, draw_len: 1 << 18, background: super::backdrop::DARK }
     }
 }
 
@@ -85,7 +88,7 @@ pub struct Renderer {
 impl Renderer {
     /// A renderer with an empty scene.
     pub fn new(gpu: Arc<Gpu>, config: &RendererConfig) -> Self {
-        let scene = GpuScene::new(&gpu, config.chunk_len);
+        let scene = GpuScene::new(&gpu, config.chunk_len, config.draw_len);
         let view_layout = ViewSlot::layout(&gpu);
         let pipelines = plain_pipelines(&gpu, &view_layout, &scene);
         let finish = Finish::new(&gpu);
@@ -265,7 +268,7 @@ impl Renderer {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn read_pyramid(&self, slot: &ViewSlot) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
-        let view = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Blocks);
+        let view = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters);
         view.map(|view| view.read_pyramid(&self.gpu)).transpose()
     }
 
@@ -274,15 +277,11 @@ impl Renderer {
     /// # Errors
     /// The device is lost or the driver reported something.
     pub fn read_drawn(&self, slot: &ViewSlot) -> Result<Option<Vec<PolygonId>>, RenderError> {
-        let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Blocks) else {
+        let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters) else {
             return Ok(None);
         };
-        let mut ids = Vec::new();
-        for [block, mask] in view.read_kept(&self.gpu)? {
-            let bits = (0..BLOCK as u32).filter(|bit| mask >> bit & 1 == 1);
-            ids.extend(bits.map(|bit| PolygonId(block * BLOCK as u32 + bit)));
-        }
-        Ok(Some(ids))
+        let kept = view.read_kept(&self.gpu, slot.order.handles())?;
+        Ok(Some(kept.iter().flat_map(Handle::ids).collect()))
     }
 
     /// Polygons on the GPU.
@@ -307,7 +306,7 @@ impl Renderer {
         let can_cull = slot.hzb.is_some() && layers.iter().enumerate().all(is_plain);
         let in_view = layers.first().map_or(0, |layer| layer.polygons.len());
         let culls = can_cull && slot.switch.as_mut().is_none_or(|switch| switch.decide(in_view));
-        slot.order.clear_for(if culls { Listing::Blocks } else { Listing::Ids });
+        slot.order.clear_for(if culls { Listing::Clusters } else { Listing::Ids });
         for (i, layer) in layers.iter().enumerate() {
             let style = i.min(MAX_STYLES - 1);
             styles[style] = layer.style;
@@ -323,7 +322,7 @@ impl Renderer {
         slot.order.finish(page_len);
         let mut bytes = slot.send(&self.gpu, &self.view_layout, view, &styles);
         if let Some(of_view) = slot.hzb.as_mut().filter(|_| culls) {
-            bytes += of_view.prepare(&self.gpu, &slot.order, self.scene.chunk_len(), scene, view);
+            bytes += of_view.prepare(&self.gpu, &slot.order, &self.scene, scene, view);
         }
         bytes
     }
@@ -363,7 +362,7 @@ impl Renderer {
         timer: &mut GpuTimer,
         more: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        if slot.order.listing() == Listing::Blocks
+        if slot.order.listing() == Listing::Clusters
             && let (Some(hzb), Some(mut view)) = (&self.hzb, slot.hzb.take())
         {
             let frame = Frame {
@@ -444,6 +443,15 @@ impl Renderer {
         drop(pass);
         self.gpu.queue().submit([encoder.finish()]);
         overdraw::add_up(&self.gpu, target)
+    }
+
+    /// Draw calls of a prepared view.
+    pub(super) fn draw_calls(&self, slot: &ViewSlot) -> u64 {
+        let in_list = slot.order.runs().iter().map(|run| self.scene.draw_calls(run.range.len()));
+        // For depth, then for colours.
+        let culled =
+            slot.order.handle_runs().iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
+        in_list.chain(culled).sum()
     }
 
     /// What the order of a prepared view costs in calls and changes of state.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
-use osp::polygon::PolygonId;
+use osp::polygon::{PolygonId, bits};
 
 /// Whether polygons hide what is behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,30 +43,47 @@ pub struct Run {
 }
 
 impl Run {
-    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
-    /// listed from `all_from`.
-    pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
+    /// The places to draw. Places of the list count from `first`, the numbers of a run that is not listed from `all_from`.
+    pub(super) fn places(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
-        (from + self.range.start) * 6..(from + self.range.end) * 6
+        from + self.range.start..from + self.range.end
     }
 }
 
-/// Opaque polygons of one block to draw.
+/// Consecutive polygons that are culled together on the GPU.
+pub(super) const CLUSTER: usize = 64;
+
+/// Opaque polygons of one cluster to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Handle {
-    /// The block: its first polygon is [`BLOCK`](osp::polygon::BLOCK) times this.
-    pub(super) block: u32,
-    /// A bit for each polygon of it that is to be drawn.
-    pub(super) mask: u32,
-    /// Its place in the order of drawing.
-    pub(super) place: u32,
+    /// The cluster: its first polygon is [`CLUSTER`] times this.
+    pub(super) cluster: u32,
+    /// A bit for each polygon of it that is to be drawn: the lower 32, the upper 32.
+    pub(super) mask: [u32; 2],
+}
+
+impl Handle {
+    pub(super) fn new(first: usize, bits: u64) -> Self {
+        Self { cluster: (first / CLUSTER) as u32, mask: [bits as u32, (bits >> 32) as u32] }
+    }
+
+    /// A bit for each polygon, from the lowest number on.
+    pub(super) fn bits(&self) -> u64 {
+        u64::from(self.mask[0]) | u64::from(self.mask[1]) << 32
+    }
+
+    /// The polygons in the order of numbers.
+    pub(super) fn ids(&self) -> impl Iterator<Item = PolygonId> + use<> {
+        let first = self.cluster * CLUSTER as u32;
+        bits::bits_of(self.bits()).map(move |bit| PolygonId(first + bit as u32))
+    }
 }
 
 /// Handles of one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
-    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles); their places have the same bounds.
+    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles).
     pub(super) range: Range<u32>,
     /// The page.
     pub(super) page: u32,

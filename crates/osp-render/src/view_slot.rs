@@ -103,7 +103,7 @@ impl ViewSlot {
 
     /// Whether the current frame is culled on the GPU.
     pub fn culls(&self) -> bool {
-        self.hzb.is_some() && self.order.listing() == Listing::Blocks
+        self.hzb.is_some() && self.order.listing() == Listing::Clusters
     }
 
     /// To be called after the submission of what [`Renderer::encode`](super::Renderer::encode) has encoded.
@@ -148,7 +148,7 @@ impl ViewSlot {
         layout: &wgpu::BindGroupLayout,
         uniforms: Uniforms,
     ) -> u64 {
-        // Opaque polygons that are handed over as blocks are listed on the GPU, before the others.
+        // Opaque polygons that are handed over as clusters are listed on the GPU, before the others.
         let before = u64::from(self.order.opaque_count());
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         let (first_word, bits) = self.order.span_bits();

@@ -11,12 +11,13 @@ use crate::{
     Blend, Gpu, GpuTimer, RenderError,
     descriptors::bind_group,
     read_back::read_buffer,
+    run::Handle,
     target::DepthBefore,
     timer::{Ends, Stamps},
 };
 
 /// Handles of a workgroup of the test.
-const HANDLES_OF_TEST: u32 = 4;
+const HANDLES_OF_TEST: u32 = 1;
 /// Transparent polygons of a workgroup of the test.
 const POLYGONS_OF_TEST: u32 = 64;
 /// Texels of a workgroup of the pyramid, each way.
@@ -120,7 +121,14 @@ impl HzbView {
                 gpu.device(),
                 "compaction",
                 &hzb.compact_layout,
-                &[span, whole(&buffers.kept), whole(&buffers.sums), whole(frame.list), whole(&buffers.args)],
+                &[
+                    span,
+                    whole(&buffers.handles),
+                    whole(&buffers.kept),
+                    whole(&buffers.sums),
+                    whole(frame.list),
+                    whole(&buffers.args),
+                ],
             ),
             draw_recalled: bind_group(
                 gpu.device(),
@@ -156,9 +164,10 @@ impl HzbView {
         let mut pass = frame.target.begin_depth(encoder, stamps);
         frame.pipelines.begin_depth(&mut pass, &groups.draw_recalled);
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
-            let Some(page) = frame.scene.page(run.page as usize) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw_indirect(&self.buffers.args, u64::from(span.args) * 4);
+            if frame.scene.bind(&mut pass, run.page) {
+                let [depth, _] = span.draw_calls();
+                pass.multi_draw_indexed_indirect(&self.buffers.args, depth, span.draws);
+            }
         }
     }
 
@@ -261,9 +270,10 @@ impl HzbView {
         frame.pipelines.begin(&mut pass, frame.draw);
         pass.set_pipeline(frame.pipelines.with_colors(Blend::Opaque));
         for (span, run) in self.pages.iter().zip(frame.order.handle_runs()) {
-            let Some(page) = frame.scene.page(run.page as usize) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw_indirect(&self.buffers.args, u64::from(span.args + 4) * 4);
+            if frame.scene.bind(&mut pass, run.page) {
+                let [_, colors] = span.draw_calls();
+                pass.multi_draw_indexed_indirect(&self.buffers.args, colors, span.draws);
+            }
         }
         let first = frame.order.opaque_count();
         frame.pipelines.draw_runs(&mut pass, frame.scene, frame.order.runs(), first, first);
@@ -287,14 +297,18 @@ impl HzbView {
         Ok(self.levels.iter().map(level).collect())
     }
 
-    /// The opaque polygons of the last frame that were not found to be hidden, by number: block and mask.
+    /// The opaque polygons of the last frame that were not found to be hidden, by number; `handles`: those of that frame.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.
-    pub(in super::super) fn read_kept(&self, gpu: &Gpu) -> Result<Vec<[u32; 2]>, RenderError> {
-        let handles = self.pages.last().map_or(0, |span| span.end);
-        let bytes = read_buffer(gpu, &self.buffers.kept, u64::from(handles) * 8)?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    pub(in super::super) fn read_kept(
+        &self,
+        gpu: &Gpu,
+        handles: &[Handle],
+    ) -> Result<Vec<Handle>, RenderError> {
+        let bytes = read_buffer(gpu, &self.buffers.kept, handles.len() as u64 * 8)?;
+        let masks: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&bytes);
+        Ok(handles.iter().zip(masks).map(|(handle, mask)| Handle { mask, ..*handle }).collect())
     }
 }
 

@@ -1,7 +1,6 @@
 use glam::Vec3;
 
 use crate::run::Handle;
-use osp::polygon::{BLOCK, PolygonId};
 use osp_session::scene::Scene;
 
 /// Polygons whose distance is sampled after a move of an eye.
@@ -24,7 +23,7 @@ impl LastLook {
     /// were not in the last frame, or if the eye has moved so far that the old occluders need not hide any more. With such a
     /// fast eye every other frame jumps; the others recall the polygons found visible just before.
     pub(super) fn jumps_to(&mut self, eye_in_world: Vec3, handles: &[Handle], scene: &Scene) -> bool {
-        let count: u32 = handles.iter().map(|handle| handle.mask.count_ones()).sum();
+        let count: u32 = handles.iter().map(|handle| handle.bits().count_ones()).sum();
         let has_jumped = count > 0
             && (2 * common(&self.handles, handles) < count
                 || !self.has_jumped
@@ -43,9 +42,9 @@ fn common(a: &[Handle], b: &[Handle]) -> u32 {
     let mut a = a.iter().peekable();
     let mut common = 0;
     for handle in b {
-        while a.next_if(|before| before.block < handle.block).is_some() {}
-        if let Some(same) = a.peek().filter(|same| same.block == handle.block) {
-            common += (same.mask & handle.mask).count_ones();
+        while a.next_if(|before| before.cluster < handle.cluster).is_some() {}
+        if let Some(same) = a.peek().filter(|same| same.cluster == handle.cluster) {
+            common += (same.bits() & handle.bits()).count_ones();
         }
     }
     common
@@ -54,11 +53,10 @@ fn common(a: &[Handle], b: &[Handle]) -> u32 {
 /// The median of some polygons' distances from the eye, metres.
 fn usual_distance_m(handles: &[Handle], eye_in_world: Vec3, scene: &Scene) -> f32 {
     let step = handles.len().div_ceil(SAMPLES).max(1);
-    let distance_m = |handle: &Handle| {
-        let id = PolygonId(handle.block * BLOCK as u32 + handle.mask.trailing_zeros() % BLOCK as u32);
-        scene.bounds(id).center().distance(eye_in_world)
-    };
-    let mut distances_m: Vec<f32> = handles.iter().step_by(step).map(distance_m).collect();
+    let first_of = |handle: &Handle| handle.ids().next();
+    let distance_m = |id| scene.bounds(id).center().distance(eye_in_world);
+    let mut distances_m: Vec<f32> =
+        handles.iter().step_by(step).filter_map(first_of).map(distance_m).collect();
     distances_m.sort_unstable_by(f32::total_cmp);
     distances_m.get(distances_m.len() / 2).copied().unwrap_or(f32::INFINITY)
 }
@@ -66,13 +64,14 @@ fn usual_distance_m(handles: &[Handle], eye_in_world: Vec3, scene: &Scene) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::CLUSTER;
     use osp_session::recording::{Author, Event};
 
-    /// A row of `count` small squares, a metre apart.
+    /// A row of `count` small squares, a quarter of a metre apart.
     fn row(count: u8) -> Scene {
         let mut scene = Scene::new();
         for i in 0..count {
-            let at = |x: f32, y: f32| Vec3::new(f32::from(i) + x, y, 0.0);
+            let at = |x: f32, y: f32| Vec3::new(f32::from(i) * 0.25 + x, y, 0.0);
             let vertices = vec![at(0.0, 0.0), at(0.1, 0.0), at(0.1, 0.1), at(0.0, 0.1)];
             let color = (1.0, 1.0, 1.0, 1.0);
             let event = Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color };
@@ -81,22 +80,24 @@ mod tests {
         scene
     }
 
-    fn handles(masks: &[(u32, u32)]) -> Vec<Handle> {
-        masks.iter().map(|&(block, mask)| Handle { block, mask, place: block }).collect()
+    /// Polygons of three clusters.
+    fn handles(bits: [u64; 3]) -> Vec<Handle> {
+        let all = bits.into_iter().zip(0..).map(|(bits, cluster)| Handle::new(cluster * CLUSTER, bits));
+        all.filter(|handle| handle.bits() != 0).collect()
     }
 
     #[test]
     fn it_jumps_where_most_in_view_is_new_or_the_eye_has_moved_far() {
-        let scene = row(48);
+        let scene = row(192);
         let mut last = LastLook::default();
         let eye = Vec3::new(24.0, 0.0, 10.0);
-        let all = handles(&[(0, 0xFFFF), (1, 0xFFFF), (2, 0xFFFF)]);
+        let all = handles([u64::MAX; 3]);
         assert!(last.jumps_to(eye, &all, &scene), "the first frame");
         assert!(!last.jumps_to(eye, &all, &scene));
         // All of it was in view, then half, then less.
-        assert!(!last.jumps_to(eye, &handles(&[(1, 0x00FF)]), &scene));
-        assert!(!last.jumps_to(eye, &handles(&[(0, 0x000F), (1, 0x000F)]), &scene));
-        assert!(last.jumps_to(eye, &handles(&[(0, 0x00FF), (1, 0x0001), (2, 0x0003)]), &scene));
+        assert!(!last.jumps_to(eye, &handles([0, 0xFFFF_FFFF, 0]), &scene));
+        assert!(!last.jumps_to(eye, &handles([0xFFFF, 0xFFFF, 0]), &scene));
+        assert!(last.jumps_to(eye, &handles([0xFFFF_FFFF, 0xF, 0xFF]), &scene));
         // The polygons are about 10 to 26 m away.
         last.jumps_to(eye, &all, &scene);
         assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));

@@ -72,7 +72,7 @@ impl Hzb {
             "occlusion test",
             &[Span, params, view, Read, Write, Write, Read, Write, Write, Depth],
         );
-        let compact_layout = layout(gpu, "compaction", &[Span, Read, Write, Write, Write]);
+        let compact_layout = layout(gpu, "compaction", &[Span, Read, Read, Write, Write, Write]);
         let chunk_layout = layout(gpu, "polygon chunk", &[Read]);
         let pyramid = [Some(&pyramid_layout)];
         let test = [Some(&test_layout), Some(&chunk_layout)];

@@ -1,7 +1,7 @@
 //! The rival: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent Hierarchical Culling: Hardware
 //! Occlusion Queries Made Useful", 2004.
 //!
-//! Each query is of a group of 64 consecutive polygons. A group that was visible is drawn without a query and queried
+//! Each query is of a cluster of 64 consecutive polygons. A group that was visible is drawn without a query and queried
 //! again some frames later. Of a group that was hidden, the box is queried against the depth of what was visible.
 //!
 //! Differences from the paper: no hierarchy, because neighbours in number are the groups; what the queries find decides
@@ -20,17 +20,11 @@ use crate::{
     DrawOrder, Gpu,
     descriptors::bind_group,
     read_ring::{ReadRing, SLOTS},
-    run::Handle,
+    run::{CLUSTER, Handle},
 };
-use osp::{
-    math::Aabb,
-    polygon::{BLOCK, PolygonId},
-    view::View,
-};
+use osp::{math::Aabb, view::View};
 use osp_session::scene::Scene;
 
-/// Blocks of a group.
-const BLOCKS: u32 = 4;
 /// Queries of a set: as many as every adapter must offer.
 const SET: u32 = 4096;
 /// Most queries of a frame; groups beyond are drawn.
@@ -114,14 +108,14 @@ impl Queries {
         self.box_words.clear();
         self.of_handle_words.clear();
         self.asked.clear();
-        self.due.resize(scene.polygon_count().div_ceil(BLOCK * BLOCKS as usize).max(self.due.len()), (0, 0));
-        for handles in order.handles().chunk_by(|a, b| a.block / BLOCKS == b.block / BLOCKS) {
-            let group = handles[0].block / BLOCKS;
+        self.due.resize(scene.polygon_count().div_ceil(CLUSTER).max(self.due.len()), (0, 0));
+        for handle in order.handles() {
+            let group = handle.cluster;
             let is_asked = self.due[group as usize].0 <= self.frame && self.asked.len() < MOST;
             let query = if is_asked { self.asked.len() as u32 } else { NOTHING };
-            self.of_handle_words.extend(handles.iter().map(|_| query));
+            self.of_handle_words.push(query);
             if is_asked {
-                let bounds = bounds_of(handles, scene);
+                let bounds = bounds_of(handle, scene);
                 self.box_words.push([bounds.min.extend(0.0).to_array(), bounds.max.extend(0.0).to_array()]);
                 self.asked.push(group);
             }
@@ -248,20 +242,15 @@ pub(super) struct HzbViewParts<'a> {
     pub(super) first_page: u32,
 }
 
-fn bounds_of(handles: &[Handle], scene: &Scene) -> Aabb {
+fn bounds_of(handle: &Handle, scene: &Scene) -> Aabb {
     let mut bounds = Aabb::EMPTY;
-    for handle in handles {
-        let mut bits = handle.mask;
-        while bits != 0 {
-            let id = PolygonId(handle.block * BLOCK as u32 + bits.trailing_zeros());
-            bits &= bits - 1;
-            let of_polygon = scene.bounds(id);
-            // One that is not finite would vanish in a union.
-            if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
-                return Aabb { min: Vec3::NAN, max: Vec3::NAN };
-            }
-            bounds = bounds.union(&of_polygon);
+    for id in handle.ids() {
+        let of_polygon = scene.bounds(id);
+        // One that is not finite would vanish in a union.
+        if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
+            return Aabb { min: Vec3::NAN, max: Vec3::NAN };
         }
+        bounds = bounds.union(&of_polygon);
     }
     bounds
 }

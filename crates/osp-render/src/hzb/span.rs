@@ -14,10 +14,8 @@ pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
 /// Spans lie this far apart, bytes: no adapter requires more.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
-/// Words before the first page's draw calls.
-pub(super) const COUNTERS: u32 = 8;
-/// Words of a page's draw calls: one for depth, one for colours.
-pub(super) const ARGS_OF_PAGE: u32 = 8;
+/// Words before the first page's: transparent polygons found to be hidden, polygons of the depth pass, of the colour pass.
+pub(super) const COUNTERS: u32 = 3;
 
 /// The work of one dispatch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -28,14 +26,23 @@ pub(super) struct Span {
     pub(super) end: u32,
     pub(super) first_sum: u32,
     pub(super) base: u32,
-    /// Position of the page's draw calls in the words of `args`.
+    /// Position of the page's count and draw calls in the words of `args`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
+    /// Draw calls of the page for depth, and as many for colours.
+    pub(super) draws: u32,
+    /// Most polygons of a draw call.
+    pub(super) draw_len: u32,
 }
 
 impl Span {
     pub(super) fn len(&self) -> u32 {
         self.end - self.first
+    }
+
+    /// Where the page's draw calls begin in `args`, bytes: those for depth, those for colours.
+    pub(super) fn draw_calls(&self) -> [u64; 2] {
+        [0, self.draws].map(|before| u64::from(self.args + 1 + before * 5) * 4)
     }
 }
 
@@ -79,13 +86,8 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
         let bytes = args.get(at * 4..at * 4 + 4).and_then(|bytes| bytes.try_into().ok());
         u64::from(bytes.map_or(0, u32::from_le_bytes))
     };
-    let mut counts = known;
-    counts.second_pass = transparent - word(0).min(transparent);
-    for first in (COUNTERS as usize..args.len() / 4).step_by(ARGS_OF_PAGE as usize) {
-        counts.first_pass += word(first) / 6;
-        counts.second_pass += word(first + 4) / 6;
-    }
-    counts
+    let drawn_transparent = transparent - word(0).min(transparent);
+    DrawnCounts { first_pass: word(1), second_pass: drawn_transparent + word(2), ..known }
 }
 
 /// Each of the spans with its offset among all.

@@ -6,10 +6,15 @@ use super::{
     jump::LastLook,
     pyramid::{Levels, MAX_LEVELS},
     queries::Queries,
-    span::{ARGS_OF_PAGE, COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
+    span::{COUNTERS, PARAMS_BYTES, SPAN_STRIDE, Span, counts},
 };
-use crate::{DrawOrder, Gpu, GpuOcclusion, read_ring::ReadRing, run::Handle};
-use osp::{polygon::BLOCK, view::View};
+use crate::{
+    DrawOrder, Gpu, GpuOcclusion,
+    gpu_scene::{CORNERS, GpuScene},
+    read_ring::ReadRing,
+    run::{CLUSTER, Handle},
+};
+use osp::view::View;
 use osp_session::scene::Scene;
 
 /// State of culling by a hierarchical depth buffer for one view.
@@ -25,7 +30,7 @@ pub(in super::super) struct HzbView {
     pub(super) is_encoded: bool,
     /// Whether the frame draws all in view and looks for what is visible afterwards.
     pub(super) has_jumped: bool,
-    kept_words: Vec<[u32; 2]>,
+    kept_masks: Vec<[u32; 2]>,
     /// The size of picture that `levels` is for.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
@@ -51,7 +56,7 @@ pub(super) struct Buffers {
     pub(super) params: wgpu::Buffer,
     pub(super) handles: wgpu::Buffer,
     pub(super) kept: wgpu::Buffer,
-    /// A word for each block of the scene: its polygons that were visible in the last frame.
+    /// A mask for each cluster of the scene: its polygons that were visible in the last frame.
     pub(super) remembered: wgpu::Buffer,
     pub(super) recalled: wgpu::Buffer,
     pub(super) sums: wgpu::Buffer,
@@ -83,7 +88,7 @@ impl HzbView {
             spans: create(gpu, "work", u64::from(SPAN_STRIDE) * 64, uniform),
             params: create(gpu, "depth pyramid's levels", PARAMS_BYTES, uniform),
             handles: create(gpu, "handles", 1 << 12, STORAGE),
-            kept: create(gpu, "kept blocks", 1 << 12, read),
+            kept: create(gpu, "kept polygons", 1 << 12, read),
             remembered: create(gpu, "remembered polygons", 1 << 12, STORAGE),
             recalled: create(gpu, "recalled polygons", 1 << 12, STORAGE),
             sums: create(gpu, "sums", 1 << 10, STORAGE),
@@ -99,7 +104,7 @@ impl HzbView {
             last: LastLook::default(),
             is_encoded: false,
             has_jumped: false,
-            kept_words: Vec::new(),
+            kept_masks: Vec::new(),
             size: (0, 0),
             levels: Levels::of(1, 1),
             pages: Vec::new(),
@@ -134,18 +139,18 @@ impl HzbView {
         &mut self,
         gpu: &Gpu,
         order: &DrawOrder,
-        chunk_len: usize,
+        on_gpu: &GpuScene,
         scene: &Scene,
         view: &View,
     ) -> u64 {
         let opaque = order.opaque_count();
         let transparent = opaque..opaque + order.ids().len() as u32;
         let polygon_count = scene.polygon_count();
-        self.lay_out(order, transparent.clone(), chunk_len as u32);
+        self.lay_out(order, transparent.clone(), on_gpu.chunk_len() as u32, on_gpu.draw_len());
         let handles = order.handles();
         let sums = self.pages.last().map_or(0, |span| span.first_sum + span.len().div_ceil(LANES));
         let buffers = &mut self.buffers;
-        let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(BLOCK) as u64 * 4);
+        let forgets = grow(gpu, &mut buffers.remembered, polygon_count.div_ceil(CLUSTER) as u64 * 8);
         let is_new = [
             grow(gpu, &mut buffers.spans, self.span_bytes.len() as u64),
             grow(gpu, &mut buffers.handles, size_of_val(handles) as u64),
@@ -170,12 +175,9 @@ impl HzbView {
             self.last.jumps_to(view.eye_in_world, handles, scene) || forgets && !handles.is_empty();
         // Queries keep what they know by group, and ask again when it is due.
         self.has_jumped = has_jumped && self.queries.is_none();
-        self.kept_words.clear();
+        self.kept_masks.clear();
         if self.has_jumped {
-            self.kept_words.resize(handles.len(), [0; 2]);
-            for handle in handles {
-                self.kept_words[handle.place as usize] = [handle.block, handle.mask];
-            }
+            self.kept_masks.extend(handles.iter().map(|handle| handle.mask));
         }
         let mut sent = 0;
         let mut send = |buffer: &wgpu::Buffer, bytes: &[u8]| {
@@ -186,7 +188,7 @@ impl HzbView {
         };
         send(&self.buffers.spans, &self.span_bytes);
         send(&self.buffers.handles, bytemuck::cast_slice(handles));
-        send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_words));
+        send(&self.buffers.kept, bytemuck::cast_slice(&self.kept_masks));
         send(&self.buffers.args, bytemuck::cast_slice(&self.args_words));
         let in_view = u64::from(transparent.end);
         let groups_tested = match &mut self.queries {
@@ -206,7 +208,7 @@ impl HzbView {
     }
 
     /// Cuts the frame's work into dispatches.
-    fn lay_out(&mut self, order: &DrawOrder, transparent: Range<u32>, chunk_len: u32) {
+    fn lay_out(&mut self, order: &DrawOrder, transparent: Range<u32>, chunk_len: u32, draw_len: u32) {
         let handles = order.handles();
         self.pages.clear();
         self.chunks.clear();
@@ -217,22 +219,27 @@ impl HzbView {
         for run in order.handle_runs() {
             let Range { start: first, end } = run.range;
             let args = self.args_words.len() as u32;
-            self.pages.push(Span { first, end, first_sum, base, args, first_polygon: 0 });
-            // Number of vertices and of instances, first vertex, first instance; for depth and for colours.
-            self.args_words.extend([0, 1, base * 6, 0, 0, 1, base * 6, 0]);
+            let draws = run.polygons.div_ceil(draw_len);
+            self.pages.push(Span { first, end, first_sum, base, args, draws, draw_len, first_polygon: 0 });
+            // Polygons recalled; draw calls for depth, then for colours.
+            self.args_words.push(0);
+            for draw in (0..draws).chain(0..draws) {
+                let first_vertex = (base + draw * draw_len) * CORNERS;
+                // Number of indices and of instances, first index, first vertex, first instance.
+                self.args_words.extend([0, 1, 0, first_vertex, 0]);
+            }
             first_sum += (end - first).div_ceil(LANES);
             base += run.polygons;
             let mut at = first;
             while at < end {
-                let chunk = handles[at as usize].block * BLOCK as u32 / chunk_len;
-                let is_in_chunk = |handle: &Handle| handle.block * BLOCK as u32 / chunk_len == chunk;
+                let chunk = handles[at as usize].cluster * CLUSTER as u32 / chunk_len;
+                let is_in_chunk = |handle: &Handle| handle.cluster * CLUSTER as u32 / chunk_len == chunk;
                 let count = handles[at as usize..end as usize].partition_point(is_in_chunk) as u32;
                 let span = Span { first: at, end: at + count, base: chunk, ..Span::default() };
                 self.chunks.push(Span { first_polygon: chunk * chunk_len, ..span });
                 at += count;
             }
         }
-        debug_assert_eq!(self.args_words.len() as u32, COUNTERS + ARGS_OF_PAGE * self.pages.len() as u32);
         for &id in order.ids() {
             let chunk = id / chunk_len;
             if !self.transparent.iter().any(|span| span.base == chunk) {
@@ -282,11 +289,12 @@ impl HzbView {
 
 /// Groups of a handle that have a polygon.
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
-    match of_group {
-        1 => handle.mask.count_ones(),
-        4 => (0..4).map(|i| u32::from(handle.mask >> (i * 4) & 15 != 0)).sum(),
-        _ => u32::from(handle.mask != 0),
+    let group = u64::MAX >> (CLUSTER as u32 - of_group);
+    let firsts = (0..CLUSTER).step_by(of_group as usize);
+    if of_group == 1 {
+        return handle.bits().count_ones();
     }
+    firsts.map(|first| u32::from(handle.bits() >> first & group != 0)).sum()
 }
 
 fn push_span(bytes: &mut Vec<u8>, span: &Span) {

@@ -210,9 +210,9 @@ impl Shadow {
         pass.set_bind_group(0, self.slot.bind_group(), &[]);
         pass.set_bind_group(2, paint, &[]);
         for run in self.slot.order.runs() {
-            let Some(page) = on_gpu.page(run.page as usize) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw(run.vertices(0, self.slot.all_from()), 0..1);
+            if on_gpu.bind(&mut pass, run.page) {
+                on_gpu.draw(&mut pass, run.places(0, self.slot.all_from()), 0);
+            }
         }
         drop(pass);
         gpu.queue().submit([encoder.finish()]);

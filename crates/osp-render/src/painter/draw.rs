@@ -70,22 +70,22 @@ impl PartPass {
         pass.set_vertex_buffer(0, buffer.slice(..));
         let mut calls = 0;
         for (page, range) in runs(list.corners(), scene.page_len()) {
-            let Some(page) = scene.page(page) else { continue };
-            pass.set_bind_group(1, page, &[]);
-            pass.draw(range, 0..1);
-            calls += 1;
+            if scene.bind(pass, page) {
+                pass.draw(range, 0..1);
+                calls += 1;
+            }
         }
         calls
     }
 }
 
 /// Corners one after the other whose polygons are of one page, and the page.
-fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (usize, Range<u32>)> {
+fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (u32, Range<u32>)> {
     let page = move |corner: &PartCorner| corner.polygon as usize / page_len;
     let mut at = 0;
     corners.chunk_by(move |a, b| page(a) == page(b)).map(move |run| {
         let first = at;
         at += run.len() as u32;
-        (page(&run[0]), first..at)
+        (page(&run[0]) as u32, first..at)
     })
 }

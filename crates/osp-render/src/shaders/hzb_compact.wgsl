@@ -10,17 +10,29 @@ struct Span {
     first_sum: u32,
     // Where in the list the page begins.
     base: u32,
-    // Where in `args` the page's draw calls are.
+    // Where in `args` the page's count and draw calls are.
     args: u32,
     first_polygon: u32,
+    // Draw calls of the page for depth, and as many for colours.
+    draws: u32,
+    // Most polygons of a draw call.
+    draw_len: u32,
+}
+
+struct Handle {
+    // Its first polygon is 64 times this.
+    cluster: u32,
+    low: u32,
+    high: u32,
 }
 
 @group(0) @binding(0) var<uniform> span: Span;
-// Block and mask, in the order of drawing.
-@group(0) @binding(1) var<storage, read> kept: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read_write> sums: array<u32>;
-@group(0) @binding(3) var<storage, read_write> list: array<u32>;
-@group(0) @binding(4) var<storage, read_write> args: array<u32>;
+@group(0) @binding(1) var<storage, read> handles: array<Handle>;
+// The mask of each handle, without hidden polygons.
+@group(0) @binding(2) var<storage, read> kept: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read_write> sums: array<u32>;
+@group(0) @binding(4) var<storage, read_write> list: array<u32>;
+@group(0) @binding(5) var<storage, read_write> args: array<atomic<u32>>;
 
 const LANES: u32 = 256u;
 
@@ -32,6 +44,10 @@ fn kept_at(at: u32) -> vec2<u32> {
         return kept[at];
     }
     return vec2(0u);
+}
+
+fn polygons_of(mask: vec2<u32>) -> u32 {
+    return countOneBits(mask.x) + countOneBits(mask.y);
 }
 
 // The sum of this lane's number and those of the lanes before it.
@@ -52,8 +68,7 @@ fn sum_up_to(lane: u32, number: u32) -> u32 {
 
 @compute @workgroup_size(LANES)
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let bits = kept_at(span.first + group.x * LANES + lane).y;
-    atomicAdd(&total, countOneBits(bits));
+    atomicAdd(&total, polygons_of(kept_at(span.first + group.x * LANES + lane)));
     workgroupBarrier();
     if lane == 0u {
         sums[span.first_sum + group.x] = atomicLoad(&total);
@@ -79,18 +94,34 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
         workgroupBarrier();
     }
     if lane == 0u {
-        args[span.args + 4u] = before * 6u;
+        atomicAdd(&args[2], before);
+        for (var draw = 0u; draw < span.draws; draw++) {
+            let polygons = min(before - min(before, draw * span.draw_len), span.draw_len);
+            atomicStore(&args[span.args + 1u + (span.draws + draw) * 5u], polygons * 6u);
+        }
     }
 }
 
 @compute @workgroup_size(LANES)
 fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let own = kept_at(span.first + group.x * LANES + lane);
-    let up_to = sum_up_to(lane, countOneBits(own.y));
-    var to = span.base + sums[span.first_sum + group.x] + up_to - countOneBits(own.y);
-    var bits = own.y;
+    let at = span.first + group.x * LANES + lane;
+    let own = kept_at(at);
+    let up_to = sum_up_to(lane, polygons_of(own));
+    if at >= span.end {
+        return;
+    }
+    let to = span.base + sums[span.first_sum + group.x] + up_to - polygons_of(own);
+    let first = handles[at].cluster * 64u;
+    list_bits(to, first, own.x);
+    list_bits(to + countOneBits(own.x), first + 32u, own.y);
+}
+
+// Lists polygons from `first` on, a bit each.
+fn list_bits(place: u32, first: u32, mask: u32) {
+    var to = place;
+    var bits = mask;
     while bits != 0u {
-        list[to] = own.x * 16u + firstTrailingBit(bits);
+        list[to] = first + firstTrailingBit(bits);
         bits &= bits - 1u;
         to += 1u;
     }

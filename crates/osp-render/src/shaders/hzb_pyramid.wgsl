@@ -10,6 +10,10 @@ struct Span {
     base: u32,
     args: u32,
     first_polygon: u32,
+    // Draw calls of the page for depth, and as many for colours.
+    draws: u32,
+    // Most polygons of a draw call.
+    draw_len: u32,
 }
 
 struct Params {

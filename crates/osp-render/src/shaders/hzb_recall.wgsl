@@ -8,20 +8,25 @@ struct Span {
     first_sum: u32,
     // Where in the list the page begins.
     base: u32,
-    // Where in `args` the page's draw calls are: the one of this shader, then that of the colours.
+    // Where in `args` the page's count and draw calls are: those of this shader, then those of the colours.
     args: u32,
     first_polygon: u32,
+    // Draw calls of the page for depth, and as many for colours.
+    draws: u32,
+    // Most polygons of a draw call.
+    draw_len: u32,
 }
 
 struct Handle {
-    block: u32,
-    mask: u32,
-    place: u32,
+    // Its first polygon is 64 times this.
+    cluster: u32,
+    low: u32,
+    high: u32,
 }
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
-@group(0) @binding(2) var<storage, read> remembered: array<u32>;
+@group(0) @binding(2) var<storage, read> remembered: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read_write> recalled: array<u32>;
 @group(0) @binding(4) var<storage, read_write> args: array<atomic<u32>>;
 
@@ -33,22 +38,44 @@ var<workgroup> first: u32;
 @compute @workgroup_size(LANES)
 fn recall(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let at = span.first + group.x * LANES + lane;
-    var bits = 0u;
-    var block = 0u;
+    var mask = vec2(0u);
+    var cluster = 0u;
     if at < span.end {
         let handle = handles[at];
-        block = handle.block;
-        bits = handle.mask & remembered[block];
+        cluster = handle.cluster;
+        mask = vec2(handle.low, handle.high) & remembered[cluster];
     }
-    let own = atomicAdd(&count, countOneBits(bits));
+    let own = atomicAdd(&count, countOneBits(mask.x) + countOneBits(mask.y));
     workgroupBarrier();
     if lane == 0u {
-        first = atomicAdd(&args[span.args], atomicLoad(&count) * 6u) / 6u;
+        let polygons = atomicLoad(&count);
+        first = atomicAdd(&args[span.args], polygons);
+        atomicAdd(&args[1], polygons);
+        add_to_draws(first, first + polygons);
     }
     workgroupBarrier();
-    var to = span.base + first + own;
+    let to = span.base + first + own;
+    list_bits(to, cluster * 64u, mask.x);
+    list_bits(to + countOneBits(mask.x), cluster * 64u + 32u, mask.y);
+}
+
+// Adds places of the page to the draw calls that draw them.
+fn add_to_draws(begin: u32, end: u32) {
+    var at = begin;
+    while at < end {
+        let draw = at / span.draw_len;
+        let next = min((draw + 1u) * span.draw_len, end);
+        atomicAdd(&args[span.args + 1u + draw * 5u], (next - at) * 6u);
+        at = next;
+    }
+}
+
+// Lists polygons from `first` on, a bit each.
+fn list_bits(place: u32, first: u32, mask: u32) {
+    var to = place;
+    var bits = mask;
     while bits != 0u {
-        recalled[to] = block * 16u + firstTrailingBit(bits);
+        recalled[to] = first + firstTrailingBit(bits);
         bits &= bits - 1u;
         to += 1u;
     }

@@ -11,6 +11,10 @@ struct Span {
     args: u32,
     // The first polygon of the chunk.
     first_polygon: u32,
+    // Draw calls of the page for depth, and as many for colours.
+    draws: u32,
+    // Most polygons of a draw call.
+    draw_len: u32,
 }
 
 struct Params {
@@ -33,9 +37,10 @@ struct View {
 }
 
 struct Handle {
-    block: u32,
-    mask: u32,
-    place: u32,
+    // Its first polygon is 64 times this.
+    cluster: u32,
+    low: u32,
+    high: u32,
 }
 
 struct Polygon {
@@ -48,7 +53,8 @@ struct Polygon {
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var<uniform> view: View;
 @group(0) @binding(3) var<storage, read> handles: array<Handle>;
-@group(0) @binding(4) var<storage, read_write> remembered: array<u32>;
+@group(0) @binding(4) var<storage, read_write> remembered: array<vec2<u32>>;
+// The mask of each handle, without hidden polygons.
 @group(0) @binding(5) var<storage, read_write> kept: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 @group(0) @binding(7) var<storage, read_write> list: array<u32>;
@@ -402,7 +408,7 @@ var<workgroup> bounds: array<Bound, LANES>;
 var<workgroup> lows: array<vec3<f32>, LANES>;
 var<workgroup> highs: array<vec3<f32>, LANES>;
 var<workgroup> are_hidden: array<u32, LANES>;
-var<workgroup> visible: array<atomic<u32>, 4>;
+var<workgroup> visible: array<atomic<u32>, 2>;
 
 // The box around the polygons of a group, from the lane on: all of its corners on the picture.
 fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
@@ -425,24 +431,15 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     return bound;
 }
 
-fn handle_at(at: u32) -> Handle {
-    var handle: Handle;
-    if at < span.end {
-        handle = handles[at];
-    }
-    return handle;
-}
-
-// Leaves in `visible` what is not hidden. One lane for a polygon, sixteen for a handle.
+// Leaves in `visible` what is not hidden. A lane for each polygon of the cluster.
 fn find_visible(handle: Handle, lane: u32) {
-    let bit = lane % 16u;
-    let is_on = ((handle.mask >> bit) & 1u) == 1u;
+    let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
     var polygon: Polygon;
     bounds[lane] = nothing();
     lows[lane] = vec3(1.0e30);
     highs[lane] = vec3(-1.0e30);
     if is_on {
-        polygon = chunk[handle.block * 16u + bit - span.first_polygon];
+        polygon = chunk[handle.cluster * 64u + lane - span.first_polygon];
         bounds[lane] = bound_of(polygon);
         if params.bound == BY_BOX {
             let a = corner(polygon, 0u);
@@ -472,31 +469,30 @@ fn find_visible(handle: Handle, lane: u32) {
         is_hidden = is_polygon_hidden(polygon);
     }
     if is_on && !is_hidden {
-        atomicOr(&visible[lane / 16u], 1u << bit);
+        atomicOr(&visible[lane / 32u], 1u << (lane % 32u));
     }
     workgroupBarrier();
 }
 
 @compute @workgroup_size(LANES)
 fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let at = span.first + group.x * 4u + lane / 16u;
-    let handle = handle_at(at);
+    let at = span.first + group.x;
+    let handle = handles[at];
     find_visible(handle, lane);
-    if lane % 16u == 0u && at < span.end {
-        let mask = atomicLoad(&visible[lane / 16u]);
-        kept[handle.place] = vec2(handle.block, mask);
-        remembered[handle.block] = mask;
+    if lane == 0u {
+        let mask = vec2(atomicLoad(&visible[0]), atomicLoad(&visible[1]));
+        kept[at] = mask;
+        remembered[handle.cluster] = mask;
     }
 }
 
 // The same after all in view has been drawn, for the next frame alone.
 @compute @workgroup_size(LANES)
 fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let at = span.first + group.x * 4u + lane / 16u;
-    let handle = handle_at(at);
+    let handle = handles[span.first + group.x];
     find_visible(handle, lane);
-    if lane % 16u == 0u && at < span.end {
-        remembered[handle.block] = atomicLoad(&visible[lane / 16u]);
+    if lane == 0u {
+        remembered[handle.cluster] = vec2(atomicLoad(&visible[0]), atomicLoad(&visible[1]));
     }
 }
 

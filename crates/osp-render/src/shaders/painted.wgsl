@@ -113,13 +113,13 @@ fn unpack_normal(word: u32) -> vec3<f32> {
 @vertex
 fn vertex_painted(@builtin(vertex_index) index: u32, @builtin(instance_index) style: u32) -> Painted {
     var out: Painted;
-    let id = polygon_at(index / 6u);
+    let id = polygon_at(index / 4u);
     if id == NOTHING {
         out.position = NOWHERE;
         return out;
     }
     let polygon = fetch(id);
-    let corner = corner_of(index);
+    let corner = index % 4u;
     let point = painted_point(polygon, corner);
     let flags = polygon.corners[2].w;
     out.position = view.clip_from_eye * vec4(point, 1.0);
@@ -147,8 +147,8 @@ struct Cut {
 // For a pass without colours, which draws listed polygons alone.
 @vertex
 fn vertex_cut(@builtin(vertex_index) index: u32) -> Cut {
-    let polygon = fetch(draw_list[index / 6u]);
-    let corner = corner_of(index);
+    let polygon = fetch(draw_list[index / 4u]);
+    let corner = index % 4u;
     let alpha = f32((polygon.corners[1].w >> (8u * corner)) & 0xffu) / 255.0;
     var out: Cut;
     out.position = view.clip_from_eye * vec4(painted_point(polygon, corner), 1.0);

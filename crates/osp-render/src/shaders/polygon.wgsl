@@ -1,4 +1,4 @@
-// Polygons by vertex pulling: six vertices a polygon, the polygon's number from the draw list, its corners from the
+// Polygons by vertex pulling: four vertices a polygon, the polygon's number from the draw list, its corners from the
 // chunk that holds it. World space, metres; clip space with reversed depth. Colours are drawn as the screen takes them:
 // sRGB numbers.
 
@@ -81,6 +81,22 @@ fn fetch(id: u32) -> Polygon {
     }
 }
 
+// One corner of it, relative to the eye: a pass without colours reads no more.
+fn fetch_point(id: u32, corner: u32) -> vec3<f32> {
+    let slot = id % CHUNK_LEN;
+    var words: vec4<u32>;
+    switch (id / CHUNK_LEN) % CHUNKS_A_PAGE {
+        case 0u: { words = chunk_0[slot].corners[corner]; }
+        case 1u: { words = chunk_1[slot].corners[corner]; }
+        case 2u: { words = chunk_2[slot].corners[corner]; }
+        case 3u: { words = chunk_3[slot].corners[corner]; }
+        case 4u: { words = chunk_4[slot].corners[corner]; }
+        case 5u: { words = chunk_5[slot].corners[corner]; }
+        default: { words = chunk_6[slot].corners[corner]; }
+    }
+    return bitcast<vec3<f32>>(words.xyz) - view.eye_in_world.xyz;
+}
+
 fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
     return select(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, c <= vec3(0.04045));
 }
@@ -103,13 +119,11 @@ fn brightness(normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
 
 // What no brush has painted, from its own colour: light is counted linear.
 fn plain_color(own: vec3<f32>, style: Style, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
-    let color = mix(linear_from_srgb(own), linear_from_srgb(style.tint.rgb), style.tint.a);
+    var color = linear_from_srgb(own);
+    if style.tint.a > 0.0 {
+        color = mix(color, linear_from_srgb(style.tint.rgb), style.tint.a);
+    }
     return srgb_from_linear(color * (brightness(normal, to_eye) + style.more.y));
-}
-
-// Two triangles: corners 0 1 2 and 0 2 3, a hexadecimal digit each from the right.
-fn corner_of(index: u32) -> u32 {
-    return (0x320210u >> (4u * (index % 6u))) & 3u;
 }
 
 // Relative to the eye.
@@ -138,13 +152,13 @@ fn color_of(polygon: Polygon, style: Style) -> vec4<f32> {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_index: u32) -> Corner {
     var out: Corner;
-    let id = polygon_at(index / 6u);
+    let id = polygon_at(index / 4u);
     if id == NOTHING {
         out.position = NOWHERE;
         return out;
     }
     let polygon = fetch(id);
-    out.position = view.clip_from_eye * vec4(point_of(polygon, corner_of(index)), 1.0);
+    out.position = view.clip_from_eye * vec4(point_of(polygon, index % 4u), 1.0);
     out.color = color_of(polygon, view.styles[style_index]);
     return out;
 }
@@ -152,7 +166,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
 // For a pass without colours, which draws listed polygons alone.
 @vertex
 fn vertex_depth(@builtin(vertex_index) index: u32) -> @invariant @builtin(position) vec4<f32> {
-    return view.clip_from_eye * vec4(point_of(fetch(draw_list[index / 6u]), corner_of(index)), 1.0);
+    return view.clip_from_eye * vec4(fetch_point(draw_list[index / 4u], index % 4u), 1.0);
 }
 
 @fragment

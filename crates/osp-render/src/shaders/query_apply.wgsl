@@ -10,12 +10,17 @@ struct Span {
     base: u32,
     args: u32,
     first_polygon: u32,
+    // Draw calls of the page for depth, and as many for colours.
+    draws: u32,
+    // Most polygons of a draw call.
+    draw_len: u32,
 }
 
 struct Handle {
-    block: u32,
-    mask: u32,
-    place: u32,
+    // Its first polygon is 64 times this.
+    cluster: u32,
+    low: u32,
+    high: u32,
 }
 
 @group(0) @binding(0) var<uniform> span: Span;
@@ -24,7 +29,7 @@ struct Handle {
 @group(0) @binding(2) var<storage, read> queries: array<u32>;
 // Samples counted, 64 bits each.
 @group(0) @binding(3) var<storage, read> results: array<vec2<u32>>;
-@group(0) @binding(4) var<storage, read_write> remembered: array<u32>;
+@group(0) @binding(4) var<storage, read_write> remembered: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read_write> kept: array<vec2<u32>>;
 
 const NOTHING: u32 = 0xffffffffu;
@@ -37,10 +42,10 @@ fn apply(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     let handle = handles[at];
     let query = queries[at];
-    var mask = handle.mask;
+    var mask = vec2(handle.low, handle.high);
     if query != NOTHING && all(results[query] == vec2(0u)) {
-        mask = 0u;
+        mask = vec2(0u);
     }
-    kept[handle.place] = vec2(handle.block, mask);
-    remembered[handle.block] = mask;
+    kept[at] = mask;
+    remembered[handle.cluster] = mask;
 }

@@ -32,13 +32,13 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
 @vertex
 fn vertex_shadow(@builtin(vertex_index) index: u32) -> Cut {
     var out: Cut;
-    let id = polygon_at(index / 6u);
+    let id = polygon_at(index / 4u);
     if id == NOTHING {
         out.position = NOWHERE;
         return out;
     }
     let polygon = fetch(id);
-    let corner = corner_of(index);
+    let corner = index % 4u;
     let alpha = f32((polygon.corners[1].w >> (8u * corner)) & 0xffu) / 255.0;
     out.position = view.clip_from_eye * vec4(point_of(polygon, corner), 1.0);
     out.texture = vec3(unpack2x16snorm(polygon.uv[corner]) * UV_LIMIT, alpha);

@@ -41,7 +41,8 @@ impl Pair {
         occlusion: GpuMethod,
         chunk_len: usize,
     ) -> Option<Self> {
-        let config_of = RendererConfig { chunk_len, ..RendererConfig::default() };
+        // Several draw calls a page where chunks are small.
+        let config_of = RendererConfig { chunk_len, draw_len: chunk_len / 4, ..RendererConfig::default() };
         let drawer = || Offscreen::on(Arc::clone(gpu), width, height, &config_of).expect("a drawer");
         let mut culled = drawer();
         match culled.set_occlusion_with(occlusion.0, occlusion.1) {

@@ -120,7 +120,7 @@ fn small_chunks_and_many_pages_give_the_same_picture() {
     let mut scene = Scene::new();
     apply(&mut scene, &sketch());
     // Opaque scenes only: transparent ones are sorted over all pages, which the other tests see.
-    let config = RendererConfig { chunk_len: 100, ..RendererConfig::default() };
+    let config = RendererConfig { chunk_len: 100, draw_len: 30, ..RendererConfig::default() };
     let mut paged = Offscreen::on(Arc::clone(&gpu), SIZE.0, SIZE.1, &config).expect("a drawer");
     let mut whole = drawer(&gpu);
     for view in eyes() {
