@@ -1,8 +1,8 @@
 //! Frame times by stage on this machine's graphics adapter, as Markdown tables.
 //!
-//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--methods none,hzb] [--frames 120]`
+//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 120]`
 //!
-//! A drawn model stands, the camera turns, and each frame sixteen polygons are removed and sixteen others come back. All
+//! A synthetic model, or the end of a session, stands. The camera turns, and each frame sixteen polygons are removed and sixteen others come back. All
 //! methods of occlusion culling take turns, frame by frame, and share the polygons on the adapter. Two pictures are drawn:
 //! one of 1,920 x 1,080, and two of 2,000 x 2,000 for the eyes of a headset, at whose 90 Hz a frame has 11.1 ms.
 //!
@@ -11,7 +11,7 @@
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
-use std::{collections::VecDeque, error::Error, sync::Arc, time::Instant};
+use std::{collections::VecDeque, error::Error, path::PathBuf, sync::Arc, time::Instant};
 
 use hdrhistogram::Histogram;
 use osp::{
@@ -26,7 +26,7 @@ use osp_lab::Method;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig};
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{SynthKind, synthesize},
+    recording::{Event, OpenOptions, SynthKind, open, synthesize},
     replay::{CameraChoice, CameraPath, Moment},
     scene::Scene,
 };
@@ -226,6 +226,8 @@ const HEAD: &str = "\
 /// What the command line asks for.
 struct Wanted {
     sizes: Vec<u32>,
+    /// Sessions in place of synthetic models.
+    files: Vec<PathBuf>,
     methods: Vec<Method>,
     frames: usize,
 }
@@ -239,6 +241,7 @@ impl Wanted {
             } else {
                 vec![10_000, 100_000, 1_000_000, 10_000_000]
             },
+            files: Vec::new(),
             methods: vec![Method::NONE, Method::Hzb, Occlusion::Auto.into(), Occlusion::Msvbsp.into()],
             frames: if is_software { 12 } else { 360 },
         };
@@ -247,6 +250,7 @@ impl Wanted {
             let mut value = || words.pop_front().ok_or(format!("{word}: expected a value"));
             match word.as_str() {
                 "--sizes" => wanted.sizes = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?,
+                "--files" => wanted.files = value()?.split(',').map(PathBuf::from).collect(),
                 "--frames" => wanted.frames = value()?.parse()?,
                 "--methods" => {
                     let found = |name: &str| {
@@ -258,7 +262,7 @@ impl Wanted {
                 // What cargo adds, and what it says to every bench when tests are run.
                 "--bench" => {}
                 "--test" => (wanted.sizes, wanted.frames) = (vec![1000], 2),
-                _ => return Err(format!("`{word}`: expected --sizes, --methods or --frames").into()),
+                _ => return Err(format!("`{word}`: expected --sizes, --files, --methods or --frames").into()),
             }
         }
         if wanted.sizes.iter().any(|&size| size < 1000) {
@@ -268,12 +272,19 @@ impl Wanted {
     }
 }
 
-fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn Error>> {
+/// The scene at the end of a session.
+fn end_of<E: Error + 'static>(
+    events: impl Iterator<Item = Result<Event, E>>,
+) -> Result<Scene, Box<dyn Error>> {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
-    for event in synthesize(SynthKind::Scribble, polygons, 1) {
+    for event in events {
         scene.apply(&event?, &mut changes);
         changes.clear();
     }
+    Ok(scene)
+}
+
+fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, name: &str, scene: &Scene) -> Result<(), Box<dyn Error>> {
     let ids: Vec<PolygonId> = scene.visible_ids().collect();
     let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(&scene.bounds(id)));
     let all: Vec<Change> = ids.iter().copied().map(Change::Insert).collect();
@@ -292,7 +303,7 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn
                 for view in first_view..first_view + pictures.eyes.len() {
                     drawer.set_occlusion_of(view, method.while_drawing())?;
                 }
-                lanes.push(Measured::new(method, &scene, &bounds, first_view)?);
+                lanes.push(Measured::new(method, scene, &bounds, first_view)?);
             }
             for frame in 0..WARM_UP + wanted.frames {
                 // Those that the frame before has removed come back.
@@ -311,13 +322,13 @@ fn measure(gpu: &Arc<Gpu>, wanted: &Wanted, polygons: u32) -> Result<(), Box<dyn
                     .collect();
                 for turn in 0..lanes.len() {
                     let at = (turn + frame) % lanes.len();
-                    lanes[at].frame(&mut drawer, &scene, &changes, &views, frame >= WARM_UP)?;
+                    lanes[at].frame(&mut drawer, scene, &changes, &views, frame >= WARM_UP)?;
                 }
             }
             let middle = path.view(&Moment::default()).with_aspect(width as f32 / height as f32);
-            measure_nothing(&mut drawer, &scene, &vec![middle; pictures.eyes.len()], wanted.frames)?;
+            measure_nothing(&mut drawer, scene, &vec![middle; pictures.eyes.len()], wanted.frames)?;
             let place = if camera == CameraChoice::Inside { "from inside" } else { "from outside" };
-            println!("\n{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
+            println!("\n{name}{} polygons, {place}, {}:\n\n{HEAD}", ids.len(), pictures.name);
             for (method, lane) in wanted.methods.iter().zip(&lanes) {
                 println!("{}", lane.row(method.name()));
             }
@@ -336,5 +347,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let wanted = Wanted::read(gpu.is_software())?;
     println!("{}, milliseconds, medians of {} frames", gpu.name(), wanted.frames);
-    wanted.sizes.iter().try_for_each(|&polygons| measure(&gpu, &wanted, polygons))
+    for path in &wanted.files {
+        let scene = end_of(open(path, &OpenOptions::LENIENT)?)?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        measure(&gpu, &wanted, &format!("{name}: "), &scene)?;
+    }
+    let sizes = if wanted.files.is_empty() { &wanted.sizes[..] } else { &[] };
+    sizes.iter().try_for_each(|&polygons| {
+        measure(&gpu, &wanted, "", &end_of(synthesize(SynthKind::Scribble, polygons, 1))?)
+    })
 }

@@ -59,7 +59,9 @@ async function open(set) {
   const path = inFolder ? inFolder.path.replace(/\/[^/]*$/, '') : session.path;
   said.textContent = `reading ${path.split('/').pop()}…`;
   await nextFrame();
-  osp.replay(path);
+  // Sketches of other programs are looked at first; recordings are played.
+  if (/\.ron(\.zst)?$/i.test(path)) osp.replay(path);
+  else osp.show(path);
 }
 
 async function openFiles(list) {

@@ -67,6 +67,12 @@ pub fn replay(path: &str) {
     page::wish(Wish::Replay(PathBuf::from(path)));
 }
 
+/// Reads a file in the page's memory for a replay, and shows the finished model first.
+#[wasm_bindgen]
+pub fn show(path: &str) {
+    page::wish(Wish::Show(PathBuf::from(path)));
+}
+
 /// Draws on a copy of a file in the page's memory.
 #[wasm_bindgen]
 pub fn draw_on(path: &str) {

@@ -67,8 +67,10 @@ pub enum Command {
     GoToView(u32),
     /// Write each frame as a picture, or end that.
     Frames,
-    /// Step back until everything is in view.
+    /// Step back until the model is in view, without strays far from it.
     ShowAll,
+    /// Show the finished model of a replay as its artist last saw it.
+    ShowFinished,
     /// Turn the camera to the point under the pointer.
     LookAtPointer,
     /// Stop moving the culling camera, or let it follow the view again.

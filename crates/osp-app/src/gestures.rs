@@ -52,7 +52,8 @@ pub(super) enum Gesture {
     Erase {
         is_step_open: bool,
     },
-    Orbit,
+    /// Orbits around this point.
+    Orbit(Vec3),
     Look,
     Pan,
     /// Selected strokes are dragged: where on them the pointer took hold, and how far it has gone.

@@ -90,4 +90,4 @@ pub use wall_node::{ShowError, show_node};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::monitors;
 pub use window::{MonitorInfo, WindowError, WindowOptions, run};
-pub use working::{Reading, Waited, WorkShown};
+pub use working::{Reading, ReplayStart, Waited, WorkShown};

@@ -70,6 +70,22 @@ impl Navigator {
         }
     }
 
+    /// Orbits around a point, world space, which stays where it is on the screen. `turn` is in heights of the window.
+    pub fn orbit_about(&mut self, pivot: Vec3, turn: Vec2) {
+        let before = self.world_from_view();
+        self.orbit(turn);
+        let turned = self.world_from_view() * before.inverse();
+        self.target = pivot + rotate(turned, self.target - pivot);
+    }
+
+    /// Comes nearer (positive) to a point, world space, or goes away by steps of a wheel. The point stays where it is on the
+    /// screen.
+    pub fn zoom_to(&mut self, point: Vec3, steps: f32) {
+        let before_m = self.distance_m;
+        self.zoom(steps);
+        self.target = point.lerp(self.target, self.distance_m / before_m);
+    }
+
     /// Orbits around the centre of the view. `turn` is in heights of the window.
     pub fn orbit(&mut self, turn: Vec2) {
         self.yaw = (self.yaw - turn.x * 3.0) % std::f32::consts::TAU;
@@ -184,6 +200,23 @@ mod tests {
         navigator.orbit(Vec2::new(0.3, 5.0));
         assert_eq!(navigator.target(), target);
         assert!(navigator.view(1.0, &Aabb::EMPTY).forward_in_world().is_finite());
+    }
+
+    #[test]
+    fn what_is_orbited_and_zoomed_to_stays_on_the_screen() {
+        let mut navigator = Navigator::default();
+        let point = Vec3::new(0.7, 1.5, -0.4);
+        let place = |navigator: &Navigator| {
+            let clip = navigator.view(1.5, &Aabb::EMPTY).clip_from_world() * point.extend(1.0);
+            Vec2::new(clip.x, clip.y) / clip.w
+        };
+        let (start, distance_m) = (place(&navigator), navigator.eye().distance(point));
+        navigator.orbit_about(point, Vec2::new(0.4, -0.1));
+        assert!(place(&navigator).distance(start) < 1.0e-4);
+        assert!((navigator.eye().distance(point) - distance_m).abs() < 1.0e-4);
+        navigator.zoom_to(point, 3.0);
+        assert!(place(&navigator).distance(start) < 1.0e-4);
+        assert!(navigator.eye().distance(point) < 0.7 * distance_m);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::{
 
 use winit::event_loop::EventLoopProxy;
 
-use super::{command::Command, studio::Studio, window::Wake};
+use super::{command::Command, studio::Studio, window::Wake, working::ReplayStart};
 use osp_session::{
     platform::memory,
     recording::{Camera, OpenOptions, Pace},
@@ -21,6 +21,8 @@ pub use osp_session::platform::USER_FOLDER;
 pub enum Wish {
     /// Replay a session from the beginning.
     Replay(PathBuf),
+    /// Read a session for a replay, and show the finished model first.
+    Show(PathBuf),
     /// Carry out a command.
     Do(Command),
     /// Let the camera go along with that of the replay, or stay where it is.
@@ -197,9 +199,15 @@ pub(super) fn fail(error: &dyn std::error::Error) {
     PAGE.with_borrow_mut(|page| page.state.failure = Some(error.to_string()));
 }
 
+fn replay(studio: &mut Studio, path: &Path, start: ReplayStart) {
+    let (camera, options) = (CameraChoice::Auto, OpenOptions::default());
+    studio.replay_beside(path, Pace::Recorded, camera, &options, start);
+}
+
 pub(super) fn before_frame(studio: &mut Studio) {
     let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
-    let is_end = |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Do(Command::CancelWork));
+    let is_end =
+        |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Show(_) | Wish::Do(Command::CancelWork));
     // Who asks for another session does not wait for this one.
     if studio.is_reading() && wishes.iter().any(is_end) {
         studio.command(Command::CancelWork);
@@ -207,10 +215,8 @@ pub(super) fn before_frame(studio: &mut Studio) {
     let mut wishes = wishes.into_iter().peekable();
     while let Some(wish) = wishes.next_if(|_| !studio.is_reading()) {
         match wish {
-            Wish::Replay(path) => {
-                let (camera, options) = (CameraChoice::Auto, OpenOptions::default());
-                studio.replay_beside(&path, Pace::Recorded, camera, &options);
-            }
+            Wish::Replay(path) => replay(studio, &path, ReplayStart::Playing),
+            Wish::Show(path) => replay(studio, &path, ReplayStart::Finished),
             Wish::Do(command) => studio.command(command),
             Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }

@@ -8,6 +8,7 @@ use glam::{Quat, Vec2, Vec3};
 #[cfg(feature = "live")]
 use super::session::Live;
 use super::{
+    command::Command,
     culling::{Culling, Indexed},
     journal::{Autosaves, Unwritten},
     layers::LayerChoice,
@@ -19,7 +20,7 @@ use super::{
 };
 use osp::{
     frame::StageClock,
-    math::Ray,
+    math::{Ray, rotate},
     polygon::{Change, PolygonId},
     view::View,
 };
@@ -28,6 +29,7 @@ use osp_rivals::IndexKind;
 use osp_session::{
     platform::time::Instant,
     recording::{Event, Limits, StrokeId},
+    replay::main_bounds,
     scene::Stroke,
 };
 
@@ -45,6 +47,9 @@ use parts::{Input, Shown, Work};
 
 /// The message when a person draws on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
+
+/// Frames that a screen shows in a minute, at 60 Hz.
+const FRAMES_OF_A_MINUTE: f64 = 3600.0;
 
 /// Everything of the window but its panels and the GPU: the session, the tools, the camera and the culling.
 ///
@@ -125,12 +130,32 @@ impl Studio {
         let bounds = self.session.bounds();
         self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
-        self.navigator.show_all(&bounds);
-        if !self.session.is_replay()
-            && let Some(camera) = self.session.header().camera
-        {
-            self.navigator.go_to(camera.p, camera.q);
+        if self.session.is_replay() {
+            self.navigator.show_all(&bounds);
+        } else {
+            self.see_as_painted();
         }
+    }
+
+    /// Shows the model as its artist last saw it, or all of it. The camera then orbits about the middle of the model.
+    pub(super) fn see_as_painted(&mut self) {
+        let bounds = main_bounds(self.session.scene(), &self.session.bounds());
+        self.navigator.show_all(&bounds);
+        let Some(camera) = self.session.header().camera else { return };
+        let ahead_m = (bounds.center() - camera.p).dot(rotate(camera.q, Vec3::NEG_Z));
+        let distance_m = if ahead_m > 0.0 { ahead_m } else { self.navigator.distance_m() };
+        self.navigator.go_to_from(camera.p, camera.q, distance_m);
+    }
+
+    /// Shows the finished model of a replay as its artist last saw it, without the grid. Played from there, it is drawn again
+    /// from the beginning, in at most a minute.
+    pub(super) fn show_finished(&mut self) {
+        let Some(frames) = self.session.replay().map(Replay::frame_count) else { return };
+        self.command(Command::Play(false));
+        self.command(Command::Seek(frames));
+        self.command(Command::Speed((frames as f64 / FRAMES_OF_A_MINUTE).max(1.0)));
+        self.layers.grid = false;
+        self.see_as_painted();
     }
 
     pub(super) fn replace(&mut self, session: Session, indexed: Option<Indexed>) {

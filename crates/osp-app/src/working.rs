@@ -243,7 +243,8 @@ impl Reading {
         options: OpenOptions,
         plays: bool,
     ) -> Result<Self, String> {
-        let task = to_play(path, pace, camera, &options, plays, true);
+        let start = if plays { ReplayStart::Playing } else { ReplayStart::Paused };
+        let task = to_play(path, pace, camera, &options, start, true);
         Working::on_thread(reading(path), Kind::Reading, Box::new(task)).map(Self)
     }
 
@@ -280,6 +281,17 @@ pub enum Waited {
     GoesOn(Reading),
 }
 
+/// The state in which a replay appears once it has been read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReplayStart {
+    /// It plays from its first frame.
+    Playing,
+    /// It is paused before its first frame.
+    Paused,
+    /// It shows the finished model as its artist last saw it.
+    Finished,
+}
+
 pub(super) fn reading(path: &Path) -> String {
     format!("reading {}", path.display())
 }
@@ -289,11 +301,11 @@ pub(super) fn to_play(
     pace: Pace,
     camera: CameraChoice,
     options: &OpenOptions,
-    plays: bool,
+    start: ReplayStart,
     is_sole: bool,
 ) -> ToPlay {
     let reader = ReplayReader::new(path, pace, camera, options);
-    ToPlay { path: path.to_owned(), reader, plays, is_sole }
+    ToPlay { path: path.to_owned(), reader, start, is_sole }
 }
 
 /// The progress of background work, for the user.

@@ -253,11 +253,11 @@ function mask(layers) {
 }
 
 /** Cameras of the eyes of a WebXR pose. */
-export function xrCameras(pose, options = {}) {
-  return Array.from(pose.views, ({ projectionMatrix, transform }) => ({
-    ...options,
-    clipFromWorld: product(projectionMatrix, transform.inverse.matrix),
-  }));
+export function xrCameras(pose, options = {}, spaceFromWorld = null) {
+  return Array.from(pose.views, ({ projectionMatrix, transform }) => {
+    const clipFromSpace = product(projectionMatrix, transform.inverse.matrix);
+    return { ...options, clipFromWorld: spaceFromWorld ? product(clipFromSpace, spaceFromWorld) : clipFromSpace };
+  });
 }
 
 /** a * b in double precision, columns one after the other. */

@@ -130,11 +130,13 @@ export class Culler<K extends Key = number> {
 }
 
 /**
- * The cameras of a WebXR pose (`frame.getViewerPose(space)`), one for each view, with the same options; `space` is the world of the boxes.
+ * The cameras of a WebXR pose (`frame.getViewerPose(space)`), one for each view, with the same options. `spaceFromWorld`, 16 numbers,
+ * takes the world of the boxes to `space`; without it both are the same.
  */
 export function xrCameras(
   pose: { views: Iterable<{ projectionMatrix: Float32Array; transform: { inverse: { matrix: Float32Array } } }> },
   options?: Omit<Camera, "clipFromWorld">,
+  spaceFromWorld?: Numbers | null,
 ): Camera[];
 
 /** Hints, not limits. */

@@ -1,5 +1,5 @@
 import type { BatchedMesh, Camera } from "three";
-import type { Numbers, Osp } from "./index.js";
+import type { Camera as ClipCamera, Numbers, Osp } from "./index.js";
 
 /** Hints for the index, in the space of the mesh. */
 export interface CullerOptions {
@@ -25,11 +25,11 @@ export class BatchedMeshCuller {
   /**
    * Once in each frame, before the mesh is drawn: shows what one of the cameras may see and hides the rest; how many are shown. Name
    * the cameras of shadows (with their matrices brought up to date), mirrors, portals and cube maps as well, or they lack what is
-   * beside the view. Instances without a finite box are always shown, and not counted. All instances are shown for an `ArrayCamera`
-   * or one of its cameras (so for `renderer.xr.getCamera()` in WebXR), and where a matrix has no finite inverse: a canvas without
-   * height, a mesh that is scaled to nothing.
+   * beside the view. In WebXR, name the eyes of the frame's pose (`xrCameras`): three.js sets its own cameras only while it draws. All
+   * instances are shown for an `ArrayCamera` or one of its cameras, and where a matrix has no finite inverse: a canvas without height,
+   * a mesh that is scaled to nothing. Instances without a finite box are always shown, and not counted.
    */
-  update(...cameras: Camera[]): number;
+  update(...cameras: (Camera | ClipCamera)[]): number;
 
   /** Leaves the mesh as it was, with all instances visible. A method that was put over the culler's meanwhile stays. */
   dispose(): void;

@@ -171,12 +171,18 @@ export class BatchedMeshCuller {
 
   /** Instances in the index that a camera may see: all of them where nobody knows what it sees. */
   #inViewOf(camera) {
+    if (camera.clipFromWorld !== undefined) {
+      return this.#inClipOf(this.#clipFromMesh.fromArray(camera.clipFromWorld), camera.depth ?? "webgl");
+    }
     if (drawsForSeveralEyes(camera)) return this.#allFiled();
     camera.updateWorldMatrix(true, false);
-    const clipFromMesh = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-    const depth = hasDepthFromZero(camera) ? "webgpu" : "webgl";
+    const clipFromWorld = this.#clipFromMesh.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    return this.#inClipOf(clipFromWorld, hasDepthFromZero(camera) ? "webgpu" : "webgl");
+  }
+
+  #inClipOf(clipFromWorld, depth) {
     try {
-      return this.#osp.cull(clipFromMesh.multiply(this.#mesh.matrixWorld).elements, { depth });
+      return this.#osp.cull(clipFromWorld.multiply(this.#mesh.matrixWorld).elements, { depth });
     } catch (error) {
       // A matrix without an inverse: a canvas without height, a mesh scaled to nothing, a pose that is not finite.
       if (error instanceof RangeError) return this.#allFiled();

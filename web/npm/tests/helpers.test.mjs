@@ -9,6 +9,7 @@ import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import { CreateBox } from "@babylonjs/core/Meshes/Builders/boxBuilder.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/core/Materials/standardMaterial.js";
+import { xrCameras } from "osp-culling";
 import { SceneCuller } from "osp-culling/babylon";
 import { BatchedMeshCuller } from "osp-culling/three";
 import * as THREE from "three";
@@ -107,6 +108,29 @@ test("three.js: cameras for several eyes show everything", () => {
   assert.equal(culler.update(eyes[1]), 2);
   assert.ok(eyes[1].matrixWorld.equals(kept));
   assert.deepEqual(shownOf(mesh), [true, true]);
+  culler.dispose();
+});
+
+test("three.js: the eyes of a WebXR pose are culled, in a rig that has moved, too", () => {
+  const { mesh } = twoInstances();
+  const culler = new BatchedMeshCuller(mesh);
+  const looking = (turn) => {
+    const eye = camera();
+    eye.rotation.y = turn;
+    eye.updateMatrixWorld(true);
+    return { projectionMatrix: eye.projectionMatrix.elements, transform: { inverse: { matrix: eye.matrixWorldInverse.elements } } };
+  };
+  const [ahead, behind] = [looking(0), looking(Math.PI)];
+  assert.equal(culler.update(...xrCameras({ views: [ahead, ahead] })), 1);
+  assert.equal(culler.update(...xrCameras({ views: [ahead, behind] })), 2);
+  assert.equal(culler.update(...xrCameras({ views: [behind] })), 1);
+  // The rig stands turned round: ahead is behind.
+  const rig = new THREE.Matrix4().makeRotationY(Math.PI);
+  culler.update(...xrCameras({ views: [behind] }, {}, rig.clone().invert().elements));
+  const turned = [...culler.visible];
+  culler.update(...xrCameras({ views: [ahead] }));
+  assert.deepEqual(turned, [...culler.visible]);
+  assert.equal(culler.update({ clipFromWorld: new Array(16).fill(0) }), 2, "without an inverse all are shown");
   culler.dispose();
 });
 

@@ -11,6 +11,7 @@ use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Author, Event, Tool},
+    replay::main_bounds,
     scene::Stroke,
 };
 
@@ -60,9 +61,11 @@ impl Studio {
             | Command::TestPattern(_)
             | Command::Calibrate(_) => self.room.rig().is_some(),
             Command::Discard => self.session.journal().is_changed() && !self.session.is_shared(),
-            Command::Play(_) | Command::Seek(_) | Command::Step(_) | Command::Speed(_) => {
-                self.session.is_replay()
-            }
+            Command::Play(_)
+            | Command::Seek(_)
+            | Command::Step(_)
+            | Command::Speed(_)
+            | Command::ShowFinished => self.session.is_replay(),
             _ => true,
         }
     }
@@ -156,9 +159,10 @@ impl Studio {
             }
             Command::Frames => self.toggle_frames(),
             Command::ShowAll => {
-                let bounds = self.session.bounds();
+                let bounds = main_bounds(self.session.scene(), &self.session.bounds());
                 self.navigator.show_all(&bounds);
             }
+            Command::ShowFinished => self.show_finished(),
             Command::LookAtPointer => self.look_at_pointer(self.last_aspect),
             Command::Freeze(freeze) => {
                 self.frozen = freeze.then(|| self.views().iter().map(|view| view.view).collect());

@@ -10,8 +10,8 @@ use crate::{
     session::{OpenError, Opening},
     studio::Studio,
     working::{
-        Done, Kind, Progress, ReadSession, Reading, TURN, Task, ToDraw, Way, Whole, WorkShown, Working,
-        check_model, reading, to_play,
+        Done, Kind, Progress, ReadSession, Reading, ReplayStart, TURN, Task, ToDraw, Way, Whole, WorkShown,
+        Working, check_model, reading, to_play,
     },
 };
 use osp_session::{
@@ -134,9 +134,12 @@ impl Studio {
     fn take_done(&mut self, done: Done) {
         match done {
             Done::Opened { path, how, is_new, outcome } => self.take_opened(&path, how, is_new, outcome),
-            Done::Played { outcome: Ok(session), .. } => {
+            Done::Played { outcome: Ok(session), start, .. } => {
                 session.remarks().iter().for_each(|remark| self.say(remark.clone()));
                 self.replace(*session, None);
+                if start == ReplayStart::Finished {
+                    self.show_finished();
+                }
                 self.tell_of_file(Ok(String::new()));
             }
             Done::Played { is_sole, outcome: Err(error), .. } => self.end_unread(error.into(), is_sole),
@@ -177,16 +180,23 @@ impl Studio {
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 
-    /// Replays a session from its beginning instead of the current one. If reading fails, the current one stays, and
+    /// Replays a session instead of the current one. If reading fails, the current one stays, and
     /// [`Studio::take_unread`] returns the error.
-    pub fn replay_beside(&mut self, path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) {
+    pub fn replay_beside(
+        &mut self,
+        path: &Path,
+        pace: Pace,
+        camera: CameraChoice,
+        options: &OpenOptions,
+        start: ReplayStart,
+    ) {
         if self.is_busy() {
             return;
         }
         // While the session is read, no release of a button arrives.
         self.finish_gestures();
         self.end_hands_strokes();
-        let task = to_play(path, pace, camera, options, true, false);
+        let task = to_play(path, pace, camera, options, start, false);
         self.start(reading(path), Kind::Reading, Box::new(task));
     }
 

@@ -35,7 +35,10 @@ impl Studio {
                 self.input.brush.widen(steps);
                 self.take_width();
             }
-            Input::Wheel(steps) => self.navigator.zoom(steps),
+            Input::Wheel(steps) => {
+                let point = self.point_to_turn_about(aspect);
+                self.navigator.zoom_to(point, steps);
+            }
             Input::Leave => {
                 if self.input.gestures.gesture.is_none() {
                     self.input.gestures.pointer = None;
@@ -64,9 +67,9 @@ impl Studio {
         let gesture = match (button, held) {
             (Button::Primary, Held { alt: false, .. }) => self.press_tool(at, size_px, aspect),
             (Button::Middle, _) | (_, Held { shift: true, .. }) => Some(Gesture::Pan),
-            (Button::Primary, _) => Some(Gesture::Orbit),
+            (Button::Primary, _) => Some(Gesture::Orbit(self.point_to_turn_about(aspect))),
             (Button::Secondary, Held { alt: true, .. }) => Some(Gesture::Look),
-            (Button::Secondary, _) => Some(Gesture::Orbit),
+            (Button::Secondary, _) => Some(Gesture::Orbit(self.point_to_turn_about(aspect))),
         };
         self.input.gestures.gesture = gesture;
     }
@@ -126,7 +129,7 @@ impl Studio {
                 self.mirror_events(first);
             }
             Gesture::Erase { .. } => self.erase_along(before, at, size_px),
-            Gesture::Orbit => self.navigator.orbit(by),
+            Gesture::Orbit(pivot) => self.navigator.orbit_about(pivot, by),
             Gesture::Look => self.navigator.look(by),
             Gesture::Pan => self.navigator.pan(by),
             Gesture::Move { from, .. } => {
@@ -329,13 +332,21 @@ impl Studio {
 
     /// Turns the eye to the point under the pointer.
     pub(crate) fn look_at_pointer(&mut self, aspect: f32) {
-        let Some((view, on_screen)) = self.input.gestures.pointer.and_then(|at| self.view_at(at, aspect))
-        else {
-            return;
-        };
-        let ray = view.ray_through(on_screen);
-        if let Some((_, t)) = self.pick(&ray, |_| true) {
-            self.navigator.look_at(ray.origin + ray.direction * t);
+        if let Some(point) = self.point_under_pointer(aspect) {
+            self.navigator.look_at(point);
         }
+    }
+
+    /// The point of the model under the pointer, world space.
+    fn point_under_pointer(&mut self, aspect: f32) -> Option<Vec3> {
+        let (view, on_screen) = self.input.gestures.pointer.and_then(|at| self.view_at(at, aspect))?;
+        let ray = view.ray_through(on_screen);
+        let (_, t) = self.pick(&ray, |_| true)?;
+        Some(ray.origin + ray.direction * t)
+    }
+
+    /// The point of the model under the pointer; where there is none, the centre of the view.
+    fn point_to_turn_about(&mut self, aspect: f32) -> Vec3 {
+        self.point_under_pointer(aspect).unwrap_or(self.navigator.target())
     }
 }

@@ -16,6 +16,10 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &
         if ui.button(">").on_hover_text("next frame (.)").clicked() {
             wishes.commands.push(Command::Step(1));
         }
+        let finished = ui.button("Finished").on_hover_text("the finished model, as its artist last saw it");
+        if finished.clicked() {
+            wishes.commands.push(Command::ShowFinished);
+        }
         let mut speed = replay.speed();
         let slider = Slider::new(&mut speed, 0.1..=100.0).logarithmic(true).suffix(" x").max_decimals(1);
         ui.spacing_mut().slider_width = 70.0;

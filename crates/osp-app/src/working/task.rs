@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use super::progress::Progress;
+use super::{ReplayStart, progress::Progress};
 use crate::{
     culling::{CullingPlan, Indexed, Indexing},
     journal::Autosaves,
@@ -29,6 +29,7 @@ pub(crate) enum Done {
     Played {
         path: PathBuf,
         is_sole: bool,
+        start: ReplayStart,
         outcome: Result<Box<Session>, RecordingError>,
     },
     Opened {
@@ -62,7 +63,7 @@ pub(crate) trait Task: Send {
 pub(crate) struct ToPlay {
     pub(crate) path: PathBuf,
     pub(crate) reader: ReplayReader,
-    pub(crate) plays: bool,
+    pub(crate) start: ReplayStart,
     pub(crate) is_sole: bool,
 }
 
@@ -73,10 +74,10 @@ impl Task for ToPlay {
             false => Err(RecordingError::io(&self.path, io::ErrorKind::Interrupted.into())),
         };
         let outcome = session.transpose()?.map(|mut session| {
-            session.play(self.plays);
+            session.play(self.start == ReplayStart::Playing);
             Box::new(session)
         });
-        Some(Done::Played { path: self.path.clone(), is_sole: self.is_sole, outcome })
+        Some(Done::Played { path: self.path.clone(), is_sole: self.is_sole, start: self.start, outcome })
     }
 }
 

@@ -1,13 +1,20 @@
 //! Views that a session keeps, and frames for a video.
 
-use std::fs;
+use std::{
+    f32::consts::PI,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use osp::glam::{Quat, Vec2, Vec3};
-use osp_app::{Button, Command, Held, Input};
+use osp_app::{Button, Command, Held, Input, ReplayStart};
 use osp_render::Image;
-use osp_session::recording::{self, Event, OpenOptions};
+use osp_session::{
+    recording::{self, Camera, Event, Flush, Header, OpenOptions, Pace, RonWriter, SynthKind, synthesize},
+    replay::CameraChoice,
+};
 
 use crate::{
     drawing::{Table, across},
@@ -46,6 +53,64 @@ fn a_kept_view_is_gone_to_also_when_the_session_is_opened_again() {
     table.frame();
     let (p, q) = eye(&table);
     assert!(p.distance(kept.0) < 1.0e-4 && q.dot(kept.1).abs() > 0.99999, "{p} {q}");
+}
+
+/// A session whose header has the view of its artist, from behind.
+fn session_with_camera(folder: &Path) -> (PathBuf, Camera) {
+    let (path, camera) = (
+        folder.join("artist.ron"),
+        Camera {
+            p: Vec3::new(0.3, 1.4, -3.0),
+            q: Quat::from_rotation_y(PI),
+            fov_degrees: 50.0,
+            near_m: None,
+        },
+    );
+    let header = Header { camera: Some(camera), ..Header::new("artist", "synthesized") };
+    let mut writer = RonWriter::create(&path, &header, Flush::AtEnd).expect("a header");
+    for event in synthesize(SynthKind::Portrait, 300, 1) {
+        writer.write(&event.expect("an event")).expect("written");
+    }
+    writer.finish().expect("flushed");
+    (path, camera)
+}
+
+#[test]
+fn a_session_opens_as_its_artist_saw_it_and_a_drag_keeps_the_model_in_the_picture() {
+    let mut table = Table::new();
+    let (path, camera) = session_with_camera(table.folder.path());
+    table.studio.command(Command::Open(path));
+    table.frame();
+    let (p, q) = eye(&table);
+    assert!(p.distance(camera.p) < 1.0e-4 && q.dot(camera.q).abs() > 0.99999, "{p} {q}");
+    // The pointer lies on nothing: the camera orbits about the middle of the model.
+    table.drag(Button::Secondary, &[(0.95, 0.95), (0.2, 0.9), (-0.6, 0.95)]);
+    let middle = table.studio.session().bounds().center();
+    let view = table.studio.views()[0].view;
+    let clip = view.clip_from_world() * middle.extend(1.0);
+    assert!(view.eye_in_world.distance(camera.p) > 0.5, "it has turned");
+    assert!(clip.w > 0.0 && clip.x.abs().max(clip.y.abs()) < 0.5 * clip.w, "{clip}");
+}
+
+#[test]
+fn a_replay_may_begin_with_the_finished_model_and_plays_from_there_in_a_minute() {
+    let mut table = Table::new();
+    let (path, camera) = session_with_camera(table.folder.path());
+    let options = OpenOptions::default();
+    table.studio.replay_beside(&path, Pace::Samples(1), CameraChoice::Auto, &options, ReplayStart::Finished);
+    table.frame();
+    let replay = table.studio.session().replay().expect("a replay");
+    let frames = replay.frame_count();
+    assert!(frames > 0 && replay.position() == frames && !replay.is_playing());
+    assert!((replay.speed() - (frames as f64 / 3600.0).max(1.0)).abs() < 1.0e-9);
+    assert!(table.visible() > 100);
+    assert!(eye(&table).0.distance(camera.p) < 1.0e-4);
+    table.studio.command(Command::Play(true));
+    table.frame();
+    assert!(table.studio.session().replay().expect("a replay").position() < frames);
+    table.studio.command(Command::ShowFinished);
+    table.frame();
+    assert!(eye(&table).0.distance(camera.p) < 1.0e-4);
 }
 
 #[test]

@@ -8,7 +8,9 @@ use osp::{
     index::{IndexConfig, Osp},
     occlusion::Occlusion,
 };
-use osp_app::{Access, Autosaves, Button, Command, Opening, Replay, ReplayReader, Session, Studio};
+use osp_app::{
+    Access, Autosaves, Button, Command, Opening, Replay, ReplayReader, ReplayStart, Session, Studio,
+};
 use osp_session::{
     recording::{OpenOptions, Pace},
     replay::{CameraChoice, SessionFingerprint, fingerprint_of_frame},
@@ -203,7 +205,8 @@ fn a_replay_takes_the_place_of_a_sketch_or_leaves_it_there() {
     let mut table = Table::new();
     let (drawn, visible, path) = before(&mut table);
     let replay = |studio: &mut Studio, path: &PathBuf| {
-        studio.replay_beside(path, Pace::Recorded, CameraChoice::Auto, &OpenOptions::default());
+        let options = OpenOptions::default();
+        studio.replay_beside(path, Pace::Recorded, CameraChoice::Auto, &options, ReplayStart::Playing);
     };
     let is_left = |table: &Table| {
         let document = table.studio.session();

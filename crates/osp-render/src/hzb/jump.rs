@@ -22,10 +22,14 @@ impl LastLook {
     /// Takes the record of the next frame, and returns whether its view has jumped. A view jumps if most polygons in view
     /// were not in the last frame, or if the eye has moved so far that the old occluders need not hide any more. With such a
     /// fast eye every other frame jumps; the others recall the polygons found visible just before.
-    pub(super) fn jumps_to(&mut self, eye_in_world: Vec3, handles: &[Handle], scene: &Scene) -> bool {
-        let count: u32 = handles.iter().map(|handle| handle.bits().count_ones()).sum();
-        let has_jumped = count > 0
-            && (2 * common(&self.handles, handles) < count
+    pub(super) fn jumps_to(
+        &mut self,
+        eye_in_world: Vec3,
+        (handles, polygons): (&[Handle], u32),
+        scene: &Scene,
+    ) -> bool {
+        let has_jumped = polygons > 0
+            && (!have_common(&self.handles, handles, polygons.div_ceil(2))
                 || !self.has_jumped
                     && eye_in_world.distance(self.eye_in_world)
                         > FAR_PART * usual_distance_m(handles, eye_in_world, scene));
@@ -37,8 +41,8 @@ impl LastLook {
     }
 }
 
-/// Polygons that both have.
-fn common(a: &[Handle], b: &[Handle]) -> u32 {
+/// Whether both have at least so many polygons.
+fn have_common(a: &[Handle], b: &[Handle], least: u32) -> bool {
     let mut a = a.iter().peekable();
     let mut common = 0;
     for handle in b {
@@ -46,8 +50,11 @@ fn common(a: &[Handle], b: &[Handle]) -> u32 {
         if let Some(same) = a.peek().filter(|same| same.cluster == handle.cluster) {
             common += (same.bits() & handle.bits()).count_ones();
         }
+        if common >= least {
+            return true;
+        }
     }
-    common
+    common >= least
 }
 
 /// The median of some polygons' distances from the eye, metres.
@@ -81,9 +88,14 @@ mod tests {
     }
 
     /// Polygons of three clusters.
-    fn handles(bits: [u64; 3]) -> Vec<Handle> {
+    fn handles(bits: [u64; 3]) -> (Vec<Handle>, u32) {
         let all = bits.into_iter().zip(0..).map(|(bits, cluster)| Handle::new(cluster * CLUSTER, bits));
-        all.filter(|handle| handle.bits() != 0).collect()
+        let count = bits.iter().map(|bits| bits.count_ones()).sum();
+        (all.filter(|handle| handle.bits() != 0).collect(), count)
+    }
+
+    fn jumps(last: &mut LastLook, eye: Vec3, (handles, count): (Vec<Handle>, u32), scene: &Scene) -> bool {
+        last.jumps_to(eye, (&handles, count), scene)
     }
 
     #[test]
@@ -92,20 +104,20 @@ mod tests {
         let mut last = LastLook::default();
         let eye = Vec3::new(24.0, 0.0, 10.0);
         let all = handles([u64::MAX; 3]);
-        assert!(last.jumps_to(eye, &all, &scene), "the first frame");
-        assert!(!last.jumps_to(eye, &all, &scene));
+        assert!(jumps(&mut last, eye, all.clone(), &scene), "the first frame");
+        assert!(!jumps(&mut last, eye, all.clone(), &scene));
         // All of it was in view, then half, then less.
-        assert!(!last.jumps_to(eye, &handles([0, 0xFFFF_FFFF, 0]), &scene));
-        assert!(!last.jumps_to(eye, &handles([0xFFFF, 0xFFFF, 0]), &scene));
-        assert!(last.jumps_to(eye, &handles([0xFFFF_FFFF, 0xF, 0xFF]), &scene));
+        assert!(!jumps(&mut last, eye, handles([0, 0xFFFF_FFFF, 0]), &scene));
+        assert!(!jumps(&mut last, eye, handles([0xFFFF, 0xFFFF, 0]), &scene));
+        assert!(jumps(&mut last, eye, handles([0xFFFF_FFFF, 0xF, 0xFF]), &scene));
         // The polygons are about 10 to 26 m away.
-        last.jumps_to(eye, &all, &scene);
-        assert!(!last.jumps_to(eye + Vec3::Y * 4.0, &all, &scene));
-        assert!(last.jumps_to(eye - Vec3::Y * 16.0, &all, &scene));
-        assert!(!last.jumps_to(eye - Vec3::Y * 32.0, &all, &scene), "the next one recalls");
-        assert!(last.jumps_to(eye - Vec3::Y * 200.0, &all, &scene));
+        jumps(&mut last, eye, all.clone(), &scene);
+        assert!(!jumps(&mut last, eye + Vec3::Y * 4.0, all.clone(), &scene));
+        assert!(jumps(&mut last, eye - Vec3::Y * 16.0, all.clone(), &scene));
+        assert!(!jumps(&mut last, eye - Vec3::Y * 32.0, all.clone(), &scene), "the next one recalls");
+        assert!(jumps(&mut last, eye - Vec3::Y * 200.0, all.clone(), &scene));
         // Nothing in view is nothing to recall.
-        assert!(!last.jumps_to(eye, &[], &scene));
-        assert!(last.jumps_to(eye, &all, &scene));
+        assert!(!jumps(&mut last, eye, handles([0; 3]), &scene));
+        assert!(jumps(&mut last, eye, all.clone(), &scene));
     }
 }

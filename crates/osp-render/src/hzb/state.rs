@@ -172,7 +172,7 @@ impl HzbView {
             self.last = LastLook::default();
         }
         let has_jumped =
-            self.last.jumps_to(view.eye_in_world, handles, scene) || forgets && !handles.is_empty();
+            self.last.jumps_to(view.eye_in_world, (handles, opaque), scene) || forgets && !handles.is_empty();
         // Queries keep what they know by group, and ask again when it is due.
         self.has_jumped = has_jumped && self.queries.is_none();
         self.kept_masks.clear();
@@ -197,9 +197,11 @@ impl HzbView {
                 queries.count()
             }
             None => {
-                let of_group = self.config.group.polygons();
-                let groups = handles.iter().map(|handle| u64::from(groups_in(handle, of_group)));
-                groups.sum::<u64>() + if self.has_jumped { 0 } else { transparent.len() as u64 }
+                let groups = match self.config.group.polygons() {
+                    1 => u64::from(opaque),
+                    of_group => handles.iter().map(|handle| u64::from(groups_in(handle, of_group))).sum(),
+                };
+                groups + if self.has_jumped { 0 } else { transparent.len() as u64 }
             }
         };
         let counts = DrawnCounts { groups_tested, in_view, ..DrawnCounts::default() };
@@ -291,9 +293,6 @@ impl HzbView {
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
     let group = u64::MAX >> (CLUSTER as u32 - of_group);
     let firsts = (0..CLUSTER).step_by(of_group as usize);
-    if of_group == 1 {
-        return handle.bits().count_ones();
-    }
     firsts.map(|first| u32::from(handle.bits() >> first & group != 0)).sum()
 }
 

@@ -68,7 +68,7 @@ const GROUP_TEXELS: i32 = 4;
 // … and a triangle's, where its test begins.
 const FINE_TEXELS: i32 = 8;
 // Texels that a triangle is tested on at most, finer ones included. One that needs more is drawn.
-const MOST_STEPS: u32 = 1024u;
+const MOST_STEPS: u32 = 256u;
 
 const BY_BOX: u32 = 1u;
 const BY_FARTHEST: u32 = 2u;
