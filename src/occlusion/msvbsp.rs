@@ -22,9 +22,9 @@
 //! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in its list. On the way down each side plane either cut the
-//!    cell, which is then the part before it, or was omitted for a cell before it. Cells only shrink. Clipped pieces do
-//!    not appear in this argument: errors in them cost effect, never truth.
+//! 1. The cell of a leaf lies in the cone of every occluder in its list. Each side plane on the way down either
+//!    cuts the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped
+//!    pieces do not appear in this argument: errors in them cost effect, never truth.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf: it skips a
 //!    child only if the whole volume lies on the other side.
 //! 3. If the answer is "hidden", that leaf has an occluder whose cap the volume is beyond. The ray from the eye to x

@@ -6,23 +6,23 @@ use bytemuck::{Pod, Zeroable};
 
 use osp::polygon::PolygonId;
 
-/// Whether polygons hide what is behind them.
+/// Blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They do, at least where they are solid.
+    /// They hide it, at least where they are solid.
     Opaque,
-    /// Their light is added to what is behind.
+    /// Their light is added to it.
     Additive,
-    /// What is behind shines through.
+    /// It shines through.
     Transparent,
 }
 
-/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+/// Blending of 64 polygons, a bit each; polygons in neither mask are opaque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Classes {
-    /// Those that can be seen through.
+    /// Polygons that the background shines through.
     pub transparent: u64,
-    /// Those whose light is added.
+    /// Polygons whose light is added.
     pub additive: u64,
 }
 
@@ -31,20 +31,20 @@ pub struct Classes {
 pub struct Run {
     /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or numbers of polygons.
     pub range: Range<u32>,
-    /// Whether the range is of places in the list. If not, it is of numbers: of the polygons from the first to the last
-    /// those are drawn whose bit is set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits).
+    /// Whether the range is of places in the list. If not, it is of polygon numbers: the polygons in it whose bit is
+    /// set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
     pub is_listed: bool,
-    /// Which polygons of the scene it reaches: those from `page` times the page's length.
+    /// Page of the scene's polygons: it begins at `page` times the page's length.
     pub page: u32,
-    /// Which style they are drawn in.
+    /// Number of the style.
     pub style: u32,
-    /// How they are blended.
+    /// Blending.
     pub blend: Blend,
 }
 
 impl Run {
-    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
-    /// listed from `all_from`.
+    /// Its vertices, six a polygon. Places of the list count from `first`, and the numbers of an unlisted run from
+    /// `all_from`.
     pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
         (from + self.range.start) * 6..(from + self.range.end) * 6
@@ -66,7 +66,8 @@ pub(super) struct Handle {
 /// Handles of one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
-    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles); their places have the same bounds.
+    /// Places of its handles in [`DrawOrder::handles`](super::DrawOrder::handles); their places in the drawing order
+    /// have the same bounds.
     pub(super) range: Range<u32>,
     /// The page.
     pub(super) page: u32,
@@ -74,7 +75,7 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
-/// Lists one more polygon, in the last run if that is like it.
+/// Lists one more polygon: in the last run if its properties are the same.
 pub(super) fn push(
     ids: &mut Vec<PolygonId>,
     runs: &mut Vec<Run>,

@@ -34,8 +34,8 @@ struct Triangle {
     normal: DVec3,
     /// Position of the first corner.
     at: DVec3,
-    /// Bound of the rounding error of a point's height above the plane, as a part of the distance from the first
-    /// corner; not finite for a needle.
+    /// Bound of a height's rounding error, as a part of the point's distance from the first corner; not finite for a
+    /// needle.
     rounding: f64,
 }
 
