@@ -134,8 +134,8 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// lowest id.
     ///
     /// `hit` is the exact test: the `t` at which the ray meets the polygon itself, if it does. It is called for every
-    /// polygon whose box the ray enters at or before the nearest hit so far, and perhaps for others, in any order. By
-    /// rounding, its `t` may be smaller than the `t` of entry into the box, by at most one part in ten thousand.
+    /// polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others. By rounding, its
+    /// `t` may be smaller than the `t` of entry into the box, by at most one part in ten thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,

@@ -12,8 +12,8 @@
 //!   the block, and rounds every number away from "hidden". Then the buffer is conservative without a tolerance: each ray
 //!   through a covered square is blocked. It pays for it along edges shared by two polygons, where a row of pixels stays
 //!   uncovered.
-//! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
-//!   shows by less than half a pixel may be hidden.
+//! * [`Coverage::PixelCenters`] is the paper's: a polygon covers a pixel if it covers the pixel's centre. So a part
+//!   that shows by less than half a pixel may be hidden.
 
 use glam::{DVec2, DVec3};
 
@@ -143,7 +143,7 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
-        // The corners may be nearer than the volume: those of the box around a ball.
+        // The corners may be nearer than the volume: for a ball they are those of its box.
         let (nearest_corner, _) = cone::reach(raster.forward, corners);
         // A volume that reaches back to the eye's plane has no outline; neither has a volume with a corner that is
         // NaN.
@@ -155,7 +155,7 @@ impl DepthBuffer {
         self.test_outline_of(&extent)
     }
 
-    /// Tests what projects to these pixels, between two distances along the view.
+    /// Tests an object that projects to these pixels, between two distances along the view.
     fn test_outline_of(&self, extent: &Extent) -> Tested {
         let mixed = Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         let Extent { low, high, near, far, .. } = *extent;

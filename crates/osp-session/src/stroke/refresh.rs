@@ -7,7 +7,6 @@ const LEAST: usize = 32;
 /// A part is made again before half of the parts between it and the end are newer. So the end always has its right
 /// form, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
 /// one by one, makes about `n (2 log n + 32)` parts.
-/// `n (2 log n + 32)` parts or so.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refresh {
     /// Most parts of the segment so far.
