@@ -19,7 +19,7 @@ pub struct BuildCounts {
     pub left_out: u32,
 }
 
-/// Reliability of [`Verdict::Hidden`].
+/// Reliability of [`Verdict::Hidden`](super::Verdict::Hidden).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Soundness {
     /// Nothing visible is ever reported as hidden.

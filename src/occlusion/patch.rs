@@ -15,7 +15,8 @@ const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 /// Most former corners of the border.
 const MAX_INNER: usize = MAX_PATCH;
 
-/// A polygon joins a patch if it adds at least this part of its area to the area that the patch hides along its normal. Larger: smaller and flatter patches.
+/// A polygon joins a patch if it adds at least this part of its area to the area that the patch hides along its normal.
+/// Larger: smaller and flatter patches.
 const WORTH_JOINING: f32 = 0.7;
 
 /// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at
