@@ -174,7 +174,7 @@ impl Gpu {
     }
 }
 
-/// Stores the first fault for [`Gpu::check`]; by default wgpu would panic.
+/// The default of wgpu is to panic; here a fault is kept until somebody asks.
 fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
     let keep = |slot: &Mutex<Option<Fault>>, new: Fault| {
         slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(new);

@@ -43,8 +43,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// Its vertices, six a polygon. Places of the list count from `first`, and the numbers of an unlisted run from
-    /// `all_from`.
+    /// Its vertices, six a polygon, where the places of the list count from `first`, and the numbers of a run that is not
+    /// listed from `all_from`.
     pub(super) fn vertices(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
         (from + self.range.start) * 6..(from + self.range.end) * 6
@@ -66,8 +66,7 @@ pub(super) struct Handle {
 /// Handles of one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
-    /// Places of its handles in [`DrawOrder::handles`](super::DrawOrder::handles); their places in the drawing order
-    /// have the same bounds.
+    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles); their places have the same bounds.
     pub(super) range: Range<u32>,
     /// The page.
     pub(super) page: u32,

@@ -79,7 +79,7 @@ impl PartPass {
     }
 }
 
-/// Runs of consecutive corners whose polygons are in one page, with the page.
+/// Corners one after the other whose polygons are of one page, and the page.
 fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (usize, Range<u32>)> {
     let page = move |corner: &PartCorner| corner.polygon as usize / page_len;
     let mut at = 0;
