@@ -385,8 +385,7 @@ impl Barrier {
         if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
     }
 
-    /// Three times: from a frame's beginning to its swap, between two swaps, and from the first to the last node that
-    /// shows it.
+    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last node that shows it.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }

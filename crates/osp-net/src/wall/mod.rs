@@ -67,7 +67,7 @@ pub enum WallError {
         why: String,
     },
     /// Another hub shows the session already.
-    #[error("{session}: another hub shows this session: expected one (osp wall status says what it shows)")]
+    #[error("{session}: another hub shows this session: expected one (osp wall status prints it)")]
     SecondHub {
         /// The session.
         session: String,

@@ -27,11 +27,11 @@ use osp_session::{
 
 const PART: &str = "moving";
 const NOTES: [&str; 4] = [
-    "in pieces: pieces of 32 polygons, each on its own small circle; the structure is told the new boxes, and culls from inside.",
-    "scattered: single polygons drawn by lot; the numbers of all polygons are shuffled, so that they follow no order of space.",
-    "as a group: the polygons are placed by one transform; the box of each is computed from its corners and filed, and all are \
+    "in pieces: pieces of 32 polygons, each on its own small circle; the structure gets the new boxes, then culls from inside.",
+    "scattered: single polygons chosen at random; the numbers of all polygons are shuffled, so that they follow no order of space.",
+    "as a group: one transform places the polygons; the box of each is computed from its corners and stored, and all are \
      culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
-    "entries set: entries that got another box where they were filed; filed: elsewhere, or again; boxes computed: those of nodes.",
+    "entries set: those whose box changed in place; filed: those inserted elsewhere, or again; boxes computed: those of nodes.",
 ];
 
 /// Least number of frames in a budget.

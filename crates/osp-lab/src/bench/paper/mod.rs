@@ -57,7 +57,7 @@ where
     let flown = if input.summary.heads > 0 { "the recorded head" } else { choice.name() };
     for note in [
         drawing,
-        "Who is ahead can be compared with the paper; its frame rates cannot: they are those of its machine and renderer.".to_owned(),
+        "The ranking can be compared with the paper's; the frame rates cannot: the paper used another machine and renderer.".to_owned(),
         format!(
             "The paper's tree: {} levels over a cube of {cube_m} m. As in Fig. 6 osp-paper and octree-paper draw all polygons of a node \
              that the frustum cuts; osp and octree-rebuild draw those in view.",

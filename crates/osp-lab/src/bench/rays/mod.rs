@@ -49,7 +49,7 @@ const NOTES: [&str; 4] = [
     "moved: boxes that a ray tests after every polygon has drifted in its own direction, by half a per cent of the diagonal a move. \
      sah-refitted: the tree as it was built at first, its boxes made to fit; sah-rebuilt: built after the last move; bvh-sah refits \
      until its boxes have grown by half, then rebuilds.",
-    "time is that of the structure's own query; nodes and boxes of a walk tell the trees apart and not the code.",
+    "time is that of the structure's own query; the nodes and boxes of a walk depend on the tree, not on its code.",
 ];
 
 /// Neighbours requested.

@@ -90,7 +90,7 @@ fn binary_json(
     let length = word(bytes, 8).ok_or_else(|| cut(bytes.len()))?;
     if length as usize > bytes.len() {
         let found = format!("{} bytes", bytes.len());
-        damage.note(path, Fault::new(format!("a .glb of {length} bytes, as its head says"), found))?;
+        damage.note(path, Fault::new(format!("a .glb of {length} bytes, from its header"), found))?;
     }
     let json_bytes = word(bytes, HEAD_BYTES).ok_or_else(|| cut(bytes.len()))? as usize;
     let start = HEAD_BYTES + CHUNK_HEAD_BYTES;
