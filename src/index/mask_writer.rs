@@ -26,7 +26,7 @@ impl RunSink for IdWriter<'_> {
     }
 }
 
-/// Sets the masks of blocks, and records their range.
+/// Sets the masks of blocks, and notes which.
 #[derive(Debug)]
 pub struct MaskWriter<'a> {
     masks: &'a mut [u16],

@@ -165,7 +165,7 @@ impl VisibleBlocks {
         }
     }
 
-    /// Lets an index that lists numbers fill the set: the list is reused from frame to frame.
+    /// Lets an index that lists numbers fill the set: the list is kept from frame to frame.
     pub(crate) fn fill_by_list<R>(&mut self, list: impl FnOnce(&mut Vec<PolygonId>) -> R) -> R {
         let room = (self.masks.len() * BLOCK).min(MOST_LISTED);
         self.with_list(room, |set, ids| {
@@ -189,14 +189,14 @@ impl VisibleBlocks {
         result
     }
 
-    /// Sets new polygons, each once.
+    /// Sets polygons, each once and not there before.
     pub(crate) fn set_all(&mut self, ids: &[PolygonId]) {
         let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
         if ids.is_empty() {
             return;
         }
         if high >= PolygonId::LIMIT {
-            // An index may report numbers that no other index accepts.
+            // Of an index that takes what no other does.
             self.extend(ids.iter().copied());
             return;
         }
