@@ -9,8 +9,8 @@ use crate::{
 /// Mask of all layers.
 pub const ALL_LAYERS: u32 = u32::MAX;
 
-/// Largest slope of a near plane against the direction of view, from the rounding of a matrix to `f32`. With a larger limit the
-/// near plane of the window is wrong by more than its margin.
+/// Largest slope of a near plane against the direction of view that counts as rounding of the matrix to `f32`. With a
+/// larger limit the error of the window's near plane would exceed its margin.
 const MOST_INCLINED: f64 = 5.0e-6;
 
 /// Range of depths in clip space, after the division by w.
@@ -98,7 +98,7 @@ impl Camera {
             Depth::OneToZero => (1.0, 0.0, ClipDepth::ZeroToOne),
             Depth::MinusOneToOne => (-1.0, 1.0, ClipDepth::MinusOneToOne),
         };
-        // A perspective tells by itself which plane is nearer: what is nearer has the larger w in world space.
+        // A perspective matrix itself decides which plane is nearer: nearer points have a larger w in world space.
         let w_of = |depth| (world_from_clip * DVec4::new(0.0, 0.0, depth, 1.0)).w;
         let is_turned = w_of(near) < w_of(far) * (1.0 - 1.0e-9);
         let (near, far) = if is_turned { (far, near) } else { (near, far) };
@@ -114,20 +114,21 @@ impl Camera {
         })
     }
 
-    /// The same camera, with occlusion culling. Without effect for a parallel projection, an oblique near plane and a sheared screen.
+    /// The same camera with occlusion culling. It has no effect with a parallel projection, an oblique near plane or a
+    /// sheared screen.
     #[must_use]
     pub fn hide_by_occluders(self) -> Self {
         Self { hides: true, ..self }
     }
 
-    /// The same camera, which sees only objects on one of these layers, a bit each. The default is [`ALL_LAYERS`].
+    /// The same camera, limited to objects on one of these layers, a bit each. The default is [`ALL_LAYERS`].
     #[must_use]
     pub fn on_layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
 
-    /// The ray through a point of the screen: from -1 to 1, as the matrix has it. It starts at the near plane; its parameter is the
-    /// distance from there, metres.
+    /// The ray through a point of the screen, from -1 to 1 as in the matrix. It starts at the near plane; its
+    /// parameter is the distance from there, metres.
     pub fn ray(&self, x: f32, y: f32) -> Ray {
         let at = |depth| self.world_from_clip * DVec4::new(f64::from(x), f64::from(y), depth, 1.0);
         let (near, far) = (at(self.near), at(self.far));
@@ -141,7 +142,7 @@ impl Camera {
         &self.frustum
     }
 
-    /// Window in which occluders are selected; `None` if they are not.
+    /// Window for the selection of occluders; `None` without occlusion culling.
     pub(super) fn hiding_window(&self) -> Option<&ViewWindow> {
         self.window.as_ref().filter(|_| self.hides)
     }
@@ -161,7 +162,7 @@ impl Camera {
 }
 
 impl From<&View> for Camera {
-    /// Its layers are all, and nothing is hidden.
+    /// The camera of a view: on all layers, without occlusion culling.
     fn from(view: &View) -> Self {
         Self {
             frustum: view.frustum(),
@@ -175,7 +176,7 @@ impl From<&View> for Camera {
     }
 }
 
-/// Whether the near plane is square to the direction of view, as that of a window is.
+/// Whether the near plane is perpendicular to the direction of view, as that of a window is.
 fn has_square_near_plane(clip_from_world: &DMat4) -> bool {
     let (depth, distance) = (clip_from_world.row(2).truncate(), clip_from_world.row(3).truncate());
     let Some(forward) = distance.try_normalize() else { return false };

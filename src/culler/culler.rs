@@ -18,40 +18,41 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Refusals that are remembered from one frame to the next, at most.
+/// Most refusals that are stored from one frame to the next.
 const MOST_REFUSED: usize = 4096;
 
 /// Why a culler left an object, or its occluder, out.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The box is empty, infinite or not a number. The object is left out until it has another one.
+    /// The box is empty, infinite or NaN. The object is left out until it gets another one.
     #[error("bounds: expected finite corners with min <= max, found {0:?}")]
     Bounds([[f32; 3]; 2]),
     /// A [`Dense`](super::Dense) number is too large, or there are too many keys.
     #[error("key: expected a number below {limit}, and at most as many objects", limit = PolygonId::LIMIT)]
     Key,
-    /// All occluders together have too many polygons. The object has none.
+    /// All occluders together have too many polygons. The object has no occluder.
     #[error("occluder: expected at most {limit} polygons of all occluders together", limit = PolygonId::LIMIT)]
     Occluder,
 }
 
-/// A culler of an engine's objects, each known by a key of the engine's and a box.
+/// A culler of an engine's objects; each has a key of the engine's and a box.
 ///
-/// It takes no capacity and no limits of the world: both grow. Objects come, move and go at any time; nothing is ever rebuilt.
-/// See the [crate](crate) for an example.
+/// Neither capacity nor limits of the world are set: both grow. Objects come, move and go at any time; nothing is ever
+/// rebuilt. See the [crate](crate) for an example.
 ///
-/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]; no query finds an object after its removal has taken
-/// effect. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
+/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After that no query finds a removed
+/// object. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
 ///
-/// Costs: `set` and `remove` O(1) until the commit, which takes O(changes), and O(log world) for each object that comes or leaves
-/// its neighbourhood. A camera takes O(what is in view), and with occluders O(candidates), at most some thousand.
+/// Costs: `set` and `remove` O(1) until the commit. The commit takes O(changes), and O(log world) for each object that
+/// comes or leaves its neighbourhood. A camera takes O(objects in view), and with occluders O(candidates), at most
+/// some thousand.
 pub struct Culler<K: Key> {
     keys: K::Places,
     waiting: Waiting,
     filed: Filed,
     layers: Layers,
-    /// Made for the first occluder.
+    /// Created with the first occluder.
     hiding: Option<Box<Hiding>>,
     /// Refusals of the last frame and since.
     refused: Vec<(K, Refusal)>,
@@ -88,11 +89,12 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Inserts an object, or moves it: its box from the least corner to the largest, world space, metres; the tight box of all that
-    /// is drawn of it. A box that is empty or not finite is [refused](Culler::refused), and the object left out.
+    /// Inserts an object, or moves it. The box goes from the least corner to the largest, world space, metres; it
+    /// should be tight around everything that is drawn of the object. A box that is empty or not finite is
+    /// [refused](Culler::refused), and the object left out.
     ///
-    /// An object that moves leaves its occluder behind. Set the [occluder](Culler::set_occluder) again at the new
-    /// place, unless the new box holds the one before.
+    /// An object that moves leaves its occluder behind, unless the new box contains the former one. Set the
+    /// [occluder](Culler::set_occluder) again at the new place.
     pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
         let [min, max] = bounds.map(Into::into);
         let Some(slot) = self.slot(key) else { return };
@@ -105,17 +107,17 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Takes an object out, with its occluder and its layers. Nothing happens if there is none.
+    /// Removes an object, with its occluder and its layers. Does nothing if there is none.
     pub fn remove(&mut self, key: K) {
         let Some(slot) = self.keys.take(key) else { return };
         self.take_box(slot);
         self.layers.forget(slot);
     }
 
-    /// Gives an object something that hides what is behind it, in place of what it had. The occluder is in world space: it stays
-    /// where it is, until the object moves or goes. It has to be drawn itself, or lie inside of what is drawn.
+    /// Sets an object's occluder, in place of the former one. The occluder is in world space: it stays in place until
+    /// the object moves or goes. It has to be drawn itself, or lie inside of a drawn object.
     ///
-    /// A key without a box is a stand-in: it hides, and is never drawn.
+    /// A key without a box may have an occluder: it hides, and is never drawn.
     pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
         let Some(slot) = self.slot(key) else { return };
         let bounds = self.bounds_of(slot);
@@ -125,15 +127,15 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Takes an object's occluder away. Nothing happens if there is none.
+    /// Removes an object's occluder. Does nothing if there is none.
     pub fn remove_occluder(&mut self, key: K) {
         if let (Some(hiding), Some(slot)) = (&mut self.hiding, self.keys.slot(key)) {
             hiding.remove(slot);
         }
     }
 
-    /// Puts an object on layers, a bit each: a camera sees it if both share one ([`Camera::on_layers`]). Objects are on the first
-    /// layer, the mask 1, unless they are put elsewhere; on none, nobody sees them.
+    /// Puts an object on layers, a bit each: a camera sees it if both share a layer ([`Camera::on_layers`]). By
+    /// default an object is on the first layer, the mask 1. An object on no layer is never seen.
     pub fn set_layers(&mut self, key: K, layers: u32) {
         if let Some(slot) = self.slot(key) {
             self.layers.set(slot, layers);
@@ -150,7 +152,7 @@ impl<K: Key> Culler<K> {
         self.len() == 0
     }
 
-    /// The box of an object, as it was set last.
+    /// The box of an object, as set last.
     pub fn bounds(&self, key: K) -> Option<[[f32; 3]; 2]> {
         let bounds = self.bounds_of(self.keys.slot(key)?)?;
         Some([bounds.min.into(), bounds.max.into()])
@@ -162,7 +164,7 @@ impl<K: Key> Culler<K> {
         self.refused.iter().copied()
     }
 
-    /// Makes all changes known to the queries. [`Culler::cull`] does it, too.
+    /// Applies all changes, so that queries find them. [`Culler::cull`] does it, too.
     pub fn commit(&mut self) {
         if !self.waiting.is_empty() {
             self.views.begin(0);
@@ -175,8 +177,9 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders) omits the
-    /// objects behind them. One walk culls all cameras: two eyes, a camera and its lights, or the sides of a cube.
+    /// Finds the objects that may be on the screen of each camera. A camera with
+    /// [occluders](Camera::hide_by_occluders) omits the objects behind them. One walk culls for all cameras: two eyes,
+    /// a camera and its lights, or the sides of a cube.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
@@ -201,9 +204,9 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
-    /// For each box, whether nothing of it can be on a camera's screen: it is out of view, or behind the occluders of a camera
-    /// that [uses them](Camera::hide_by_occluders). The boxes are not in the culler: sounds, characters, triggers. An empty or
-    /// non-finite box is not hidden. Commits all changes, as [`Culler::cull`] does.
+    /// For each box, whether it is hidden from a camera: out of view, or behind the occluders of a camera that [uses
+    /// them](Camera::hide_by_occluders). The boxes need not be in the culler: sounds, characters, triggers. An empty
+    /// or non-finite box is not hidden. Applies all changes, as [`Culler::cull`] does.
     pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
         self.commit();
         let corner = |corner: P| corner.into().into();
@@ -216,7 +219,8 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// Results of the last [`Culler::cull`], to be read beside queries. It has no camera after a [`Culler::commit`] of changes.
+    /// Results of the last [`Culler::cull`], for use beside queries. It has no camera after a [`Culler::commit`] of
+    /// changes.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
             let hiding = self.hiding.as_ref().filter(|_| is_thinned);
@@ -233,14 +237,15 @@ impl<K: Key> Culler<K> {
         Some((self.key(number)?, t))
     }
 
-    /// The objects whose boxes a ray enters, and where, in lengths of its direction: 0 from inside, `t_max` at most; the nearest first.
-    /// An engine that tests the objects themselves may stop at the first box behind its nearest hit.
+    /// The objects whose boxes a ray enters, the nearest first, and the ray parameter of each entry: 0 from inside, at
+    /// most `t_max`, in lengths of its direction. An engine that tests the objects themselves may stop at the first
+    /// box behind its nearest hit.
     pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
         let mut entered = Vec::new();
         let mut note = |number| {
             let t = ray.enter_box(&self.filed.get(number)?, t_max)?;
             entered.push((t, number));
-            // Nothing is hit: the walk goes on.
+            // Nothing is hit, so the walk continues.
             None
         };
         self.filed.index().ray_nearest(&ray, t_max, &mut note);
@@ -268,13 +273,14 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|number| self.key(number))
     }
 
-    /// The `count` objects whose boxes are nearest to a point, and their distances from it, metres: 0 from inside; the nearest first.
+    /// The `count` objects whose boxes are nearest to a point, the nearest first, and their distances from it, metres:
+    /// 0 from inside.
     pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
         let point = point.into().into();
         let mut distance_m = |number| {
             let is_there = self.key(number).is_some();
             let bounds = self.filed.get(number).filter(|_| is_there);
-            // What has gone is left out.
+            // Removed objects are left out.
             bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
         };
         let mut found = Vec::new();
@@ -282,7 +288,7 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|(number, distance_m)| Some((self.key(number)?, distance_m)))
     }
 
-    /// The key of an object that the culler has now.
+    /// The key of an object that is in the culler now.
     fn key(&self, number: PolygonId) -> Option<K> {
         let slot = self.keys.slot_of(number)?;
         if self.waiting.has_box(slot) { self.keys.key(number) } else { None }
@@ -296,7 +302,7 @@ impl<K: Key> Culler<K> {
         slot
     }
 
-    /// The box of an object, as it was set last.
+    /// The box of an object, as set last.
     fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
         let waits = self.waiting.waits(slot);
         waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())

@@ -10,7 +10,7 @@ use crate::{
 /// Moving objects that the index updates together: their boxes are still in the cache.
 const MOST_TOGETHER: usize = 256;
 
-/// Fewer objects that come together are numbered as they come.
+/// With fewer coming objects, their numbers are in order of arrival.
 const LEAST_SORTED: usize = 32;
 
 /// The index is built again if at least this many objects come together, and [`MANY_TIMES`] as many as it has. Smaller:
@@ -18,20 +18,20 @@ const LEAST_SORTED: usize = 32;
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
-/// Blocks of objects in the order in which they come may be this many times as large as those in the order of space. Larger: more
-/// boxes that hold much of the world. Smaller: objects that move together have numbers far apart.
+/// Blocks of objects in order of arrival may be this many times as large as blocks in the order of space. Larger: more
+/// boxes that contain much of the world. Smaller: objects that move together have numbers far apart.
 const MOST_LARGER: f64 = 8.0;
 
 /// Cells along an axis in which objects that come together are sorted, as a power of two.
 const CELL_BITS: u32 = 10;
 
-/// The index, and what goes into it with the next commit; kept for its memory.
+/// The index, and buffers for the next commit, reused for their memory.
 #[derive(Debug)]
 pub(super) struct Filed {
     index: Osp,
     moving: Vec<(PolygonId, Aabb)>,
     coming: Vec<(Slot, Aabb)>,
-    /// Position of each of these on a curve through space, and its place among them.
+    /// Position of each coming object on a curve through space, and its place among them.
     order: Vec<(u32, u32)>,
     refused: Vec<IndexError>,
 }
@@ -51,12 +51,12 @@ impl Filed {
         self.index.bounds(number)
     }
 
-    /// Takes changes, each object's last; [`Filed::commit`] ends the row.
+    /// Takes changes, only the last one of each object; [`Filed::commit`] ends the batch.
     pub(super) fn take_all<K: Key>(&mut self, keys: &mut K::Places, changes: &[(Slot, Aabb)]) {
         let mut left = changes;
         while let Some((&(slot, bounds), behind)) = left.split_first() {
             if !K::Places::ARE_NUMBERED {
-                // Slots are numbers: what moves is handed on as it is.
+                // Slots are numbers: moved objects are passed on as they are.
                 let moves = |change: &&(Slot, Aabb)| !change.1.is_empty() && keys.number(change.0).is_some();
                 let count = left.iter().take(MOST_TOGETHER).take_while(moves).count();
                 if count > 0 {
@@ -73,7 +73,7 @@ impl Filed {
     fn take<K: Key>(&mut self, keys: &mut K::Places, slot: Slot, bounds: Aabb) {
         match keys.number(slot) {
             Some(number) if bounds.is_empty() => {
-                // No error is possible: what has a number is in the index.
+                // No error is possible: an object with a number is in the index.
                 let _ = self.index.remove(number);
                 keys.free(slot);
             }
@@ -91,7 +91,7 @@ impl Filed {
     pub(super) fn commit<K: Key>(&mut self, keys: &mut K::Places) {
         self.move_all();
         self.insert::<K>(keys);
-        // No box is refused that is valid, of a number that is in the index or is not.
+        // No valid box is refused, whether its number is in the index or not.
         debug_assert!(self.refused.is_empty(), "{:?}", self.refused);
         self.refused.clear();
         self.index.commit();
@@ -117,8 +117,8 @@ impl Filed {
         self.coming.clear();
     }
 
-    /// Builds the index again for coming objects that are many more than the present ones: neither the world's size nor the
-    /// number of objects is set beforehand.
+    /// Builds the index again if the coming objects are many more than the present ones: neither the world's size nor
+    /// the number of objects is known beforehand.
     fn expect_many(&mut self) {
         let mut there = DrawList::new();
         self.index.frustum_cull(&Frustum::everything(), &mut there);
@@ -131,8 +131,8 @@ impl Filed {
         self.refused.extend(there.iter().filter_map(|(id, bounds)| self.index.insert(*id, bounds).err()));
     }
 
-    /// Puts what comes in the order of space: sixteen objects whose numbers follow each other are tested together if they lie side by
-    /// side. False if they do so in the order in which they come.
+    /// Sorts coming objects in the order of space: sixteen objects with consecutive numbers are tested together if
+    /// they lie side by side. Returns false if their order of arrival has this property already.
     fn sort(&mut self) -> bool {
         let around = self.coming.iter().fold(Aabb::EMPTY, |around, (_, bounds)| around.union(bounds));
         let root = Aabb::cube(around.center(), around.extent().max_element());
@@ -152,12 +152,12 @@ impl Filed {
         };
         let as_they_come = size(&mut (0..self.coming.len()));
         let sorted = size(&mut self.order.iter().map(|(_, i)| *i as usize));
-        // An engine's own order says what moves together, too.
+        // An engine's own order also shows which objects move together.
         as_they_come > sorted * MOST_LARGER
     }
 }
 
-/// Objects are known by their boxes only.
+/// Objects consist of their boxes only.
 impl Geometry for Filed {
     fn id_end(&self) -> usize {
         PolygonId::LIMIT as usize
@@ -180,8 +180,8 @@ impl Geometry for Filed {
     }
 }
 
-/// Position of a point on a curve through all cells of a cube, neighbours after neighbours: the bits of its cell in turns
-/// (Morton, 1966).
+/// Position of a point on a curve through all cells of a cube, on which neighbours are close: the interleaved bits of
+/// its cell (Morton, 1966).
 fn place_in_order(point: Vec3, cube: &Aabb) -> u32 {
     let cells = (point - cube.min) / cube.extent() * (1 << CELL_BITS) as f32;
     let spread = |cell: f32| {

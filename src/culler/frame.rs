@@ -10,7 +10,7 @@ use crate::{
     polygon::{PolygonId, VisibleBlocks},
 };
 
-/// Cameras whose answers a frame holds without allocating.
+/// Cameras whose results a frame holds without allocating.
 const FEW: usize = 8;
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
@@ -31,12 +31,13 @@ pub struct Seen<'a, K: Key> {
     in_view: &'a VisibleBlocks,
     drawn: &'a VisibleBlocks,
     keys: &'a K::Places,
-    /// Only for a camera that hides by occluders, and has any in view.
+    /// Only for a camera that hides by occluders, if any of them are in view.
     culler: Option<&'a dyn OcclusionCuller>,
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// Each camera's objects in view, those of them that are left where occluders hide some, and what tests that.
+    /// For each camera: its objects in view, the remaining ones if occluders hide some, and the culler for further
+    /// tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
@@ -118,17 +119,17 @@ impl<'a, K: Key> Seen<'a, K> {
         self.number(key).is_some_and(|number| self.in_view.contains(number))
     }
 
-    /// Whether the occluders of this frame hide all of a box that is in view, for sure: `false` means that it may be visible. The
-    /// box, world space, metres, need not be of an object: for a light, a sound or a stand-in of something that is not loaded. A box
-    /// that is not finite is never hidden. O(log occluders).
+    /// Whether the occluders of this frame certainly hide all of a box in view: `false` means that it may be visible.
+    /// The box, world space, metres, need not be an object's: it may be a light, a sound or a placeholder of something
+    /// that is not loaded. A box that is not finite is never hidden. O(log occluders).
     ///
-    /// Always `false` of a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
+    /// Always `false` for a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
     pub fn hides_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> bool {
         let [min, max] = bounds.map(|corner| corner.into().into());
         self.culler.is_some_and(|culler| hides_box(culler, &Aabb::new(min, max)))
     }
 
-    /// The same of a sphere. One with a negative radius, or that is not finite, is never hidden.
+    /// [`Seen::hides_box`] for a sphere. A sphere with a negative radius, or that is not finite, is never hidden.
     pub fn hides_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> bool {
         let sphere = Sphere { center: center.into().into(), radius_m };
         let is_finite = sphere.center.is_finite() && radius_m.is_finite() && radius_m >= 0.0;
@@ -165,7 +166,7 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
-    /// By camera: whether occluders hide some of what is in view.
+    /// By camera: whether occluders hide some of the objects in view.
     pub(super) is_thinned: Vec<bool>,
     spare: VisibleBlocks,
 }
@@ -179,7 +180,7 @@ impl Views {
         self.is_thinned.resize(cameras, false);
     }
 
-    /// Leaves out what a camera does not see.
+    /// Removes the objects that a camera does not see.
     pub(super) fn keep(&mut self, camera: usize, is_seen: impl Fn(PolygonId) -> bool) {
         let sets = [&mut self.in_view[camera], &mut self.drawn[camera]];
         for set in sets.into_iter().take(1 + usize::from(self.is_thinned[camera])) {
@@ -189,7 +190,7 @@ impl Views {
         }
     }
 
-    /// By camera what is in view, what is drawn, and whether occluders hide some.
+    /// By camera: the objects in view, the objects to draw, and whether occluders hide some.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks, bool)> {
         let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_thinned);
         drawn.map(|((in_view, drawn), &is_thinned)| {

@@ -11,10 +11,10 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Changes that wait for the next frame, at most.
+/// Most changes that wait for the next frame.
 const MOST_WAITING: usize = 1 << 16;
 
-/// The occluders of all objects, and what they hide. Their polygons have numbers of their own.
+/// The occluders of all objects, and the cullers made from them. Their polygons have numbers of their own.
 #[derive(Debug)]
 pub(super) struct Hiding {
     surfaces: Surfaces,
@@ -23,7 +23,7 @@ pub(super) struct Hiding {
     changes: Vec<Change>,
     pool: OccluderPool,
     config: OcclusionConfig,
-    /// The first for boxes that are no objects, the others by camera of a frame.
+    /// The first one for [`Culler::are_hidden`](super::Culler::are_hidden), the others by camera of a frame.
     views: Vec<ViewOcclusion>,
 }
 
@@ -36,7 +36,7 @@ struct Own {
     bounds: Option<Aabb>,
 }
 
-/// No room is left for so many polygons.
+/// The polygons would exceed the limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NoRoom;
 
@@ -54,8 +54,8 @@ impl Hiding {
         }
     }
 
-    /// Follows an object that has another box now. Its occluders stay at the old place, so it hides nothing any more,
-    /// unless it has grown.
+    /// Follows an object with a new box. Its occluders stay at the old place, so it hides nothing any more, unless it
+    /// has grown.
     #[inline]
     pub(super) fn follow_object(&mut self, object: Slot, bounds: &Aabb) {
         if !self.has_occluder.get(object) {
@@ -68,7 +68,7 @@ impl Hiding {
         }
     }
 
-    /// Gives an object with this box an occluder in place of the one that it had.
+    /// Sets the occluder of an object with this box, in place of the former one.
     pub(super) fn set(
         &mut self,
         object: Slot,
@@ -115,19 +115,19 @@ impl Hiding {
         }
     }
 
-    /// Makes candidates of what came; before the views of a frame.
+    /// Makes new occluders candidates; called before the views of a frame.
     pub(super) fn follow(&mut self) {
         self.pool.follow(&self.surfaces, &self.changes);
         self.changes.clear();
     }
 
-    /// The culler of a camera for which [`Hiding::cull`] was the last to build one.
+    /// The culler of a camera, if the last call of [`Hiding::cull`] has built one.
     pub(super) fn culler(&self, camera: usize) -> Option<&dyn OcclusionCuller> {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
-    /// Sets `drawn` to what a view shows of `in_view`, if anything is hidden. Hides nothing if these layers omit an occluder:
-    /// the objects behind it would be missing.
+    /// Sets `drawn` to the visible part of `in_view`, if anything is hidden. Hides nothing if these layers omit an
+    /// occluder: the objects behind it would be missing.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,
@@ -153,7 +153,7 @@ impl Hiding {
             return None;
         }
         if self.views.len() <= number {
-            // Large walls hide most, and drawing an object costs many times as much as testing it: every box is tested.
+            // Large walls hide most, and drawing an object costs many times as much as a test: every box is tested.
             self.views.resize_with(number + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
         }
         let view = &mut self.views[number];
@@ -180,7 +180,7 @@ impl Hiding {
     }
 }
 
-/// Whether a culler hides all of a box. One that is empty or not finite is never hidden.
+/// Whether a culler hides all of a box. An empty or non-finite box is never hidden.
 pub(super) fn hides_box(culler: &dyn OcclusionCuller, bounds: &Aabb) -> bool {
     bounds.is_valid() && culler.test_box(bounds).verdict == Verdict::Hidden
 }
@@ -193,7 +193,7 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    /// Number of further ones that there is room for.
+    /// Number of further polygons within the limit.
     fn room(&self) -> usize {
         PolygonId::LIMIT as usize - self.polygons.len() + self.free.len()
     }

@@ -8,24 +8,26 @@ use std::{
 
 use crate::polygon::{PolygonId, bits};
 
-/// The place of an object in the culler's own lists. It has the type of a number of the index, because the same lists serve.
+/// The place of an object in the culler's own lists. It has the type of a number of the index, because both use the
+/// same lists.
 pub(super) type Slot = PolygonId;
 
-/// The engine's name of an object: anything `Copy + Eq + Hash`, at the cost of a map lookup for each call, or [`Dense`]
-/// numbers, without a map.
+/// The engine's name of an object: anything `Copy + Eq + Hash`, at the cost of a map lookup for each call, or
+/// [`Dense`] numbers, without a map.
 ///
-/// Objects that come together get numbers in the order of space, the best order for the index. [`Dense`] numbers are the engine's
-/// choice.
+/// Objects that come together get numbers in the order of space, the best order for the index. [`Dense`] numbers are
+/// chosen by the engine.
 pub trait Key: Copy {
     /// Store of the keys of all objects.
     #[doc(hidden)]
     type Places: Places<Self>;
 }
 
-/// A number as a key. Small numbers without gaps cost least; objects that are drawn together should have neighbouring numbers,
-/// because sixteen of them make a block of the index. Numbers from [`PolygonId::LIMIT`] on are refused.
+/// A number as a key. Small numbers without gaps cost least. Objects that are drawn together should have neighbouring
+/// numbers, because sixteen consecutive ones make a block of the index. Numbers from [`PolygonId::LIMIT`] on are
+/// refused.
 ///
-/// It is not `Hash`: a map is what it saves.
+/// It does not implement `Hash`, because it needs no map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Dense(pub u32);
 
@@ -37,40 +39,40 @@ impl<K: Copy + Eq + Hash> Key for K {
     type Places = Map<K>;
 }
 
-/// See [`Key::Places`]: maps keys to slots and to numbers. An object has a slot while the engine has it, and a number while it is
-/// in the index.
+/// Maps keys to slots and to numbers; see [`Key::Places`]. An object has a slot while the engine has it, and a number
+/// while it is in the index.
 pub trait Places<K>: Default {
-    /// Whether the numbers are given in the order of [`Places::give_number`].
+    /// Whether [`Places::give_number`] chooses the numbers.
     const ARE_NUMBERED: bool;
 
     /// The slot of a key.
     fn slot(&self, key: K) -> Option<Slot>;
 
-    /// The slot of a key, which is given one if it has none; none if there is no slot left.
+    /// The slot of a key, a new one if it has none; none if no slot is left.
     fn slot_or_new(&mut self, key: K) -> Option<Slot>;
 
-    /// Takes the slot of a key, which nobody else is given before [`Places::settle`].
+    /// Takes away the slot of a key. No other key gets it before [`Places::settle`].
     fn take(&mut self, key: K) -> Option<Slot>;
 
-    /// The index has followed all changes: slots that were taken may be given away.
+    /// Notes that the index has followed all changes: slots that were taken away may be reused.
     fn settle(&mut self);
 
-    /// The number of what is in a slot, if it may be in the index.
+    /// The number of the object in a slot, if it may be in the index.
     fn number(&self, slot: Slot) -> Option<PolygonId>;
 
-    /// Gives what is in a slot a number, as it goes into the index.
+    /// Gives the object in a slot a number for the index.
     fn give_number(&mut self, slot: Slot) -> PolygonId;
 
     /// Announces the number of objects that come together: the next numbers ascend, if sorting them is cheap.
     fn sort_numbers(&mut self, coming: usize);
 
-    /// Takes the number of what is in a slot, as it leaves the index.
+    /// Takes away the number of the object in a slot, which leaves the index.
     fn free(&mut self, slot: Slot);
 
-    /// The key that has a number; none if it was taken.
+    /// The key with a number; none if its slot was taken away.
     fn key(&self, number: PolygonId) -> Option<K>;
 
-    /// The slot that has a number.
+    /// The slot with a number.
     fn slot_of(&self, number: PolygonId) -> Option<Slot>;
 }
 
@@ -136,8 +138,8 @@ impl Places<Dense> for Numbers {
 /// No slot, and no number.
 const NONE: PolygonId = PolygonId(u32::MAX);
 
-/// Free numbers are sorted if there are at most this many times as many as objects that come. Larger: frames in which few come
-/// take longer. Smaller: objects that come after many removals lie in more blocks.
+/// Free numbers are sorted if they are at most this many times as many as the coming objects. Larger: frames with few
+/// coming objects take longer. Smaller: objects that come after many removals lie in more blocks.
 const FREE_TO_COMING: usize = 8;
 
 /// Keys, their slots, and their numbers.
@@ -147,9 +149,9 @@ pub struct Map<K> {
     /// By slot: the key, and the number, or [`NONE`].
     objects: Vec<(Option<K>, PolygonId)>,
     free_slots: Vec<Slot>,
-    /// Taken since the index was brought up to date.
+    /// Slots taken away since the index was last updated.
     taken: Vec<Slot>,
-    /// By number: the key, none where it was taken, and the slot.
+    /// By number: the key, none if its slot was taken away, and the slot.
     keys: Vec<Option<(K, Slot)>>,
     free_numbers: Vec<PolygonId>,
 }
@@ -245,8 +247,8 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
     }
 }
 
-/// Hashes keys of some bytes: a product for every eight bytes, whose two halves are mixed. Much faster than the hash of the standard
-/// library, which also withstands keys that an enemy chooses.
+/// Hashes keys of some bytes: a product for every eight bytes, whose two halves are mixed. It is much faster than the
+/// hash of the standard library, which also withstands keys chosen by an attacker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct KeyHasher(u64);
 

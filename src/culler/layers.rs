@@ -2,7 +2,7 @@ use crate::polygon::ById;
 
 use super::keys::Slot;
 
-/// The layer that objects are on unless the engine puts them on others.
+/// The layer of an object whose layers the engine has not set.
 const FIRST_LAYER: u32 = 1;
 
 /// The layers of each object.
@@ -30,7 +30,7 @@ impl Layers {
         self.unseen = self.unseen + usize::from(layers == 0) - usize::from(before == 0);
     }
 
-    /// Puts an object that has gone on the first layer.
+    /// Puts a removed object back on the first layer.
     pub(super) fn forget(&mut self, slot: Slot) {
         if self.elsewhere > 0 {
             self.set(slot, FIRST_LAYER);

@@ -1,8 +1,8 @@
-//! The engine's door: a culler that takes the engine's own keys, boxes, occluders and cameras.
+//! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
-//! [`Culler`] keeps the data that [`Geometry`](crate::polygon::Geometry), [`Pipeline`](crate::frame::Pipeline) and the structures
-//! of [`occlusion`](crate::occlusion) need from an engine. Use those for polygons in a form of your own, for groups that move as
-//! a whole, or for another index. Depends on all other modules but [`frame`](crate::frame).
+//! [`Culler`] provides the data that [`Geometry`](crate::polygon::Geometry), [`Pipeline`](crate::frame::Pipeline) and
+//! the structures of [`occlusion`](crate::occlusion) need. Use those directly for polygons in your own form, for
+//! groups that move as a whole, or for another index. Depends on all other modules but [`frame`](crate::frame).
 
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]

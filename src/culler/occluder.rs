@@ -13,15 +13,15 @@ pub enum OccluderError {
     /// A coordinate is infinite or NaN.
     #[error("corner {0}: expected finite coordinates")]
     NotFinite(usize),
-    /// A quad is bent, turns inwards, crosses itself or has no area.
+    /// A quad is bent, concave, crosses itself or has no area.
     #[error(
         "corners: expected a flat, convex quad, its corners in order around it; `Occluder::mesh` takes other shapes"
     )]
     NotFlatAndConvex,
-    /// The indices are no triangles.
+    /// The number of indices is no multiple of three.
     #[error("indices: expected three for each triangle, found {0}")]
     NotTriangles(usize),
-    /// An index has no vertex.
+    /// An index is out of range.
     #[error("indices[{at}]: expected less than {vertices}, found {found}")]
     NoVertex {
         /// Its place.
@@ -38,8 +38,8 @@ pub enum OccluderError {
 
 /// A surface that hides objects behind it, world space, metres: opaque, and seen from both sides.
 ///
-/// It is a drawn surface, or an undrawn stand-in inside of a drawn opaque object, which then hides the same objects. A few large polygons
-/// hide more in less time than many small ones.
+/// It is a drawn surface, or an undrawn one inside of a drawn opaque object, which then hides the same objects. A few
+/// large polygons hide more in less time than many small ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluder(Shape);
 
@@ -50,7 +50,7 @@ enum Shape {
 }
 
 impl Occluder {
-    /// A flat, convex quad, its corners in order around it, either way.
+    /// A flat, convex quad; its corners in order around it, in either direction.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NotFlatAndConvex`].
@@ -82,7 +82,7 @@ impl Occluder {
         Self::of_polygons(corners.map(|[a, b, c]| ConvexPolygon::triangle(a, b, c)))
     }
 
-    /// The six sides of a box, `[min, max]`: the stand-in for a house.
+    /// The six sides of a box, `[min, max]`, such as the inside of a house.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NoArea`].

@@ -8,16 +8,17 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Share of the way to a point within which another surface neither hides it nor fails to: the points of touching surfaces.
+/// Distance from a point, as a share of the ray to it, within which another surface does not count: the point may lie
+/// on touching surfaces.
 const TOUCHES: f64 = 1.0e-5;
 
-/// A ray that passes a triangle at no more than this share of its size beside it is taken to meet it.
+/// A ray that misses a triangle by at most this share of the triangle's size counts as a hit.
 const BESIDE: f64 = 1.0e-6;
 
-/// Boxes are larger by this share of the largest coordinate.
+/// Boxes are enlarged by this share of the largest coordinate.
 const ROUNDING: f32 = 4.0e-6;
 
-/// Points nearer than this share to the edge of the screen are not tested.
+/// Points nearer to the edge of the screen than this share are not tested.
 const EDGE: f64 = 1.0e-4;
 
 /// Why a triangle was refused.
@@ -27,7 +28,7 @@ pub enum OracleError {
     /// A coordinate is infinite or NaN.
     #[error("triangle {triangle}: expected finite coordinates, found {found:?}")]
     NotFinite {
-        /// Its place among those of the call.
+        /// Its place among the triangles of the call.
         triangle: usize,
         /// Its corners.
         found: [[f32; 3]; 3],
@@ -35,12 +36,12 @@ pub enum OracleError {
     /// There are too many.
     #[error("triangle {triangle}: expected at most {limit} triangles", limit = PolygonId::LIMIT)]
     Full {
-        /// Its place among those of the call.
+        /// Its place among the triangles of the call.
         triangle: usize,
     },
 }
 
-/// A point that a camera shows, of an object that is not drawn.
+/// A visible point of an object that is not drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Missing {
     /// The object.
@@ -49,8 +50,9 @@ pub struct Missing {
     pub point_m: [f32; 3],
 }
 
-/// Tests the draw list of any culler, this crate's or another one, by rays: no ray from the camera may reach a point of an object
-/// that was left out. It finds wrong lists, and never blames a right one; it proves nothing, because it tests points.
+/// Tests the draw list of any culler, this crate's or another one, by rays: no ray from the camera may reach a point
+/// of an object that was left out. Every error that it reports is real. It may miss errors, because it tests only
+/// sample points.
 ///
 /// ```
 /// use osp::{Camera, Depth, Oracle};
@@ -102,9 +104,9 @@ impl Oracle {
         Ok(())
     }
 
-    /// A point of each object that the camera shows although the object is not drawn. Tests the middle and other points of each
-    /// triangle, `points` in all. Takes O(triangles log triangles), and O(triangles of undrawn objects x `points` x log
-    /// triangles).
+    /// For each object that the camera shows although it is not drawn, a visible point. Tests the middle and other
+    /// points of each triangle, `points` in all. Takes O(triangles log triangles), and O(triangles of undrawn objects
+    /// x `points` x log triangles).
     pub fn missing(&self, camera: &Camera, is_drawn: impl Fn(u32) -> bool, points: u32) -> Vec<Missing> {
         let clip_from_world = camera.world_from_clip().inverse();
         let world = World::new(&self.triangles);
@@ -160,7 +162,7 @@ impl Oracle {
     }
 }
 
-/// All triangles by their boxes, which are larger by what rounding to `f32` may take away.
+/// All triangles by their boxes, which are enlarged by the rounding to `f32`.
 struct World {
     index: Osp,
     bounds: Aabb,
@@ -184,7 +186,7 @@ impl World {
 
     /// Whether `is_met` holds for a triangle near a ray, up to a little behind its end.
     fn any_along(&self, start: DVec3, way: DVec3, mut is_met: impl FnMut(usize) -> bool) -> bool {
-        // From where the ray enters the world: its coordinates are then no larger than those of the boxes.
+        // From the ray's entry into the world on, its coordinates are no larger than those of the boxes.
         let (min, max) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let (to_min, to_max) = ((min - start) / way, (max - start) / way);
         let enters = to_min.min(to_max).max_element();

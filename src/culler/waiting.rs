@@ -4,7 +4,7 @@ use crate::{math::Aabb, polygon::ById};
 /// State of an object that the index does not store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    /// The place of its change, if there is one of its slot.
+    /// The place of its change, if its slot has one.
     change: u32,
     /// Whether it has a box, by the last change.
     has_box: bool,
@@ -17,7 +17,7 @@ const VACANT: State = State { change: u32::MAX, has_box: false };
 #[derive(Debug)]
 pub(super) struct Waiting {
     states: ById<State>,
-    /// The new box of an object; [`Aabb::EMPTY`] of one that has gone.
+    /// The new box of an object; [`Aabb::EMPTY`] for a removed one.
     changes: Vec<(Slot, Aabb)>,
     /// Number of changes that remove an object.
     gone: usize,
@@ -32,7 +32,7 @@ impl Default for Waiting {
 }
 
 impl Waiting {
-    /// Gives an object another box; false, and nothing happens, if it is none ([`Aabb::is_valid`]).
+    /// Sets an object's box. Returns false, without effect, if the box is invalid ([`Aabb::is_valid`]).
     pub(super) fn set(&mut self, slot: Slot, bounds: Aabb) -> bool {
         if !bounds.is_valid() {
             return false;
@@ -47,7 +47,7 @@ impl Waiting {
         true
     }
 
-    /// Takes an object's box away.
+    /// Removes an object's box.
     pub(super) fn remove(&mut self, slot: Slot) {
         let before = self.states.get(slot);
         if before.has_box {
@@ -63,7 +63,7 @@ impl Waiting {
     fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
         match self.changes.get_mut(before.change as usize) {
             Some(waiting) if waiting.0 == slot => {
-                // It had gone, and comes again.
+                // It was removed, and comes again.
                 self.gone -= usize::from(waiting.1.is_empty());
                 waiting.1 = bounds;
                 before.change
@@ -79,7 +79,7 @@ impl Waiting {
         self.states.get(slot).has_box
     }
 
-    /// The box that waits for an object, or [`Aabb::EMPTY`] if it is to go.
+    /// The waiting box of an object, or [`Aabb::EMPTY`] if it is to be removed.
     pub(super) fn waits(&self, slot: Slot) -> Option<Aabb> {
         let change = self.changes.get(self.states.get(slot).change as usize);
         change.filter(|waiting| waiting.0 == slot).map(|(_, bounds)| *bounds)
@@ -94,7 +94,7 @@ impl Waiting {
         self.changes.is_empty()
     }
 
-    /// Hands all changes over, in the order in which they began.
+    /// Passes on all changes, in the order of their first ones.
     pub(super) fn take_all(&mut self, take: impl FnOnce(&[(Slot, Aabb)])) {
         take(&self.changes);
         if self.gone > 0 {

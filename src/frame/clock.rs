@@ -32,9 +32,9 @@ impl std::ops::AddAssign for Stage {
     }
 }
 
-/// Steps of the clock that [`StageClock::step_ns`] looks at.
+/// Steps of the clock that [`StageClock::step_ns`] measures.
 const STEPS: u32 = 16;
-/// Readings at most: a clock that stands still does not hold anybody up.
+/// Most readings, so that a clock that stands still blocks nothing.
 const MOST_READINGS: u32 = 1_000_000;
 
 impl StageClock {
@@ -48,8 +48,9 @@ impl StageClock {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
 
-    /// The step in which the clock advances, nanoseconds: the shortest of 16 between readings that differ. Browsers make
-    /// their clocks coarse, by 5 to 1000 µs; elsewhere this is about what a reading takes. 0 if the clock stands still.
+    /// The step in which the clock advances, nanoseconds: the shortest of 16 between readings that differ. Browsers
+    /// round their clocks to 5 to 1000 µs; elsewhere this is about the duration of a reading. 0 if the clock stands
+    /// still.
     pub fn step_ns(&self) -> u64 {
         let start = Instant::now();
         shortest_step_ns(STEPS, || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))

@@ -10,7 +10,7 @@ use crate::{
     view::{View, ViewWindow},
 };
 
-/// A frame that brings more changes is a jump in a replay, or a file that was opened.
+/// Most changes of an ordinary frame: more come from a jump in a replay, or from opening a file.
 const FEW_CHANGES: usize = 1024;
 
 /// Measure by which [`Occlusion::Auto`] finds the cheapest method.
@@ -28,11 +28,11 @@ pub enum AutoBasis {
 pub struct PassConfig {
     /// The method.
     pub choice: Occlusion,
-    /// Most occluders of a frame; `None` is 64, and 16 for [`Occlusion::Auto`] where a polygon costs less than 640 ns.
+    /// Most occluders of a frame. `None` is 64, or 16 for [`Occlusion::Auto`] if a polygon costs less than 640 ns.
     pub occluders: Option<usize>,
-    /// Cost of drawing one polygon, nanoseconds. A test is taken for 100 ns, and only what costs four times as much to draw
-    /// is tested: from 400 ns on, polygons are tested one by one; at 10 ns, only nodes of the index with 40 polygons and
-    /// more.
+    /// Cost of drawing one polygon, nanoseconds. A test counts as 100 ns, and a test pays if it may save four times
+    /// that. So from 400 ns on, polygons are tested one by one. At 10 ns, only nodes of the index with 40 polygons and
+    /// more are tested.
     pub polygon_ns: f64,
     /// Measure that [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
@@ -50,8 +50,8 @@ impl Default for PassConfig {
 }
 
 impl PassConfig {
-    /// A method with its own number of occluders, for an engine whose "polygons" are meshes: drawing one costs 10 microseconds, so
-    /// each is tested.
+    /// A method with its own number of occluders, for an engine whose "polygons" are meshes: drawing one costs 10
+    /// microseconds, so each is tested.
     pub fn new(choice: Occlusion) -> Self {
         Self {
             choice,
@@ -76,7 +76,7 @@ impl PassConfig {
     /// Most occluders of a frame.
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
-            // The first few hide most: what the others add pays for choosing them only where a polygon costs much.
+            // The first few hide most: more of them pay for their selection only if a polygon costs much.
             Occlusion::Auto if self.polygon_ns < MANY_OCCLUDERS_NS => 16,
             _ => SelectConfig::default().occluders,
         })
@@ -89,12 +89,12 @@ const MESH_NS: f64 = 10_000.0;
 /// From this cost of a polygon on, nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;
 
-/// Frames for which what was visible last is remembered while it is not used: for longer ones all that is in view is taken
-/// for it.
+/// Frames without use after which the visible polygons of the last used frame are forgotten; then all polygons in view
+/// take their place.
 const LONGEST_MEMORY: u32 = 8;
 
-/// Occlusion culling by the largest occluders, as the pass of a [`super::Pipeline`], with what it keeps from frame to frame.
-/// [`super::Pipeline::with_occlusion`] makes one.
+/// Occlusion culling by the largest occluders, as the pass of a [`super::Pipeline`], with its state from frame to
+/// frame. [`super::Pipeline::with_occlusion`] makes one.
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
@@ -103,30 +103,30 @@ pub struct OcclusionPass {
     occluders: usize,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
-    /// Idle back-off; used only without a switch.
+    /// Idle backoff; used only without a switch.
     rest: Rest,
-    /// Whether many polygons came while no occluders were looked for: the best may not have been considered yet.
+    /// Whether many polygons came while occluders were not selected: the best may not have been considered yet.
     came_unseen: bool,
-    /// Other method of the switch, if it can ever pay.
+    /// The switch's other method, if it can ever pay.
     last: Option<PreviousFramePass>,
     /// Frames since `last` was used.
     since_last: u32,
     /// Whether the last frame was culled by `last`.
     by_last: bool,
-    /// Polygons that remain of each view.
+    /// Remaining polygons of each view.
     drawn: Vec<VisibleBlocks>,
-    /// Polygons that each of these has room for.
+    /// Number of polygons that each of these sets has room for.
     capacity: usize,
 }
 
 impl OcclusionPass {
-    /// A pass that has seen nothing yet, with room for this many polygons.
+    /// A pass before its first frame, with room for this many polygons.
     pub fn new(config: PassConfig, capacity: usize) -> Self {
         Self::with_culler(config.choice.culler(), config, capacity)
     }
 
-    /// The same with cullers of the caller's own: [`Occlusion::Auto`] chooses among none, such a culler and
-    /// [`Occlusion::PreviousFrame`]; every other choice always takes such a culler.
+    /// The same with the caller's own cullers: [`Occlusion::Auto`] chooses among none, such a culler and
+    /// [`Occlusion::PreviousFrame`]; every other choice always uses such a culler.
     pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
@@ -170,7 +170,7 @@ impl OcclusionPass {
         self.stage.view().selector().chosen()
     }
 
-    /// Whether the last frame was culled by what was visible in the one before.
+    /// Whether the occluders of the last frame were the polygons visible in the frame before.
     pub fn is_by_last(&self) -> bool {
         self.by_last
     }
@@ -182,16 +182,16 @@ impl OcclusionPass {
         }
     }
 
-    /// About what that took of the time for candidates, nanoseconds, by its counts of work.
+    /// Approximate part of the time for candidates that this has taken, nanoseconds, by work counts.
     fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) -> f64 {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
         self.stage.follow_roughly(geometry, changes, budget_ns)
     }
 
-    /// Subtracts what a frame has taken of the time for candidates.
+    /// Subtracts a frame's use of the time for candidates.
     fn spend_idle(&mut self, counted_ns: f64, measured_ns: u64) {
         if let Some(switch) = &mut self.switch {
-            // Where none of it was spent on candidates, the rest is what any frame takes.
+            // Without work on candidates, the time is that of any frame.
             let is_measured = self.config.basis == AutoBasis::Time && counted_ns > 0.0;
             switch.spend_idle(if is_measured { counted_ns.max(measured_ns as f64) } else { counted_ns });
         }
@@ -208,7 +208,7 @@ impl OcclusionPass {
         }
     }
 
-    /// Chooses, builds and culls for one view; returns what that costs by its work counts, nanoseconds.
+    /// Selects occluders, builds the culler and culls for one view; returns the cost by work counts, nanoseconds.
     fn cull(
         &mut self,
         frame: &PassInput<'_>,
@@ -269,7 +269,7 @@ impl Pass for OcclusionPass {
             && changes.is_empty()
             && !switch.can_pay(seen)
         {
-            // Reading the clock would take longer than the rest. Candidates that are not known yet wait.
+            // Reading the clock would take longer than the rest. New candidates wait.
             switch.decide(seen);
             self.since_last = self.since_last.saturating_add(1);
             self.by_last = false;
@@ -295,7 +295,7 @@ impl Pass for OcclusionPass {
         let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::PreviousFrame;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
-        // A try makes do with the candidates that there are.
+        // A try uses only the candidates so far.
         let spent_ns = match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
             true if !is_off && !is_by_last => {
                 self.stage.follow_in_steps(geometry, changes);
@@ -322,7 +322,7 @@ impl Pass for OcclusionPass {
         }
         self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
-        // The first view last: what is left in the stage is then the first view's.
+        // The first view last, so that the stage keeps the first view's state.
         for (i, view) in views.iter().enumerate().rev() {
             let Some(window) = view.window() else {
                 self.drawn[i].copy_from(&in_view[i]);
@@ -357,7 +357,7 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(self.config.cull());
-        // Never fewer: a cost that is measured goes up and down.
+        // Never fewer: a measured cost goes up and down.
         if self.config.occluders() > self.occluders {
             self.occluders = self.config.occluders();
             self.stage.set_culler((self.make)(self.occluders), self.occluders);

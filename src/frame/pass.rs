@@ -13,15 +13,15 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// Takes a whole model, before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Follows the loading of a whole model of which only this part is new, the part after the last one that it was given. A pass that
-    /// cannot be loaded in parts loads everything with the last one.
+    /// Loads a part of a whole model: `part` follows the part of the last call. A pass that cannot load in parts loads
+    /// everything with the last one.
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         if part.end == all.len() {
             self.load(geometry, all);
         }
     }
 
-    /// Follows the changes of a frame that nobody draws.
+    /// Follows the changes of a frame that is not drawn.
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
     /// Follows the changes of a frame and culls its views.
@@ -31,10 +31,10 @@ pub trait Pass: Any + Debug + Send + Sync {
     /// frame the pipeline draws everything in the frustum.
     fn drawn(&self) -> &[VisibleBlocks];
 
-    /// Sets how many occluders a view takes at most; `None` is the method's own number. A method without occluders ignores it.
+    /// Sets the most occluders of a view; `None` is the method's own number. A method without occluders ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Sets the cost of drawing a polygon, nanoseconds, for a method that culls only where that pays.
+    /// Sets the cost of drawing a polygon, nanoseconds, for a method that culls only if that pays.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 

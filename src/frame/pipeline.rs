@@ -17,26 +17,27 @@ use crate::{
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// Changes that an index is given at once.
+/// Number of changes that are announced to the index together.
 const ANNOUNCED: usize = 16;
 
-/// Polygons that a step of loading inserts: a multiple of [`ANNOUNCED`], so that the index is given the same at once.
+/// Polygons that a step of loading inserts: a multiple of [`ANNOUNCED`], so that the same changes are announced
+/// together.
 const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 
-/// Most updates that an index is handed at once, and fewest: fewer than these are handed over one by one.
+/// Most updates that the index gets together, and fewest: fewer are passed one by one.
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
 
 /// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
-    /// The polygons that are not in the index, as they are in spaces that move as a whole.
+    /// The polygons in spaces that move as a whole, which the index does not have.
     spaces: Spaces,
     /// Polygons of these spaces in view.
     in_spaces: Vec<SpacesInView>,
     /// The frustum of each view, kept for its memory.
     frusta: Vec<Frustum>,
-    /// Polygons that the view may see.
+    /// Polygons in the frustum of each view.
     in_view: Vec<VisibleBlocks>,
     /// Upper bound of the polygon numbers that each of these sets has room for.
     capacity: usize,
@@ -44,14 +45,14 @@ pub struct Pipeline {
     /// Whether the last frame was culled by occlusion.
     occluded: bool,
     clock: StageClock,
-    /// Updates that go to the index together, and those of them that it refused; kept for their memory.
+    /// Updates that go to the index together, and the refused ones; reused for their memory.
     together: Vec<(PolygonId, Aabb)>,
     not_taken: Vec<IndexError>,
     refused: u64,
     frame: u64,
 }
 
-/// Polygons that [`Pipeline::load_some`] inserts, and its progress.
+/// The polygons for [`Pipeline::load_some`], and its progress.
 #[derive(Debug)]
 pub struct Loading {
     all: Vec<Change>,
@@ -72,7 +73,7 @@ impl Pipeline {
     /// While all numbers lie below twice that, no list grows after the first frame with its view. More polygons are accepted, too.
     /// The clock measures the stages of a frame; most callers use [`StageClock::default`].
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
-        // Where polygons come and go, some numbers are unused.
+        // If polygons come and go, some numbers are unused.
         let capacity = 2 * capacity.min(IndexConfig::MOST_RESERVED);
         Self {
             index,
@@ -91,8 +92,7 @@ impl Pipeline {
         }
     }
 
-    /// The pipeline with a pass of the caller's own after the frustum, in place of the one that it had; before the first
-    /// frame.
+    /// The pipeline with the caller's own pass after the frustum, in place of the former one; before the first frame.
     #[must_use]
     pub fn with_pass(mut self, pass: impl Pass) -> Self {
         self.pass = Some(Box::new(pass));
@@ -112,7 +112,7 @@ impl Pipeline {
         }
     }
 
-    /// The same with cullers of the caller's own ([`OcclusionPass::with_culler`]).
+    /// The same with the caller's own cullers ([`OcclusionPass::with_culler`]).
     #[must_use]
     pub fn with_culler(self, make: MakeCuller, config: PassConfig) -> Self {
         let capacity = self.capacity;
@@ -168,7 +168,7 @@ impl Pipeline {
         record
     }
 
-    /// Adds what is in view of the polygons in spaces.
+    /// Adds the polygons of spaces that are in view.
     fn cull_spaces(&mut self, geometry: &dyn Geometry) -> WorkCounts {
         let mut work = WorkCounts::default();
         self.in_spaces.resize_with(self.frusta.len(), SpacesInView::default);
@@ -182,7 +182,7 @@ impl Pipeline {
         work
     }
 
-    /// A frame that nobody draws: the index follows the changes, nothing is measured or culled.
+    /// Follows the changes of a frame that is not drawn: nothing is measured or culled.
     pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.apply(geometry, changes, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
@@ -191,8 +191,8 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Inserts everything that is present, before the first frame and outside of any frame's time. Unlike single inserts, it
-    /// also lets large occluders be joined across small polygons
+    /// Inserts all present polygons, before the first frame and outside of any frame's time. Unlike single inserts, it
+    /// also joins small polygons to large occluders
     /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls), up to 130 ms).
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let all = present(geometry);
@@ -202,8 +202,8 @@ impl Pipeline {
         }
     }
 
-    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; where the system gives none, one after the
-    /// other.
+    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; one after the other if the system
+    /// starts no thread.
     pub fn load_on_threads(&mut self, geometry: &(dyn Geometry + Sync)) {
         if cfg!(target_arch = "wasm32") {
             self.load(geometry);
@@ -227,7 +227,7 @@ impl Pipeline {
         self.pass = pass.into_inner().unwrap_or_else(PoisonError::into_inner);
     }
 
-    /// Ends a row of calls of [`Pipeline::skip`]: makes the index ready for queries.
+    /// Ends a series of calls of [`Pipeline::skip`]: prepares the index for queries.
     pub fn commit(&mut self) {
         self.index.commit();
         if !self.spaces.is_unused() {
@@ -235,7 +235,7 @@ impl Pipeline {
         }
     }
 
-    /// Begins [`Pipeline::load`] for whoever has little time at once.
+    /// Begins [`Pipeline::load`] in steps, for callers with little time in each frame.
     pub fn begin_load(geometry: &dyn Geometry) -> Loading {
         Loading { all: present(geometry), at: 0 }
     }
@@ -252,8 +252,8 @@ impl Pipeline {
         *at < all.len()
     }
 
-    /// Hands the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted, and
-    /// inserted once its box is finite again.
+    /// Passes the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted,
+    /// and inserted once its box is finite again.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let (mut at, mut announced) = (0, 0);
         while let Some(&change) = changes.get(at) {
@@ -323,7 +323,7 @@ impl Pipeline {
 
     fn follow(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
         if let Some(space) = geometry.space(id) {
-            // It was in the index, perhaps.
+            // It may have been in the index.
             if !self.spaces.holds(id) {
                 let _ = self.index.remove(id);
             }
@@ -336,7 +336,7 @@ impl Pipeline {
         match self.index.update(id, &bounds) {
             Err(IndexError::Unknown(_)) => self.index.insert(id, &bounds),
             Err(refusal) => {
-                // At its old place it would be drawn where it no longer is.
+                // At its old place it would still be drawn.
                 self.index.remove(id)?;
                 Err(refusal)
             }
@@ -364,14 +364,15 @@ impl Pipeline {
         self.in_view.first().unwrap_or(&NOTHING)
     }
 
-    /// Sets how many occluders a frame takes at most, if the pipeline culls by occlusion; `None` is the method's own number.
+    /// Sets the most occluders of a frame, if the pipeline culls by occlusion; `None` is the method's own number.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
         if let Some(pass) = &mut self.pass {
             pass.set_occluders(occluders);
         }
     }
 
-    /// Sets what it costs to draw a polygon, nanoseconds: only [`Occlusion::Auto`] takes another cost once it runs.
+    /// Sets the cost of drawing a polygon, nanoseconds. After the first frame only [`Occlusion::Auto`] follows a new
+    /// cost.
     pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
         if let Some(pass) = &mut self.pass {
             pass.set_polygon_ns(polygon_ns);
@@ -394,13 +395,13 @@ impl Pipeline {
         self.index.len() + self.spaces.len()
     }
 
-    /// Memory that these take, bytes.
+    /// Memory of these, bytes.
     pub fn bytes(&self) -> usize {
         self.index.bytes() + self.spaces.bytes()
     }
 
-    /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] finds it, in spaces that move as a whole, too.
-    /// `geometry` gives the present places of the spaces.
+    /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] finds it, also in spaces that move as a
+    /// whole. `geometry` returns the present places of the spaces.
     pub fn ray_nearest(
         &self,
         geometry: &dyn Geometry,
@@ -464,13 +465,13 @@ impl Pipeline {
     }
 }
 
-/// Everything that is present, as changes.
+/// All present polygons, as changes.
 fn present(geometry: &dyn Geometry) -> Vec<Change> {
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }
 
-/// Number of updates at the beginning, up to the most that an index takes at once.
+/// Number of updates at the beginning of the changes, up to the most that an index gets together.
 fn leading_updates(changes: &[Change]) -> usize {
     changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

@@ -4,17 +4,17 @@ use crate::{
     polygon::{Change, Geometry, VisibleBlocks},
 };
 
-/// Culling by what was visible in the last frame ([`PreviousFrameOccluders`]) as a stage of a [`super::Pipeline`].
+/// Culling by the polygons visible in the last frame ([`PreviousFrameOccluders`]) as a stage of a [`super::Pipeline`].
 #[derive(Debug)]
 pub struct PreviousFramePass {
     culling: PreviousFrameOccluders,
     drawn: Vec<VisibleBlocks>,
-    /// Polygons that each of these has room for.
+    /// Number of polygons that each of these sets has room for.
     capacity: usize,
 }
 
 impl PreviousFramePass {
-    /// A stage that has seen nothing yet, with room for this many polygons.
+    /// A stage before its first frame, with room for this many polygons.
     pub fn new(capacity: usize) -> Self {
         let drawn = vec![VisibleBlocks::with_capacity(capacity)];
         Self {
@@ -29,7 +29,7 @@ impl PreviousFramePass {
         self.culling.follow(changes);
     }
 
-    /// Before a frame: forgets what was hidden in the last one.
+    /// Forgets the hidden polygons of the last frame; called before a frame.
     pub(super) fn forget(&mut self, views: usize) {
         (0..views).for_each(|view| self.culling.forget(view));
     }

@@ -22,8 +22,8 @@ pub struct FrameRecord {
     pub cull: Stage,
     /// Work counts of frustum culling.
     pub work: WorkCounts,
-    /// Polygons in the frustum, hidden or not, of all views together; [`FrameRecord::drawn`] are those of them that occlusion
-    /// culling leaves.
+    /// Polygons in the frustum, hidden or not, of all views together; [`FrameRecord::drawn`] leaves out those that
+    /// occlusion culling removes.
     pub visible: u64,
     /// Culling by occlusion, after the frustum.
     pub occlusion: OcclusionRecord,

@@ -6,7 +6,7 @@ const LONGEST: u32 = 32;
 /// Cosine of the turn of the view that ends the pause, 10 degrees.
 const TURN_COSINE: f32 = 0.985;
 
-/// Change of the number of polygons in view that ends the pause, 1 / this of them.
+/// Change of the number of polygons in view that ends the pause: this fraction's denominator.
 const CHANGED_PART: u64 = 8;
 
 /// Idle backoff of occlusion culling: after a frame that found no hidden polygon it skips one frame, then two, four, and so on.
@@ -46,7 +46,7 @@ impl Rest {
             return false;
         }
         if comes_large() {
-            // Tests at once. If that finds nothing, either, the next pause grows as usual.
+            // Tests at once. If that finds nothing again, the next pause grows as usual.
             self.left = 0;
             return false;
         }
@@ -76,7 +76,7 @@ mod tests {
         View::look_at(Vec3::ZERO, target, Projection::symmetric(60.0, 1.0, 0.01, 100.0))
     }
 
-    /// Looks among so many frames in each of which this much is found.
+    /// Runs this many frames, each with this number of hidden polygons, and counts the tests.
     fn looks(rest: &mut Rest, frames: u32, found: u64) -> u32 {
         let views = [view(Vec3::NEG_Z)];
         let mut looks = 0;

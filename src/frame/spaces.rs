@@ -1,6 +1,6 @@
 //! Polygons in spaces that move as a whole.
 //!
-//! An index stores polygons by their boxes in the world. To drag a group of a hundred thousand polygons would cost a
+//! An index stores polygons by their boxes in the world. Dragging a group of a hundred thousand polygons would cost a
 //! hundred thousand updates a frame. Here each space has its own index, by the boxes of its polygons in that space. If
 //! the space moves, one box changes: the box around it, in the index of all spaces.
 //!
@@ -31,7 +31,7 @@ struct Space {
     id: SpaceId,
     mesh: Mesh,
     blocks: Vec<u32>,
-    /// The polygons that are there, a mask for each slot.
+    /// The present polygons, a mask for each slot.
     masks: Vec<u16>,
     slots: HashMap<u32, u32>,
     polygons: usize,
@@ -92,12 +92,12 @@ impl Space {
         Ok(())
     }
 
-    /// The polygons that are there, of each block.
+    /// The present polygons of each block.
     fn all(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
         self.blocks.iter().zip(&self.masks).map(|(block, mask)| (*block as usize, *mask))
     }
 
-    /// The frusta that hold more, and less, than the view's; see [`self`](crate::frame::spaces).
+    /// The frusta that contain more, and less, than the view's; see [`self`](crate::frame::spaces).
     fn outer_and_inner(&self, frustum: &Frustum) -> [Frustum; 2] {
         let matrix = self.place.world_from_space.matrix3;
         let half = self.largest_half_m.as_dvec3();
@@ -109,7 +109,7 @@ impl Space {
             let exact: DVec3 = matrix.transpose() * in_world;
             let normal = exact.as_vec3();
             let d = in_world.dot(self.place.world_from_space.translation) + f64::from(plane.d);
-            // How far the largest box reaches along the normal: in the space, and as a box of the world around that.
+            // Extent of the largest box along the normal: in the space, and as its box in the world.
             let reach_m = exact.abs().dot(half);
             let world_reach_m = in_world.abs().dot(abs_matrix(&matrix) * half);
             let rounding_m = rounding_m * in_world.abs().element_sum()
@@ -187,7 +187,7 @@ impl Spaces {
         }
         let filed = &mut self.spaces[number as usize];
         if filed.polygons == 0 {
-            // Nobody had to tell where it went while it was empty.
+            // An empty space gets no `Place` changes, so its place is read here.
             filed.place = geometry.place(space);
         }
         let outcome = filed.set(id, &geometry.bounds_in_space(id));
@@ -197,7 +197,7 @@ impl Spaces {
                 self.filed.set(id, number + 1);
                 self.note_changed(number);
             }
-            // At its old place it would be found where it no longer is.
+            // At its old place it would still be found.
             Err(_) if self.holds(id) => self.remove(id)?,
             Err(_) => {}
         }
@@ -212,9 +212,9 @@ impl Spaces {
         self.spaces[number as usize].remove(id)
     }
 
-    /// A space has moved.
+    /// Follows the move of a space.
     pub(super) fn place(&mut self, geometry: &dyn Geometry, space: SpaceId) {
-        // One that no polygon was ever in will be asked about when one comes.
+        // The place of an unused space is read when a polygon comes.
         if let Some(&number) = self.numbers.get(&space) {
             self.spaces[number as usize].place = geometry.place(space);
             self.note_changed(number);
@@ -247,7 +247,7 @@ impl Spaces {
             let _ = tops.remove(id);
             if space.polygons > 0 {
                 space.world_bounds = space.place.world_box(space.mesh.bounds());
-                // Finite, so it is taken.
+                // Its box is finite, so it is accepted.
                 let _ = tops.insert(id, &space.world_bounds);
             }
         }
@@ -304,7 +304,7 @@ impl Spaces {
                 continue;
             }
             found.clear();
-            // A polygon of which the box touches lies within the box's extent from there.
+            // A polygon whose box touches lies within the box's extent from there.
             let largest_m =
                 abs_matrix(&place.world_from_space.matrix3) * space.largest_half_m.as_dvec3() * 2.0;
             let beside_m = (largest_m + 4.0 * place.rounding_of(space.mesh.bounds())).as_vec3();

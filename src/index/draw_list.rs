@@ -6,7 +6,7 @@ use crate::polygon::{BLOCK, PolygonId};
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     ids: Vec<PolygonId>,
-    /// For an index that finds blocks first; kept for its memory.
+    /// For an index that finds blocks first; reused for its memory.
     masks: Vec<u16>,
 }
 
@@ -32,12 +32,12 @@ impl DrawList {
         list
     }
 
-    /// A list of these.
+    /// A list of these ids.
     pub(crate) fn of(ids: Vec<PolygonId>) -> Self {
         Self { ids, masks: Vec::new() }
     }
 
-    /// The list's memory.
+    /// Returns the list's memory.
     pub(crate) fn into_ids(self) -> Vec<PolygonId> {
         self.ids
     }
@@ -47,8 +47,8 @@ impl DrawList {
         self.ids.clear();
     }
 
-    /// Makes room for this many more, or for all below [`PolygonId::LIMIT`] if those are fewer, however they are written: a
-    /// query that finds no more does not allocate.
+    /// Makes room for this many more, or for all ids below [`PolygonId::LIMIT`] if those are fewer. A query that finds
+    /// no more does not allocate, however it writes them.
     pub fn reserve(&mut self, additional: usize) {
         let additional = additional.min(PolygonId::LIMIT as usize);
         self.ids.reserve(additional + ROOM_BEHIND);
@@ -75,7 +75,7 @@ impl DrawList {
         &mut self.ids
     }
 
-    /// The list, and masks of blocks with any contents.
+    /// The list, and masks of blocks with unspecified contents.
     pub(crate) fn parts(&mut self) -> (&mut Vec<PolygonId>, &mut Vec<u16>) {
         (&mut self.ids, &mut self.masks)
     }

@@ -4,7 +4,7 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// The boxes filed in an index, by id, and the checks that every index makes before it changes anything.
+/// The boxes in an index, by id, with the checks that all indexes make before a change.
 #[derive(Clone, Debug)]
 pub struct FiledBoxes {
     boxes: ById<Aabb>,
@@ -23,29 +23,29 @@ impl FiledBoxes {
         filed
     }
 
-    /// How many boxes are filed.
+    /// Number of boxes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// The box of a polygon that is filed; [`Aabb::EMPTY`] of any other.
+    /// The box of a polygon; [`Aabb::EMPTY`] if it has none.
     #[inline]
     pub fn get(&self, id: PolygonId) -> Aabb {
         self.boxes.get(id)
     }
 
     #[inline]
-    /// Whether none is filed.
+    /// Whether there are no boxes.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Whether a box is filed under this number.
+    /// Whether a polygon has a box.
     pub fn contains(&self, id: PolygonId) -> bool {
         !self.boxes.get(id).is_empty()
     }
 
-    /// Files a box.
+    /// Inserts a box.
     pub fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         admit(id, bounds)?;
         if self.contains(id) {
@@ -56,7 +56,7 @@ impl FiledBoxes {
         Ok(())
     }
 
-    /// Takes a box out and returns it.
+    /// Removes a box and returns it.
     pub fn remove(&mut self, id: PolygonId) -> Result<Aabb, IndexError> {
         let before = self.boxes.get(id);
         if before.is_empty() {
@@ -67,7 +67,7 @@ impl FiledBoxes {
         Ok(before)
     }
 
-    /// Replaces a box and returns the one of before.
+    /// Replaces a box and returns the former one.
     pub fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<Aabb, IndexError> {
         let before = self.boxes.get(id);
         if before.is_empty() {
@@ -80,18 +80,18 @@ impl FiledBoxes {
         Ok(before)
     }
 
-    /// What is filed, ascending by id.
+    /// The ids and boxes, ascending by id.
     pub fn iter(&self) -> impl Iterator<Item = (PolygonId, &Aabb)> {
         self.boxes.iter().filter(|(_, bounds)| !bounds.is_empty())
     }
 
-    /// Forgets all boxes.
+    /// Removes all boxes.
     pub fn clear(&mut self) {
         self.boxes.clear();
         self.len = 0;
     }
 
-    /// Memory that the boxes take, bytes.
+    /// Memory of the boxes, bytes.
     pub fn bytes(&self) -> usize {
         self.boxes.bytes()
     }

@@ -13,7 +13,7 @@ pub struct Mesh {
     boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
     is_tree: bool,
-    /// A box around all polygons. It may be too large until the next commit.
+    /// A box around all polygons; perhaps too large until the next commit.
     bounds: Aabb,
     /// Whether polygons were removed or moved since `bounds` was computed.
     is_loose: bool,
@@ -46,7 +46,7 @@ impl Mesh {
         &*self.index
     }
 
-    /// A box around all polygons: those of the last commit and those set since.
+    /// A box around all polygons of the last commit and all polygons set since.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }

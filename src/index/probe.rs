@@ -1,4 +1,4 @@
-//! Box and ray queries that work on every index: the first as a frustum, the second as a walk.
+//! Box and ray queries for every index: the first as a frustum, the second as a walk.
 
 use std::collections::BinaryHeap;
 
@@ -54,7 +54,7 @@ pub struct Nearest<'a> {
 }
 
 impl<'a> Nearest<'a> {
-    /// Begins a search up to this distance along the ray; `hit` gives the distance to a polygon that the ray meets.
+    /// Begins a search up to this distance along the ray; `hit` returns the distance to a polygon that the ray meets.
     pub fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }
@@ -122,7 +122,7 @@ pub(crate) fn ray_any(
     nearest: impl FnOnce(&mut dyn FnMut(PolygonId) -> Option<f32>) -> Option<(PolygonId, f32)>,
 ) -> Option<(PolygonId, f32)> {
     let mut found = None;
-    // A hit before everything: the search for the nearest has nothing left to look at.
+    // After any hit, the search for the nearest has nothing left to visit.
     let mut first = |id| {
         if found.is_some() {
             return None;
@@ -144,7 +144,7 @@ struct SphereVisitor<'a> {
 impl Visitor for SphereVisitor<'_> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         let Sphere { center, radius_m } = *self.sphere;
-        // What is computed for a box is never more than for a box inside it. A radius that is no number finds nothing.
+        // The computed distance of a box never exceeds that of a box inside it. A radius of NaN finds nothing.
         if node.bounds.distance_squared(center) <= radius_m * radius_m { Visit::Descend } else { Visit::Skip }
     }
 
@@ -162,7 +162,7 @@ pub(crate) fn sphere_query(
     out: &mut Vec<PolygonId>,
     walk: impl FnOnce(&mut dyn Visitor) -> WorkCounts,
 ) -> WorkCounts {
-    // The square of a negative radius would do.
+    // The square of a negative radius would find polygons.
     if sphere.radius_m.is_nan() || sphere.radius_m < 0.0 {
         return WorkCounts::default();
     }
@@ -171,7 +171,7 @@ pub(crate) fn sphere_query(
     WorkCounts { reported: visitor.reported, ..work }
 }
 
-/// A polygon at its distance; the farther, and of two at the same distance the higher id, is the greater.
+/// A polygon and its distance, ordered by the distance; at the same distance the higher id is greater.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Near {
     distance_m: f32,
@@ -198,7 +198,7 @@ pub struct NearestPolygons<'a> {
     point: Vec3,
     count: usize,
     distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
-    /// The farthest of them on top.
+    /// The polygons found, the farthest on top.
     found: BinaryHeap<Near>,
 }
 
@@ -269,7 +269,7 @@ impl Visitor for NearestPolygons<'_> {
     }
 }
 
-/// [`super::SpatialIndex::nearest`] of an index of `len` polygons that looks for them in its own way.
+/// [`super::SpatialIndex::nearest`] for an index of `len` polygons with its own search.
 pub fn nearest_by(
     point: Vec3,
     count: usize,

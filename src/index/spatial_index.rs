@@ -63,7 +63,7 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::IdBeyondLimit`], [`IndexError::InvalidBounds`], [`IndexError::Duplicate`].
     fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Takes a polygon out.
+    /// Removes a polygon.
     ///
     /// # Errors
     /// [`IndexError::Unknown`].
@@ -75,9 +75,9 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Gives polygons new boxes: the same as [`SpatialIndex::update`] with one after the other, so of an id that comes more than
-    /// once the last counts. Appends why updates were refused to `refused`, in their order. A call of `update` for each, unless
-    /// an index does better for neighbours that follow each other.
+    /// Gives polygons new boxes: the same as [`SpatialIndex::update`] with one after the other, so the last update of
+    /// an id counts. Appends the errors of refused updates to `refused`, in their order. By default it calls `update`
+    /// for each; an index may be faster for consecutive neighbours.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
@@ -133,9 +133,9 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`; of several at the same `t` the one with the
     /// lowest id.
     ///
-    /// `hit` is the exact test: the `t` at which the ray meets the polygon itself, if it does. It is called for every polygon
-    /// whose box the ray enters no later than the nearest hit so far, and perhaps for others, in any order. By rounding, its
-    /// `t` may be smaller than the `t` of entry into the box, by one part in ten thousand at most.
+    /// `hit` is the exact test: the `t` at which the ray meets the polygon itself, if it does. It is called for every
+    /// polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others. By rounding, its
+    /// `t` may be smaller than the `t` of entry into the box, by at most one part in ten thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,
@@ -199,6 +199,6 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// Memory held, bytes.
     fn bytes(&self) -> usize;
 
-    /// Takes everything out; keeps the memory.
+    /// Removes all polygons; keeps the memory.
     fn clear(&mut self);
 }

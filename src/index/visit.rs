@@ -18,7 +18,7 @@ pub struct Node<'a> {
     pub is_leaf: bool,
 }
 
-/// What to do with a node.
+/// Decision about a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visit {
     /// Omit the node and all below.
@@ -34,8 +34,8 @@ pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
-    /// Whether [`Visitor::leaves`] decides about neighbouring leaves together. Polygons whose own box was passed there then count as
-    /// taken ([`Visit::Take`]).
+    /// Whether [`Visitor::leaves`] decides about neighbouring leaves together. A polygon whose own box was passed there then
+    /// counts as taken ([`Visit::Take`]).
     fn asks_together(&self) -> bool {
         false
     }
@@ -72,7 +72,7 @@ pub trait Thinner {
     /// Whether a polygon with this box is hidden.
     fn is_hidden(&mut self, bounds: &Aabb) -> bool;
 
-    /// Which of at most sixteen polygons with these boxes are hidden, a bit for each.
+    /// The hidden ones among at most sixteen polygons with these boxes, a bit for each.
     fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
         boxes
             .iter()

@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 /// An unvisited entry of a search for the nearest polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waiting<P> {
-    /// Where the ray enters it, or its distance from the point.
+    /// The ray parameter of the entry, or the distance from the point.
     pub t: f32,
     /// The node or polygon.
     pub place: P,
@@ -18,7 +18,7 @@ impl<P: Ord> PartialOrd for Waiting<P> {
 }
 
 impl<P: Ord> Ord for Waiting<P> {
-    /// The nearest is the greatest: a heap gives it first, and a sorted stack has it on top.
+    /// The nearest entry is the greatest: a heap returns it first, and a sorted stack has it on top.
     fn cmp(&self, other: &Self) -> Ordering {
         other.t.total_cmp(&self.t).then_with(|| other.place.cmp(&self.place))
     }

@@ -1,9 +1,9 @@
 use std::ops::AddAssign;
 
-/// How much a query did. Compared before times: counts do not depend on the machine.
+/// Counts of a query's work. They are compared before times, because they do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkCounts {
-    /// Nodes looked at.
+    /// Nodes visited.
     pub nodes: u64,
     /// Boxes, of nodes or polygons, tested against at least one plane.
     pub boxes: u64,
@@ -25,11 +25,10 @@ impl AddAssign for WorkCounts {
     }
 }
 
-/// Counts of the work that an index has done to follow changes since it was made. They show why moving things takes the time
-/// that it takes.
+/// Counts of an index's work to follow changes since it was made. They explain the time of moving polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Upkeep {
-    /// Polygons that got another box where they were filed.
+    /// Polygons that got another box without a change of their place.
     pub adjusted: u64,
     /// Polygons inserted: new ones, moved ones, or those of a part that was rebuilt.
     pub filed: u64,

@@ -10,7 +10,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing; the neutral element of [`Aabb::union`].
+    /// The box without points; the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The box with these corners.
@@ -29,7 +29,7 @@ impl Aabb {
         points.iter().fold(Self::EMPTY, |bounds, &p| Self { min: bounds.min.min(p), max: bounds.max.max(p) })
     }
 
-    /// The smallest box that holds both.
+    /// The smallest box that contains both.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
@@ -40,7 +40,7 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether all six numbers are finite and `min <= max`: an index accepts such boxes only.
+    /// Whether all six numbers are finite and `min <= max`: an index accepts only such boxes.
     pub fn is_valid(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && !self.is_empty()
     }

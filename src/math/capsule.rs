@@ -28,7 +28,7 @@ impl Capsule {
             (along, (by - axis * along).length_squared())
         });
         let radius_squared = parts.clone().map(|(_, off)| off).fold(0.0, f64::max);
-        // Each point lies in the half sphere at an end, or between both.
+        // Each point lies in the half sphere at an end, or between the ends.
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for (along, off) in parts {
             let reach = (radius_squared - off).max(0.0).sqrt();
@@ -39,20 +39,20 @@ impl Capsule {
         }
         let end = |along: f64| (center + axis * along).as_vec3();
         let along_axis = Self::around(end(low), end(high), points);
-        // Few points can lie evenly about the middle of their box and all to one side of its axis.
+        // The centre of a few points' box may be far off their axis.
         let middle = Sphere::from_points(points).center;
         let ball = Self::around(middle, middle, points);
         Some(if ball.radius_m < along_axis.radius_m { ball } else { along_axis })
     }
 
-    /// The narrowest capsule about a segment that holds some points. Distances count from the rounded ends.
+    /// The narrowest capsule about a segment that contains the points. Distances count from the rounded ends.
     fn around(from: Vec3, to: Vec3, points: &[Vec3]) -> Self {
         let line = Self { from, to, radius_m: 0.0 };
         let far = points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);
         Self { radius_m: far as f32 * (1.0 + 4.0 * f32::EPSILON), ..line }
     }
 
-    /// From a point to the segment, metres.
+    /// Distance from a point to the segment, metres.
     fn distance(&self, p: Vec3) -> f64 {
         let (from, by) = (self.from.as_dvec3(), self.to.as_dvec3() - self.from.as_dvec3());
         let over = by.length_squared();
@@ -80,7 +80,7 @@ impl Volume for Capsule {
     }
 }
 
-/// Part of a ray inside of a convex volume: `t` at which it enters and leaves.
+/// Part of a ray inside of a convex volume: the `t` of entry and exit.
 type Span = Option<(f64, f64)>;
 
 impl Ray {
@@ -117,7 +117,7 @@ impl Ray {
         Some((nearest - half, nearest + half))
     }
 
-    /// In the cylinder around the segment, without the half spheres.
+    /// The span in the cylinder around the segment, without the half spheres.
     fn in_cylinder(&self, capsule: &Capsule) -> Span {
         let (origin, direction) =
             (self.origin.as_dvec3() - capsule.from.as_dvec3(), self.direction.as_dvec3());

@@ -19,7 +19,7 @@ pub struct PlaneMask(u8);
 impl PlaneMask {
     /// All six planes.
     pub const ALL: Self = Self(0b11_1111);
-    /// No plane is left: everything below is inside.
+    /// No plane is left: everything inside the box is inside the frustum.
     pub const NONE: Self = Self(0);
 
     /// Whether no plane is left to test.
@@ -55,7 +55,7 @@ impl Frustum {
         Self { planes }
     }
 
-    /// The frustum that every box lies in: planes without a normal have everything on their inner side.
+    /// The frustum that contains every box: planes without a normal have everything on their inner side.
     pub fn everything() -> Self {
         Self::new([Plane { normal: glam::Vec3::ZERO, d: 0.0 }; 6])
     }
@@ -92,10 +92,12 @@ impl Frustum {
         (outcome, PlaneMask(left), tested)
     }
 
-    /// Whether the box may be visible: not wholly behind any plane. The exact set of the crate's fingerprints.
+    /// Whether the box may be visible: not wholly behind any plane. Fingerprints are of exactly this set.
     #[inline]
     pub fn may_see(&self, bounds: &Aabb) -> bool {
-        // `>= 0 || NaN` is "not behind": what cannot be decided is visible.
+        // `>= 0
+        //
+        // NaN` is "not behind": undecided boxes count as visible.
         !self.planes.iter().any(|plane| plane.signed_distance(plane.positive_vertex(bounds)) < 0.0)
     }
 }

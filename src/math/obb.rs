@@ -2,10 +2,11 @@ use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use super::Aabb;
 
-/// Half sides grow by this fraction of the longest: `f32` axes are unit and square to each other only nearly.
+/// Half sides grow by this fraction of the longest one, because `f32` axes are unit and perpendicular only
+/// approximately.
 const GROWTH: f64 = 1.0e-6;
 
-/// Turns of the Jacobi method; three by three it has settled after five or six.
+/// Sweeps of the Jacobi method; for three by three numbers five or six suffice.
 const SWEEPS: usize = 12;
 
 /// A box with axes of its own ("oriented"), metres: all points `center + x * axis 0 + y * axis 1 + z * axis 2` with
@@ -55,7 +56,7 @@ impl Obb {
             (low, high) = (low.min(p), high.max(p));
         }
         let center = (axes.as_dmat3() * (low * 0.5 + high * 0.5)).as_vec3();
-        // From the centre as it is rounded.
+        // Relative to the rounded centre.
         let reach = |far: DVec3, p: &Vec3| far.max((turned * (p.as_dvec3() - center.as_dvec3())).abs());
         let half = points.iter().fold(DVec3::ZERO, reach);
         let half = (half + DVec3::splat(half.max_element() * GROWTH)).as_vec3();
@@ -85,7 +86,7 @@ impl Obb {
         })
     }
 
-    /// Surface over eight; in `f64` because squares of large sides overflow.
+    /// An eighth of the surface; in `f64` because squares of large sides overflow.
     fn surface(&self) -> f64 {
         let half = self.half.as_dvec3();
         half.x * half.y + half.y * half.z + half.z * half.x
@@ -98,14 +99,14 @@ impl Obb {
         along.abs().cmple(half + DVec3::splat(half.max_element() * GROWTH)).all()
     }
 
-    /// Whether two boxes share a point; touching counts. They do unless one of fifteen directions separates them: the axes of both
-    /// and the cross products of these. Boxes that share a point are never reported as separate.
+    /// Whether two boxes share a point; touching counts. They do, unless one of fifteen directions separates them: the
+    /// axes of both and the cross products of these. Boxes that share a point are never reported as separate.
     pub fn intersects(&self, other: &Self) -> bool {
         let apart = other.center.as_dvec3() - self.center.as_dvec3();
         let (mine, others) = (self.axes().map(|a| a.as_dvec3()), other.axes().map(|a| a.as_dvec3()));
         let separates = |direction: DVec3| {
             let reach = self.reach(direction) + other.reach(direction);
-            // Two parallel sides have no direction square to both: all of this is then nearly zero.
+            // Two parallel sides have no common perpendicular: all these numbers are then nearly zero.
             let rounding = 1.0e-12 * (apart.length() + self.size() + other.size());
             apart.dot(direction).abs() > reach + rounding
         };
@@ -130,7 +131,7 @@ impl Obb {
     }
 }
 
-/// The axes that a symmetric matrix only scales: its eigenvectors, as columns, by Carl Jacobi's method (1846).
+/// The eigenvectors of a symmetric matrix, as columns, by Carl Jacobi's method (1846).
 fn principal_axes(mut spread: DMat3) -> DMat3 {
     let mut axes = DMat3::IDENTITY;
     for _ in 0..SWEEPS {

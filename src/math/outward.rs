@@ -66,8 +66,7 @@ impl Corners {
         if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
     }
 
-    /// Movement of a point on the line from a near to a far corner while the depth grows by one; zero if it does not
-    /// grow.
+    /// Movement of a point from a near to a far corner while the depth grows by one; zero if it does not grow.
     fn ray(&self, i: usize) -> DVec3 {
         let (near, far) = (self.near[i], self.far[i]);
         let deeper = self.depth.dot(far) * near.w - self.depth.dot(near) * far.w;

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// An oriented plane `normal . x + d = 0`; the inside is where that sum is not negative.
+/// An oriented plane `normal . x + d = 0`; inside, the sum is not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     /// Points to the inside. Distances are in metres only if it has unit length.

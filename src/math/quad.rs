@@ -1,13 +1,13 @@
 use glam::Vec3;
 
-/// Part of its longest edge by which a quad may leave a plane and count as flat.
+/// Distance of a quad's corners from a plane, as a part of its longest edge, up to which the quad counts as flat.
 pub(crate) const QUAD_FLATNESS: f32 = 1.0e-2;
 
-/// Whether a quad is flat to [`QUAD_FLATNESS`] and none of its corners turns in.
+/// Whether a quad is flat to [`QUAD_FLATNESS`] and has no concave corner.
 pub fn is_flat_and_convex([a, b, c, d]: [Vec3; 4]) -> bool {
     let normal = (c - a).cross(d - b);
     let length = normal.length();
-    // A quad without area is neither: its halves are then dropped, or kept, one by one.
+    // A quad without area counts as neither: its halves are then dropped, or kept, one by one.
     if !length.is_normal() {
         return false;
     }

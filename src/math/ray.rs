@@ -4,8 +4,8 @@ use super::Aabb;
 
 /// A ray from `origin` along `direction`, with parameter `t` in units of `direction`'s length.
 ///
-/// A direction of zero has no line: such a ray enters just the boxes that hold its origin, at 0, and meets no triangle. A
-/// component that is not a number excludes nothing from a box test and meets no triangle either.
+/// A ray without direction enters only boxes that contain its origin, at 0, and meets no triangle. A component that is
+/// NaN excludes nothing from a box test, and such a ray meets no triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start, world space.
@@ -62,12 +62,12 @@ impl Ray {
             if inverse.is_finite() { v * inverse } else { v / self.direction[along] }
         };
         let (shear_x, shear_y) = (over_length(self.direction[x]), over_length(self.direction[y]));
-        // The ray becomes the third axis: what is left is whether the origin lies in a flat triangle.
+        // The ray becomes the third axis: the remaining question is whether the origin lies in a flat triangle.
         let [a, b, c] = corners.map(|corner| {
             let p = corner - self.origin;
             (p[x] - shear_x * p[along], p[y] - shear_y * p[along], over_length(p[along]))
         });
-        // Of a shared edge both triangles compute the same number but for its sign; glam and rustc fuse nothing.
+        // For a shared edge both triangles compute the same number except for its sign; glam and rustc fuse nothing.
         let side = |from: (f32, f32, f32), to: (f32, f32, f32)| to.0 * from.1 - to.1 * from.0;
         let (u, v, w) = (side(b, c), side(c, a), side(a, b));
         let is_between = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
@@ -91,9 +91,9 @@ pub(crate) fn latest(far: f32) -> f32 {
     far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
 }
 
-/// The `t` at which a ray enters and leaves the space between two planes square to an axis; `None` if it runs beside them. Covers
-/// the cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal, differences or products that
-/// overflow.
+/// The `t` at which a ray enters and leaves the space between two planes perpendicular to an axis; `None` if it passes
+/// outside. Covers the cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal,
+/// differences or products that overflow.
 ///
 /// A box may need this path for a large coordinate while a smaller box inside it does not. The interval is therefore wider than
 /// the rounding error of the smaller box.
@@ -105,9 +105,9 @@ fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f
         return is_between.then_some((f32::NEG_INFINITY, f32::INFINITY));
     }
     let cross = |plane: f32| (f64::from(plane) - f64::from(origin)) / f64::from(direction);
-    // If one of the two is not a number both are, and the caller's `min` and `max` pass over them.
+    // If one of the two is NaN both are, and the caller's `min` and `max` ignore them.
     let (a, b) = (cross(min), cross(max));
     let (enter, leave) = (a.min(b), a.max(b));
-    // Behind the origin it does not matter.
+    // Spans behind the origin have no effect.
     Some(((enter * (1.0 - WIDER)) as f32, (leave * (1.0 + WIDER)) as f32))
 }

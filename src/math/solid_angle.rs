@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-/// The solid angle of the triangle between three directions of any length, steradians, positive whichever way round.
+/// The solid angle of the triangle between three directions of any length, steradians; positive for both orientations.
 ///
 /// A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane Triangle", 1983.
 pub(crate) fn triangle_solid_angle_sr(a: DVec3, b: DVec3, c: DVec3) -> f64 {

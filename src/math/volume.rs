@@ -8,8 +8,8 @@ use super::{
 /// Largest shift of a volume against a plane by rounding, as a fraction of the input numbers: a handful of `f32` steps.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
-/// A plane that is 1 / this times as far away as the other one, or farther, is taken to be at infinity. Larger: far planes that
-/// cull nothing. Smaller: matrices in `f32` without a far plane have one.
+/// If one plane is farther away than the other by more than 1 / this, it counts as infinitely far. Larger: some far
+/// planes cull nothing. Smaller: matrices in `f32` without a far plane would get one.
 const LEAST_RATIO: f64 = 1.0e-7;
 
 /// A convex bounding volume with a centre.
@@ -88,7 +88,7 @@ impl Frustum {
             let distance = plane.signed_distance(center);
             let reach = volume.reach_along(plane.normal);
             let rounding = ROUNDING * (plane.normal.abs().element_sum() * far + plane.d.abs());
-            // With a number that is none neither holds.
+            // With NaN neither holds.
             if distance < -(reach + rounding) {
                 return Containment::Outside;
             }
@@ -98,7 +98,7 @@ impl Frustum {
     }
 
     /// The frustum of a matrix from some space to clip space, in that space. In clip space x and y go from -w to w, z
-    /// from 0 to w, in either direction. Normals have unit length. A plane at infinity has everything on its inner side.
+    /// from 0 to w or from w to 0. Normals have unit length. A plane at infinity has everything on its inner side.
     ///
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
@@ -106,17 +106,18 @@ impl Frustum {
         Self::from_double_matrix(&clip_from_space.as_dmat4(), 0.0)
     }
 
-    /// [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w, in either direction.
+    /// [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w or from w to -w.
     pub fn from_opengl_matrix(clip_from_space: &Mat4) -> Self {
         Self::from_double_matrix(&clip_from_space.as_dmat4(), -1.0)
     }
 
-    /// [`Frustum::from_matrix`] for a matrix in `f64`, taken as it is: the inverse is computed in `f64`, the planes are then moved
-    /// outwards for `f32`. `lowest` is the least depth, after the division by w; the largest is 1.
+    /// [`Frustum::from_matrix`] for a matrix in `f64`, which counts as exact: the inverse is computed in `f64`, and
+    /// the planes are then moved outwards for `f32`. `lowest` is the least depth after the division by w; the largest
+    /// is 1.
     pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
         let row = |i| clip_from_space.row(i);
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-        // What is left of a plane at infinity is rounding.
+        // A plane at infinity has only rounding errors left.
         let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
         let is_plane = |side: DVec4| side.truncate().length() > rounding;
         let space_from_clip = clip_from_space.inverse();
@@ -126,7 +127,7 @@ impl Frustum {
         };
         let (mut near, mut far) = (corners_at(lowest), corners_at(1.0));
         for (near, far) in near.iter_mut().zip(&mut far) {
-            // A plane so far away that rounding puts it anywhere beyond, or one that is oblique, lies behind infinity.
+            // So far away, rounding may move the plane anywhere, or tilt it: it counts as infinitely far.
             if far.w < near.w * LEAST_RATIO {
                 *far = (far.truncate() * near.w - near.truncate() * far.w).extend(0.0);
             } else if near.w < far.w * LEAST_RATIO {
@@ -167,7 +168,7 @@ impl Frustum {
             let along = |axis: Vec3A| of_plane.dot(exactly(axis));
             let normal =
                 DVec3::new(along(matrix.x_axis), along(matrix.y_axis), along(matrix.z_axis)).as_vec3();
-            // Far from the origin both are large and cancel.
+            // Far from the origin both terms are large and cancel.
             let d = round_up(of_plane.dot(origin) + f64::from(plane.d));
             if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
         }))

@@ -1,6 +1,6 @@
 use super::{Occlusion, TryBudget};
 
-/// Settings of [`AutoSwitch`]: when a method of occlusion culling is worth its time.
+/// Settings of [`AutoSwitch`], which decides whether a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AutoConfig {
     /// Cost of drawing one polygon, nanoseconds. A renderer measures it: frame time over polygons drawn.
@@ -62,8 +62,8 @@ impl From<Option<Method>> for Occlusion {
 impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::PreviousFrame];
 
-    /// About the least time that this method takes in a frame, nanoseconds. Large occluders: to select them and to build
-    /// the tree. Previous-frame occluders: that, and a test for every four polygons in view.
+    /// Approximate least time of this method in a frame, nanoseconds. Large occluders: to select them and to build the
+    /// tree. Previous-frame occluders: that, and a test for every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
@@ -104,11 +104,11 @@ const RECENT_TRIES: u32 = 4;
 /// Factor on the share of the drawing time that goes into candidates then.
 const RECENT_KEEPING: f64 = 2.0;
 
-/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame fills
-/// those in view, its second frame those that were left.
+/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame
+/// fills all polygons in view, its second frame the visible ones.
 const FIRST_PRICE_NS: f64 = 2_600.0;
 
-/// A try that takes more frames than this to save for is not made; twice as many where two methods take turns.
+/// Most frames of saving for a try; a more expensive try is not made. Twice as many if two methods take turns.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 
 /// Most time that is saved for following candidates, nanoseconds: one frame may spend all of it.
@@ -117,32 +117,32 @@ const MOST_IDLE_NS: f64 = 300_000.0;
 /// Measured costs of a method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// A moving average while the method is in use, else what its last try measured.
+    /// A moving average while the method is in use, else the measurement of its last try.
     cost_ns: f64,
     gain_ns: f64,
     /// Time of its last try, nanoseconds for each polygon in view.
     price_ns: Option<f64>,
-    /// For its next try, while it is not in use.
+    /// Time saved for its next try, while it is not in use.
     budget: TryBudget,
     /// Frames since it last paid, if it ever did.
     since_paid: Option<u32>,
 }
 
 impl Known {
-    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before comes from a wait of the
-    /// thread. If a method really becomes so much more expensive, a few frames later its cost counts.
+    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before comes from a
+    /// wait of the thread. If a method has really become so much more expensive, its cost counts a few frames later.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
         if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
     }
 }
 
-/// A try that has begun.
+/// A try in progress.
 #[derive(Clone, Copy, Debug)]
 struct Try {
     method: Method,
     /// Time of its frames so far, nanoseconds.
     spent_ns: f64,
-    /// The first of its two frames has not been measured yet.
+    /// Whether the first of its two frames has not been measured yet.
     is_first: bool,
 }
 
@@ -160,7 +160,7 @@ pub(crate) struct AutoSwitch {
     config: AutoConfig,
     kept: Option<Method>,
     known: [Known; Method::ALL.len()],
-    /// The kept method has been measured.
+    /// Whether the kept method has been measured.
     is_measured: bool,
     /// Frames in a row in which it did not pay.
     losing: u32,
@@ -191,14 +191,14 @@ impl AutoSwitch {
         self.kept.into()
     }
 
-    /// Changes what drawing a polygon costs, nanoseconds.
+    /// Changes the cost of drawing a polygon, nanoseconds.
     pub(crate) fn set_polygon_ns(&mut self, polygon_ns: f64) {
         self.config.polygon_ns = polygon_ns;
     }
 
     /// Whether there can be a frame in which culling with the previous frame's polygons pays.
     pub(crate) fn can_previous_frame_pay(&self) -> bool {
-        // The more is in view, the less what does not depend on it weighs.
+        // With many polygons in view, fixed costs hardly count.
         let many = 1 << 32;
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::PreviousFrame.least_ns(many)
     }
@@ -210,7 +210,7 @@ impl AutoSwitch {
         Method::ALL.iter().any(|method| all_ns >= self.config.least_ratio * method.least_ns(in_view))
     }
 
-    /// The method for the next frame. To be called once before each frame, with the number of polygons in the frustum.
+    /// The method for the next frame. Call it once before each frame, with the number of polygons in the frustum.
     pub(crate) fn decide(&mut self, in_view: u64) -> Occlusion {
         self.choose(in_view).into()
     }
@@ -219,7 +219,7 @@ impl AutoSwitch {
         self.in_view = in_view;
         let all_ns = self.all_ns();
         let kept = self.kept.filter(|method| self.may_pay(*method, all_ns));
-        // Drawing all of them, or what a frame takes with the kept method: no other one saves more.
+        // The time to draw all of them, or of a frame with the kept method: no other method saves more.
         let now_ns = kept.map_or(all_ns, |method| self.frame_ns(method));
         for known in &mut self.known {
             known.since_paid = known.since_paid.map(|frames| frames.saturating_add(1));
@@ -237,7 +237,7 @@ impl AutoSwitch {
             let budget = &mut self.known[method as usize].budget;
             budget.save(f64::from(more) * share * now_ns, price_ns);
             let is_due = budget.is_due(price_ns, self.config.probe_every / more);
-            // In turns: the one that has waited longest.
+            // In turns: the method that has waited longest.
             if is_due && next.is_none_or(|(waited, _)| budget.frames() > waited) {
                 next = Some((budget.frames(), method));
             }
@@ -263,7 +263,7 @@ impl AutoSwitch {
         self.idle_ns
     }
 
-    /// Subtracts what was spent of [`AutoSwitch::idle_budget_ns`].
+    /// Subtracts time that was spent from [`AutoSwitch::idle_budget_ns`].
     pub(crate) fn spend_idle(&mut self, ns: f64) {
         self.idle_ns -= ns;
     }
@@ -290,7 +290,7 @@ impl AutoSwitch {
             known.since_paid = Some(0);
             return;
         }
-        // What has paid a while ago is not given up for a glance at a wall without anything behind it.
+        // A method that has paid recently is not dropped for a short view of a wall with nothing behind it.
         let has_paid = known.since_paid.is_some_and(|frames| frames < self.config.recent);
         let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns && !has_paid;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
@@ -306,7 +306,7 @@ impl AutoSwitch {
             if method.has_to_start() { cost_ns } else { self.known[method as usize].plausible_ns(cost_ns) };
         let spent_ns = attempt.spent_ns + cost_ns;
         let all_ns = self.all_ns();
-        // What the first frame finds to be hidden need not hide anything in the second.
+        // Polygons that the first frame finds hidden need not hide anything in the second.
         let to_come_ns = cost_ns * (1.0 - gain_ns / all_ns.max(gain_ns).max(1.0));
         if is_first && gain_ns >= HOPELESS * to_come_ns {
             self.trying = Some(Try { method, spent_ns, is_first: false });

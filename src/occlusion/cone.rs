@@ -30,8 +30,8 @@ pub fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
     })
 }
 
-/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`.
-/// New edges get unit length. Fewer than three directions mean that nothing is left.
+/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`. New
+/// edges get unit length. With fewer than three directions nothing is left.
 pub fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     let start = points.len() as u32;
     let range = cone.range();
@@ -53,7 +53,7 @@ pub fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
 /// Splits a cone by a plane through the eye into the part in front of it and the part behind it: two calls of [`clip`]
 /// in one.
 pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
-    // Most cones have four to eight edges; a rare large one takes the slower way.
+    // Most cones have four to eight edges; a rare large one takes the slower path.
     const ROOM: usize = 16;
     if cone.len as usize + 2 > ROOM {
         return (clip(points, cone, normal), clip(points, cone, -normal));

@@ -10,7 +10,7 @@ use crate::{
 pub enum NodeTest {
     /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The bounding box. It lies inside the sphere, so at least as much is found to be hidden in the same time.
+    /// The bounding box. It lies inside the sphere, so it finds at least as much hidden in the same time.
     Box,
     /// The box's outline, clipped by the tree's planes: finds a little more in several times the time.
     Outline,
@@ -61,8 +61,8 @@ impl Default for CullConfig {
     }
 }
 
-/// Time to test a node or a polygon and to continue, nanoseconds; see [`CullConfig::for_drawing`]. One more test took 55 to
-/// 106 (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
+/// Time to test a node or a polygon and to continue, nanoseconds; see [`CullConfig::for_drawing`]. One more test took
+/// 55 to 106 (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
 const TEST_NS: f64 = 100.0;
 
 impl CullConfig {
@@ -94,14 +94,14 @@ pub struct CullCounts {
     pub skipped: u64,
     /// Steps of all tests; see [`Tested::steps`].
     pub steps: u64,
-    /// Planes that were read for these: fewer, where one is tested for many polygons at once.
+    /// Planes that were read for these: fewer, if one is tested for many polygons at once.
     pub planes: u64,
 }
 
-/// Partly hidden boxes inside each other that are remembered.
+/// Most nested partly hidden boxes that are stored.
 const NESTED: usize = 8;
 
-/// Partly hidden boxes, each inside the one before, with the cells of the culler in which they lie. The next box most
+/// Partly hidden boxes, each inside the one before, with the cells of the culler that contain them. The next box most
 /// often lies in one of them, and its test begins there.
 struct Nest {
     boxes: [(Aabb, Cell); NESTED],
@@ -111,7 +111,7 @@ struct Nest {
 impl Nest {
     const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); NESTED], count: 0 };
 
-    /// Cell at which the test of a box, or of all boxes inside it, begins. Drops boxes that do not hold it.
+    /// Cell at which the test of a box, or of all boxes inside it, begins. Drops boxes that do not contain it.
     #[inline]
     fn cell_around(&mut self, bounds: &Aabb) -> Cell {
         while self.count > 0 {
@@ -287,7 +287,7 @@ impl Thinner for Tests<'_> {
     }
 }
 
-/// Traverses an index and leaves out what a culler finds to be hidden.
+/// Traverses an index and leaves out polygons that a culler finds hidden.
 pub struct OcclusionVisitor<'a, L> {
     tests: Tests<'a>,
     geometry: &'a dyn Geometry,
@@ -304,8 +304,8 @@ impl<L> std::fmt::Debug for OcclusionVisitor<'_, L> {
 }
 
 impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
-    /// A visitor that appends what is not hidden to `draw_list`. The culler has to be built for the view with
-    /// which the index is traversed.
+    /// A visitor that appends the polygons that are not hidden to `draw_list`. The culler has to be built for the view
+    /// of the traversal.
     pub fn new(
         culler: &'a dyn OcclusionCuller,
         geometry: &'a dyn Geometry,

@@ -7,7 +7,7 @@ use crate::{
 /// Counts of a built culler, and of the parts that it omitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildCounts {
-    /// Occluders given.
+    /// Number of occluders.
     pub occluders: u32,
     /// Splitting planes, or tiles that are covered at least partly.
     pub nodes: u32,
@@ -15,16 +15,16 @@ pub struct BuildCounts {
     pub depth: u32,
     /// Pieces of occluders that were cut off or tested again on the way.
     pub pieces: u32,
-    /// Pieces left out because a budget was used up. The shadow is smaller for it, never wrong.
+    /// Pieces left out because a budget was used up. They make the shadow smaller, but never wrong.
     pub left_out: u32,
 }
 
-/// Whether `Hidden` can be relied upon.
+/// Reliability of [`Verdict::Hidden`](super::Verdict::Hidden).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Soundness {
-    /// Nothing visible is ever called hidden.
+    /// Nothing visible is ever reported as hidden.
     Conservative,
-    /// Visible things may be called hidden, for this reason. Kept for comparison, never a default.
+    /// Visible objects may be reported as hidden, for this reason. Kept for comparison, never a default.
     Unsound(&'static str),
 }
 
@@ -40,13 +40,13 @@ pub trait OcclusionCuller: Send + Sync {
     /// Its name on the command line and in tables.
     fn name(&self) -> &'static str;
 
-    /// Whether its answers can be relied upon.
+    /// Reliability of its answers.
     fn soundness(&self) -> Soundness {
         Soundness::Conservative
     }
 
-    /// Replaces what was built before. The occluders come best first and belong to `window`. Does not allocate once it
-    /// has seen as many occluders as this before, and its work is bounded by a budget of its own.
+    /// Replaces the last build. The occluders come best first and belong to `window`. It does not allocate after a
+    /// build with as many occluders, and its work is bounded by a budget of its own.
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts;
 
     /// Tests a box, world space.
@@ -58,14 +58,14 @@ pub trait OcclusionCuller: Send + Sync {
         (self.test_box(bounds), from)
     }
 
-    /// [`OcclusionCuller::test_box`] for at most sixteen boxes, all of which lie in a box the test of which has ended with cell
-    /// `from`. As much is hidden; a little less may be found to be unoccluded.
+    /// [`OcclusionCuller::test_box`] for at most sixteen boxes. All of them lie in a box whose test has ended with
+    /// cell `from`. It finds the same boxes hidden, and perhaps a little fewer unoccluded.
     fn test_boxes(&self, boxes: &[Aabb], _from: Cell, _asked: Asked) -> TestedBoxes {
         one_by_one(boxes, |bounds| self.test_box(bounds))
     }
 
-    /// Tests a box by its exact outline, where the method can; otherwise like [`OcclusionCuller::test_box`]. Hides at
-    /// least what that hides.
+    /// Tests a box by its exact outline, if the method can; otherwise like [`OcclusionCuller::test_box`]. Hides at
+    /// least as much as that.
     fn test_outline(&self, bounds: &Aabb) -> Tested {
         self.test_box(bounds)
     }

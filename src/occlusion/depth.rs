@@ -12,8 +12,8 @@
 //!   the block, and rounds every number away from "hidden". Then the buffer is conservative without a tolerance: each ray
 //!   through a covered square is blocked. It pays for it along edges shared by two polygons, where a row of pixels stays
 //!   uncovered.
-//! * [`Coverage::PixelCenters`] is the paper's: a polygon counts as covering a pixel whose centre it covers, so what
-//!   shows by less than half a pixel may be hidden.
+//! * [`Coverage::PixelCenters`] is the paper's: a polygon covers a pixel if it covers the pixel's centre. So a part
+//!   that shows by less than half a pixel may be hidden.
 
 use glam::{DVec2, DVec3};
 
@@ -32,16 +32,16 @@ use crate::{
 
 /// Rounding of pixel coordinates, within the bound of [`nearest_sine`], pixels.
 const PIXEL_SLACK: f64 = 1.0e-6;
-/// A window that shows something farther to the side than by this tangent is not decided in pixels at all: depth is known
-/// to `4 u` times the tangent over [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
+/// Largest tangent to the side for which pixels decide. Depth has an error of `4 u` times the tangent over
+/// [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
 /// A volume is projected only if all of it lies before the eye's plane by this part of its size. The size is the sum of
 /// its centre's coordinates, as seen from the eye, and of its half sides. Nearer volumes cannot be decided.
 ///
 /// # Why pixels are then exact to [`PIXEL_SLACK`]
-/// Let `u = 2^-53`, `s` the size of a volume, `p` its corner at distance `z` before the eye's plane, and `t` the largest
-/// tangent in the window.
+/// Let `u = 2^-53`, and let `s` be the size of a volume. Let `p` be its corner at distance `z` before the eye's plane,
+/// and `t` the largest tangent in the window.
 /// * A coordinate of `p` is a sum of at most four rounded terms, none larger than `s`: wrong by `4 u s`.
 /// * So `z = forward . p`, `right . p` and `up . p` are wrong by less than `8 u s`: by `4 u s` from `p`, by `3 u s` from the
 ///   three products and their sum.
@@ -122,7 +122,7 @@ impl DepthBuffer {
         Self::with_coverage(config, Coverage::WholePixels)
     }
 
-    /// The same with other pixels that count as covered; conservative for [`Coverage::WholePixels`] alone.
+    /// The same with another definition of covered pixels; conservative for [`Coverage::WholePixels`] alone.
     #[doc(hidden)]
     pub fn with_coverage(config: DepthConfig, coverage: Coverage) -> Self {
         let up = |n: u32, step: i32| n.clamp(1, 8192).next_multiple_of(step as u32) as i32;
@@ -143,9 +143,10 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
-        // The corners may be nearer than the volume: those of the box around a ball.
+        // The corners may be nearer than the volume: for a ball they are those of its box.
         let (nearest_corner, _) = cone::reach(raster.forward, corners);
-        // A volume that reaches back to the eye's plane has no outline; nor has what has a corner that is no number.
+        // A volume that reaches back to the eye's plane has no outline; neither has a volume with a corner that is
+        // NaN.
         if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
             return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
@@ -154,7 +155,7 @@ impl DepthBuffer {
         self.test_outline_of(&extent)
     }
 
-    /// Tests what projects to these pixels, between two distances along the view.
+    /// Tests an object that projects to these pixels, between two distances along the view.
     fn test_outline_of(&self, extent: &Extent) -> Tested {
         let mixed = Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         let Extent { low, high, near, far, .. } = *extent;

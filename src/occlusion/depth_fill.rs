@@ -15,7 +15,7 @@ use crate::index::simd::{Kernel, WithKernel};
 pub enum Coverage {
     /// Pixels that lie in it wholly. Conservative.
     WholePixels,
-    /// Pixels whose centre lies in it. A part that shows by less than half a pixel may be hidden.
+    /// Pixels with the centre inside. A part that shows by less than half a pixel may be hidden.
     PixelCenters,
 }
 
@@ -26,11 +26,11 @@ const SIDE_SLACK: f64 = 1.0e-8;
 /// Rows of pixels whose intervals are computed at once: two rows of blocks.
 const STRIP: usize = 8;
 
-/// A side plane that changes less than this from pixel to pixel along a row is the same for the whole row: over all rows that
-/// is far below [`SIDE_SLACK`].
+/// A side plane that changes by less than this from pixel to pixel along a row counts as constant in the row: over all
+/// rows the change is far below [`SIDE_SLACK`].
 const LEAST_SLOPE: f64 = 1.0e-30;
 
-/// Outlines, in this order, into the tiles of a buffer.
+/// Fills outlines, in this order, into the tiles of a buffer.
 pub(super) struct Fill<'a> {
     pub(super) raster: &'a Raster,
     pub(super) coverage: Coverage,
@@ -73,9 +73,9 @@ struct Filling {
     len: usize,
     /// Reciprocal depth `w[0] + w[1] x + w[2] y`.
     depth: [f64; 3],
-    /// The farthest of the polygon itself.
+    /// The farthest reciprocal depth of the polygon itself.
     farthest: f64,
-    /// Nothing that is filled is nearer than this.
+    /// Upper bound of all filled reciprocal depths.
     nearest: f32,
     rows: Range<i32>,
 }
@@ -84,8 +84,8 @@ impl Fill<'_> {
     #[inline(always)]
     fn set_up(&self, occluder: &ShadowVolume) -> Filling {
         let raster = self.raster;
-        // The side planes themselves, not lines between projected corners: those are badly known where a corner lies
-        // near the eye's plane.
+        // The side planes themselves, not lines between projected corners: corners near the eye's plane project
+        // imprecisely.
         let mut edges = [Edge::default(); MAX_SIDES];
         // [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
         let slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
@@ -105,10 +105,10 @@ impl Fill<'_> {
             let y = raster.project_up(*corner, away_m);
             (low, high) = (low.min(y), high.max(y));
         }
-        // Of what reaches back to the eye's plane nothing is known but its own plane.
+        // If the polygon reaches back to the eye's plane, only its own plane bounds its depth.
         let is_before = near_m > 0.0;
         let farthest = if is_before { 1.0 / far_m } else { f64::NEG_INFINITY };
-        // More than any rounding here and in `depths` makes of it.
+        // More than the rounding here and in `depths`.
         let nearest = if is_before { (1.0 / near_m * (1.0 + DEPTH_SLACK)) as f32 } else { f32::INFINITY };
         // On the cap plane n.p = d, p = z (forward + X right + Y up): 1/z is linear in X and Y, and so in pixels.
         let [by_x, by_y, at_corner] =
@@ -176,7 +176,7 @@ impl Fill<'_> {
                     touched += 1;
                     let x = tile_column * TILE_WIDTH;
                     let tile = &mut self.tiles[(y / BLOCK[1] * across + tile_column) as usize];
-                    // Front to back, most of what comes late lies behind what is there.
+                    // Front to back: most late tiles lie behind filled ones.
                     if tile.hides(filling.nearest) {
                         continue;
                     }

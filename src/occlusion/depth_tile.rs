@@ -7,12 +7,12 @@ pub(super) const LANES: usize = 8;
 /// Pixels of a tile, across.
 pub(super) const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
 
-/// Rounding of `f32` depths, and what it takes to stay clear of it.
+/// Rounding of `f32` depths, with a margin.
 pub(super) const DEPTH_SLACK: f64 = 1.0e-6;
 /// Eight blocks side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tile {
-    /// Reciprocal depth that everything in the block is at least as near as.
+    /// Reciprocal depth before which the whole block is covered.
     all: [f32; LANES],
     /// The same for the pixels of `mask`: the layer that is being filled.
     part: [f32; LANES],
@@ -27,7 +27,7 @@ impl Tile {
         self.all != [0.0; LANES] || self.mask != [0; LANES]
     }
 
-    /// Whether everything in it is hidden by something nearer than this reciprocal depth, or as near.
+    /// Whether the whole tile is covered no farther than this reciprocal depth.
     #[inline(always)]
     pub(super) fn hides(&self, nearest: f32) -> bool {
         self.all.iter().all(|all| *all >= nearest)
@@ -39,10 +39,10 @@ impl Tile {
         for i in 0..LANES {
             let (mask, depth) = (masks[i], depths[i]);
             let (all, part, filled) = (self.all[i], self.part[i], self.mask[i]);
-            // Farther than what hides the whole block: adds nothing.
+            // Farther than the depth that hides the whole block: adds nothing.
             let useful = depth > all && mask != 0;
-            // The filling layer is given up if the polygon is far nearer than it, as measured by how much nearer the
-            // layer is than the background.
+            // The filling layer is dropped if the polygon is nearer to the eye than the layer by more than the layer
+            // is to the background.
             let restart = filled == 0 || part <= all || depth - part > part - all;
             let new_part = if restart { depth } else { part.min(depth) };
             let new_mask = if restart { mask } else { filled | mask };

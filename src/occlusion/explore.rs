@@ -1,6 +1,5 @@
-/// Decides when a method that is not in use is tried again: after a least number of frames, and once a small share of
-/// the time of the frames since the last try pays for one try. In the long run all tries together then cost no more than
-/// that share.
+/// Decides when an unused method is tried again: after a least number of frames, and once a small share of the frames'
+/// time since the last try pays for one. In the long run all tries together cost no more than that share.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TryBudget {
     frames: u32,
@@ -8,7 +7,7 @@ pub struct TryBudget {
 }
 
 impl TryBudget {
-    /// Counts a frame that saves `ns` for a try that costs `price_ns`; no more than the price is saved.
+    /// Counts a frame that saves `ns` for a try that costs `price_ns`; at most the price is saved.
     pub fn save(&mut self, ns: f64, price_ns: f64) {
         self.frames = self.frames.saturating_add(1);
         self.saved_ns = (self.saved_ns + ns).min(price_ns);

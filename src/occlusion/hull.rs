@@ -16,10 +16,10 @@ use glam::DVec2;
 use super::shadow_volume::MAX_SIDES;
 use crate::math::clip_convex;
 
-/// The border is cut into at most this many pieces.
+/// Most pieces that the border is cut into.
 const MAX_PIECES: usize = 8;
 
-/// The border is cut where it bulges outwards by so much that the triangle cut off has this part of the patch's area.
+/// The border is cut at a bulge if the triangle cut off has at least this part of the patch's area.
 const WORTH_A_PIECE: f64 = 0.02;
 
 /// A corner of the result whose triangle has less than this part of its area is cut off: fewer shadow planes.
@@ -30,7 +30,7 @@ const WORTH_A_CORNER: f64 = 0.01;
 /// shrink with the patch. [`super::QUERY_SLACK`] covers it.)
 const INWARDS: f64 = 1.0e-10;
 
-/// Most corners on the way: a rectangle cut by every piece.
+/// Most corners during the construction: a rectangle cut by every piece.
 const MAX_CORNERS: usize = 4 + MAX_PIECES;
 
 /// A convex polygon.
@@ -44,7 +44,7 @@ pub(super) struct Hull {
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
     from: usize,
-    /// Counted on beyond the last corner where the piece runs across the beginning of the list.
+    /// Continues beyond the last corner if the piece crosses the beginning of the list.
     to: usize,
     /// The corner that bulges out most, and twice the area of its triangle.
     bulge: (usize, f64),
@@ -53,7 +53,7 @@ struct Piece {
 impl Hull {
     const EMPTY: Self = Self { len: 0, corners: [DVec2::ZERO; MAX_CORNERS] };
 
-    /// Its corners, counter-clockwise; none if nothing is left.
+    /// Its corners, counterclockwise; none for an empty hull.
     pub(super) fn corners(&self) -> &[DVec2] {
         &self.corners[..self.len]
     }
@@ -83,13 +83,13 @@ impl Hull {
         hull
     }
 
-    /// Keeps what a piece of the border, which has the patch to its left, does not come between.
+    /// Keeps the part of the hull that a piece of the border, which has the patch to its left, does not cross.
     fn keep_inside_piece(&mut self, border: &[DVec2], piece: &Piece, inwards: f64) {
         let at = |i: usize| border[i % border.len()];
         let (p, q) = (at(piece.from), at(piece.to));
         let along = (q - p).normalize_or_zero();
         if along == DVec2::ZERO {
-            // A piece that returns to where it began has no side.
+            // A piece that returns to its beginning has no side.
             self.len = 0;
             return;
         }
@@ -97,7 +97,7 @@ impl Hull {
         self.keep_left_of(p, along, reaches_in + inwards);
     }
 
-    /// Cuts off what is not at least `inwards` to the left of a line.
+    /// Cuts off the part that is not at least `inwards` to the left of a line.
     fn keep_left_of(&mut self, p: DVec2, along: DVec2, inwards: f64) {
         let side = |x: DVec2| along.perp_dot(x - p) - inwards;
         let mut kept = Self::EMPTY;

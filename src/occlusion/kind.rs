@@ -4,19 +4,19 @@ use super::{
     tree::node_budget,
 };
 
-/// The methods of occlusion culling. All are conservative. An engine takes [`Occlusion::Msvbsp`] where walls and other large
-/// polygons hide much, and [`Occlusion::Auto`] where that is not known.
+/// The methods of occlusion culling. All are conservative. [`Occlusion::Msvbsp`] suits scenes in which walls and other
+/// large polygons hide much, [`Occlusion::Auto`] unknown scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Occlusion {
     /// Frustum culling alone.
     None,
     /// A shadow-volume BSP tree of the largest polygons: [`Msvbsp`].
     Msvbsp,
-    /// A software depth buffer of the largest polygons, of the pixels that they cover wholly: [`DepthBuffer`].
+    /// A software depth buffer of the pixels that the largest polygons cover wholly: [`DepthBuffer`].
     Depth,
     /// A software depth buffer of the previous frame's visible polygons: [`super::PreviousFrameOccluders`].
     PreviousFrame,
-    /// In each frame whichever of none, [`Occlusion::Msvbsp`] and [`Occlusion::PreviousFrame`] takes the least time.
+    /// In each frame the fastest of none, [`Occlusion::Msvbsp`] and [`Occlusion::PreviousFrame`].
     Auto,
 }
 
@@ -32,8 +32,8 @@ impl Occlusion {
         }
     }
 
-    /// Constructor of the method's culler for a frame's largest polygons. A method that takes no such polygons gets
-    /// [`NoOcclusion`].
+    /// Constructor of the method's culler for a frame's largest polygons; [`NoOcclusion`] for a method without such
+    /// polygons.
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::None | Self::PreviousFrame => |_| Box::new(NoOcclusion),
@@ -49,8 +49,8 @@ impl Occlusion {
         }
     }
 
-    /// A culler of [`Occlusion::culler`] with room for this many occluders (more may be given: occluders beyond a budget are
-    /// omitted, and counted).
+    /// A culler of [`Occlusion::culler`] with room for this many occluders. More may be given: occluders beyond a
+    /// budget are omitted, and counted.
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         self.culler()(occluders)
     }

@@ -1,4 +1,4 @@
-//! Occlusion culling: finds polygons that are hidden behind the polygons nearest to the eye.
+//! Occlusion culling: finds polygons that are hidden behind nearer polygons.
 //!
 //! Most callers only choose a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
 //! a pipeline use the other items: [`OcclusionStage`] keeps the candidates from frame to frame; [`ViewOcclusion`] culls one

@@ -1,4 +1,4 @@
-//! The modified shadow-volume BSP tree in a form that never hides what is visible ("MSVBSP-C").
+//! The modified shadow-volume BSP tree in a form that never hides visible polygons ("MSVBSP-C").
 //!
 //! After section 3.2.4 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", which
 //! modifies N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
@@ -10,28 +10,28 @@
 //! hidden there if it lies beyond one of them.
 //!
 //! # Differences from the paper
-//! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible things
+//! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible polygons
 //! (`osp_rivals::occlusion::MsvbspPaper` shows it) and are replaced:
 //! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
 //!   it never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches it. Its planes
 //!   always count all together, and as the occluder's own, never as the clipped piece's.
-//! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly
-//!   where the cell already lies before it, which includes shared planes on both sides.
-//! * Rule 4 forgets what else reaches a shadowed cell. With [`Refine::NearerOccluders`] those that come nearer than the
-//!   cap divide the cell further.
+//! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly if
+//!   the cell already lies before it, which includes shared planes on both sides.
+//! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`] those that come nearer
+//!   than the cap divide the cell further.
 //! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in its list. On the way down each side plane either cut the
-//!    cell, which is then the part before it, or was omitted for a cell before it. Cells only shrink. Clipped pieces do
-//!    not appear in this argument: errors in them cost effect, never truth.
+//! 1. The cell of a leaf lies in the cone of every occluder in its list. Each side plane on the way down either
+//!    cuts the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped
+//!    pieces do not appear in this argument: errors in them cost effect, never truth.
 //! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf: it skips a
 //!    child only if the whole volume lies on the other side.
 //! 3. If the answer is "hidden", that leaf has an occluder whose cap the volume is beyond. The ray from the eye to x
 //!    meets this occluder, by 1; it does so before x, since the occluder lies nowhere beyond its cap. The hit point is
 //!    drawn: occluders are clipped to the near plane first.
 //!
-//! Ends of budgets return what is proven so far: the list of the cell, never the occluder that was being worked in.
+//! If a budget is used up, the result is what is proven so far: the list of the cell, without the present occluder.
 
 use glam::DVec3;
 
@@ -49,7 +49,7 @@ use crate::{
 /// Treatment of a cell that an occluder covers when other occluders reach it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refine {
-    /// They are forgotten there (the paper's rule 4).
+    /// They are dropped there (the paper's rule 4).
     Never,
     /// Occluders that come nearer than the cap divide the cell further.
     NearerOccluders,
@@ -73,7 +73,7 @@ impl Default for MsvbspConfig {
     }
 }
 
-/// An occluder in a cell, and its outline cut to the cell (or uncut while nothing has cut it).
+/// An occluder in a cell, and its outline cut to the cell (or still uncut).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) occluder: u32,
@@ -95,7 +95,7 @@ struct Task {
 pub struct Msvbsp {
     config: MsvbspConfig,
     tree: ShadowTree,
-    /// Scratch of a build: corners only ever appended, so that uncut outlines and cells are shared.
+    /// Scratch of a build. Corners are only appended, so uncut outlines and cells can share them.
     points: Vec<DVec3>,
     pieces: Vec<Piece>,
     tasks: Vec<Task>,
@@ -105,13 +105,13 @@ pub struct Msvbsp {
 }
 
 impl Msvbsp {
-    /// A culler without occluders; takes all its memory now.
+    /// A culler without occluders; allocates all its memory now.
     pub fn new(config: MsvbspConfig) -> Self {
         Self {
             config,
             tree: ShadowTree::new(config.node_budget, config.node_budget, CapRule::Any),
             points: Vec::with_capacity(config.point_budget),
-            // Room that builds within the node budget hardly ever exceed.
+            // Builds within the node budget hardly ever need more.
             pieces: Vec::with_capacity(4 * config.node_budget),
             tasks: Vec::with_capacity(config.node_budget),
             current: Vec::with_capacity(config.node_budget),
@@ -144,7 +144,7 @@ impl Msvbsp {
             match self.config.refine {
                 Refine::Never => break,
                 Refine::NearerOccluders => {
-                    // Only what is nearer than this cap somewhere can hide more here.
+                    // Only occluders that are nearer than this cap somewhere can hide more here.
                     let (normal, distance) = (occluder.cap_normal(), occluder.cap_distance_m());
                     self.ahead.clear();
                     self.ahead.extend(self.current[next..].iter().copied().filter(|p| {
@@ -159,7 +159,7 @@ impl Msvbsp {
         self.leaf(&task);
     }
 
-    /// Cuts the cell along an occluder's planes. Whether it then lies in the occluder's cone.
+    /// Cuts the cell along an occluder's planes. Returns whether it then lies in the occluder's cone.
     fn cut(&mut self, task: &mut Task, next: &mut usize, occluder: &ShadowVolume) -> bool {
         for &normal in occluder.sides() {
             let (low, high) = cone::reach(normal, &self.points[task.cell.range()]);
@@ -177,7 +177,7 @@ impl Msvbsp {
                 return false;
             }
             let (front, back) = cone::split(&mut self.points, task.cell, normal);
-            // Not so with corners on both sides: one before the plane and two where it is crossed, at least.
+            // Impossible for corners on both sides: at least one before the plane, and two crossings.
             if front.len < 3 {
                 return false;
             }

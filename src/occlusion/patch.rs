@@ -12,10 +12,10 @@ pub(super) const MAX_PATCH: usize = 24;
 /// Most corners of a border.
 const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 
-/// Most corners that have left the border.
+/// Most former corners of the border.
 const MAX_INNER: usize = MAX_PATCH;
 
-/// A polygon joins a patch if it adds at least this part of its area to what the patch hides, as seen from before it.
+/// A polygon joins a patch if it adds at least this part of its area to the area that the patch hides along its normal.
 /// Larger: smaller and flatter patches.
 const WORTH_JOINING: f32 = 0.7;
 
@@ -23,7 +23,7 @@ const WORTH_JOINING: f32 = 0.7;
 /// least this part of its area. A row of a grid adds nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
-/// Two patches become one if that hides at least this part of what they hide alone.
+/// Two patches are merged if they hide at least this part of their separate sum.
 const WORTH_MERGING: f32 = 0.9;
 
 /// See [`WORTH_WAITING`].
@@ -39,7 +39,7 @@ struct Points<const N: usize> {
 impl<const N: usize> Points<N> {
     const EMPTY: Self = Self { len: 0, points: [Vec3::ZERO; N] };
 
-    /// Whether there was room.
+    /// Appends a point; returns whether there was room.
     #[must_use]
     fn push(&mut self, p: Vec3) -> bool {
         let has_room = usize::from(self.len) < N;
@@ -58,7 +58,7 @@ impl<const N: usize> Points<N> {
         usize::from(self.len)
     }
 
-    /// Point `i`, counted round and round, at most twice.
+    /// Point `i`, with indices that wrap around, at most twice.
     fn around(&self, i: usize) -> Vec3 {
         let len = self.len();
         self.points[if i < len { i } else { i - len }]
@@ -70,13 +70,13 @@ impl<const N: usize> Points<N> {
 pub(super) struct Patch {
     ids: [PolygonId; MAX_PATCH],
     len: u8,
-    /// Round the patch, the way the first polygon turns; the sum of all outlines.
+    /// The line around the patch, in the direction of the first polygon; the sum of all outlines.
     border: Points<MAX_BORDER>,
-    /// Corners that are not on the border any more.
+    /// Corners inside the border.
     inner: Points<MAX_INNER>,
     /// Area times normal, summed the same way round, m^2.
     area_vector: Vec3,
-    /// Area of what it hides as seen along that vector, m^2.
+    /// Area that it hides, seen along that vector, m^2.
     area_m2: f32,
 }
 
@@ -97,7 +97,7 @@ impl Patch {
         &self.ids[..usize::from(self.len)]
     }
 
-    /// Area of what it hides as seen from before it, m^2.
+    /// Area that it hides, seen along its normal, m^2.
     pub(super) fn area_m2(&self) -> f32 {
         self.area_m2
     }
@@ -141,7 +141,7 @@ impl Patch {
     }
 
     /// This patch and another one as one. `polygon` of this one must share an edge with the other, and together they
-    /// must hide about as much as both alone.
+    /// must hide nearly as much as both alone.
     pub(super) fn merged(&self, other: &Self, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len + other.len) > MAX_PATCH {
             return None;
@@ -180,11 +180,11 @@ impl Patch {
     }
 
     /// An edge that the border and a polygon share, by its first corner on each. Also whether the polygon has to be
-    /// turned round: taken the same way, neighbours pass their edge in opposite directions.
+    /// reversed: in the same direction, neighbours pass their edge in opposite ways.
     fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
         let n = corners.len();
         let border = self.border.points();
-        // The newest edges first: strokes go on where they ended.
+        // The newest edges first: strokes continue at their end.
         for i in (0..border.len()).rev() {
             let (p, q) = (border[i], self.border.around(i + 1));
             for k in 0..n {
@@ -201,8 +201,8 @@ impl Patch {
         None
     }
 
-    /// The patch extended by a polygon beyond border edge `at`, which passes that edge the other way with its own edge
-    /// `entry`. `None`: there is no room.
+    /// The patch extended by a polygon beyond border edge `at`, which passes that edge in the opposite way with its
+    /// own edge `entry`. `None` if there is no room.
     fn spliced(&self, at: usize, corners: &[Vec3], entry: usize) -> Option<Self> {
         let n = corners.len();
         let mut patch = *self;
@@ -215,13 +215,13 @@ impl Patch {
         for i in 2..n {
             has_room &= border.push(corners[(entry + i) % n]);
         }
-        // More shared edges: the border goes somewhere and straight back.
+        // More shared edges: the border goes along them and straight back.
         while border.len() > 2 {
             let len = border.len();
             let spur = (0..len).find(|&i| border.around(i + len - 1) == border.around(i + 1));
             let Some(tip) = spur else { break };
             has_room &= patch.inner.push(border.points[tip]);
-            // Out with the tip and one of the two equal neighbours.
+            // Removes the tip and one of the two equal neighbours.
             let mut kept = Points::EMPTY;
             for i in 0..len {
                 if i != tip && i != (tip + 1) % len {
@@ -291,7 +291,7 @@ pub(super) fn shadow_of_points(
     let points = || border.iter().chain(inner);
     for p in points() {
         let v = window.from_eye(*p);
-        // What the near plane would cut is left out as a whole.
+        // Polygons that the near plane would cut are left out as a whole.
         if window.forward().dot(v) <= window.near_m() {
             return None;
         }
@@ -307,7 +307,7 @@ pub(super) fn shadow_of_points(
     let mut cap_distance_m = 0.0f64;
     for p in points() {
         let v = window.from_eye(*p);
-        // The picture is taken around `ahead`; a corner beside or behind the eye has no place in it.
+        // The picture is taken around `ahead`; a corner beside or behind the eye has no position in it.
         if ahead.dot(v) <= 0.1 * v.length() {
             return None;
         }
@@ -326,7 +326,7 @@ pub(super) fn shadow_of_points(
     shadow_of_hull(&hull, [ahead, x, y], cap_normal, cap_distance_m)
 }
 
-/// The shadow of what is a hull in the picture that `ahead`, `x` and `y` span, cast from a cap at this distance.
+/// The shadow of a hull in the picture that `ahead`, `x` and `y` span, with a cap at this distance.
 pub(super) fn shadow_of_hull(
     hull: &Hull,
     [ahead, x, y]: [DVec3; 3],

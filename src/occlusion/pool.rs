@@ -17,7 +17,7 @@ const OPEN_PATCHES: usize = 6;
 /// Most polygons of removed candidates that are offered again in the same frame; the others wait.
 const ORPHANS: usize = 1024;
 
-/// Most polygons that a frame offers again after many candidates were removed, and most that it tests for that.
+/// Most polygons that a frame offers again after many removals, and most that it tests for that.
 const OFFERS_A_FRAME: usize = 256;
 const LOOKS_A_FRAME: usize = 8192;
 
@@ -27,7 +27,7 @@ const SEARCHED: usize = 1 << 16;
 /// Candidates with this number and above are walls.
 const FIRST_WALL: u32 = 1 << 20;
 
-/// Largest capacity: a pool holds twice as many, and one more, for a moment.
+/// Largest capacity: for a moment a pool holds twice as many candidates, and one more.
 pub(super) const MOST_CAPACITY: usize = FIRST_WALL as usize / 2 - 1;
 
 /// No candidate.
@@ -69,13 +69,13 @@ impl Sketch {
     }
 }
 
-/// The candidates for occluders, largest first to stay: filled as polygons come, emptied as they go.
+/// The candidates for occluders, of which the largest stay. Polygons are added as they come, and removed as they go.
 ///
 /// After section 3.2.1 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree".
 ///
 /// # Differences from the paper
-/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone: the
-/// paper's own open problem is that drawn ribbons are too small to hide anything.
+/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. The
+/// paper leaves the problem open that drawn ribbons are too small to hide anything.
 ///
 /// Only opaque polygons are candidates. A candidate is removed with the first of its polygons; the others are offered
 /// again.
@@ -102,7 +102,7 @@ pub struct OccluderPool {
 }
 
 impl OccluderPool {
-    /// An empty pool; takes its memory now.
+    /// An empty pool; allocates its memory now.
     pub fn new(config: PoolConfig) -> Self {
         let config = PoolConfig { capacity: config.capacity.min(MOST_CAPACITY), ..config };
         let room = 2 * config.capacity.max(1);
@@ -143,7 +143,7 @@ impl OccluderPool {
         self.len() == 0
     }
 
-    /// The polygons of every candidate. One of a [wall](super::walls) may belong to another candidate, too.
+    /// The polygons of every candidate. A polygon of a [wall](super::walls) may also belong to another candidate.
     pub fn candidates(&self) -> impl Iterator<Item = &[PolygonId]> {
         let is_live = |slot: &usize| !self.sketches.get(*slot).is_free();
         let patches = (0..self.patches.len()).filter(is_live).map(|slot| self.patches[slot].ids());
@@ -151,14 +151,15 @@ impl OccluderPool {
         patches.chain(walls.filter(|ids| !ids.is_empty()))
     }
 
-    /// Follows one frame's changes. Costs a bounded amount for each change, and a bounded amount for the
-    /// frame while candidates that have died are being replaced.
+    /// Follows one frame's changes. The cost is bounded for each change, and for the frame while removed candidates
+    /// are being replaced.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.follow_in_steps(geometry, changes, usize::MAX);
     }
 
     /// Follows as [`OccluderPool::follow`] does, in steps. It offers at most `offers` polygons of removed candidates
-    /// again, and four times as many of those that came while it followed roughly. The others wait for later calls.
+    /// again, and four times as many of the polygons that came while it followed roughly. The others wait for later
+    /// calls.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
@@ -168,7 +169,7 @@ impl OccluderPool {
                 }
                 Change::Remove(id) => self.take_out(geometry, id),
                 Change::Repaint(id) if !self.hides_otherwise(geometry, id) => {}
-                // What moves as a whole is no candidate.
+                // A polygon in a moving space is no candidate.
                 Change::Place(_) => {}
                 Change::Update(id) | Change::Repaint(id) => {
                     self.take_out(geometry, id);
@@ -176,8 +177,8 @@ impl OccluderPool {
                 }
             }
         }
-        // What was left over from patches that died; those that went or came back meanwhile are no orphans. (After a jump
-        // back in a replay the geometry may never have heard of them.)
+        // Polygons of removed patches; those that have gone or come back meanwhile are skipped. (After a jump back in
+        // a replay the geometry may not have them.)
         let mut made = 0;
         while made < offers
             && let Some(id) = self.orphans.pop()
@@ -215,7 +216,7 @@ impl OccluderPool {
         made
     }
 
-    /// Whether the shadow of a polygon may have changed with its painting: its texture determines its holes.
+    /// Whether a change of its painting may have changed a polygon's shadow: its texture determines its holes.
     fn hides_otherwise(&self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         match fixed_occluder(geometry, id) {
             None => self.slot(id) != NONE || self.walls.has(id),
@@ -223,25 +224,25 @@ impl OccluderPool {
         }
     }
 
-    /// Whether a polygon is among about the largest sixteenth of all polygons of earlier calls.
+    /// Whether a polygon is approximately among the largest sixteenth of the polygons of earlier calls.
     fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        // The box first, which has just been inserted: nothing of its width is larger than a disk.
+        // The box first, which has just been inserted: a polygon is no larger than a disk of its diagonal.
         let disk_m2 = std::f32::consts::FRAC_PI_4 * geometry.bounds(id).extent().length_squared();
         let mut is_large = disk_m2 > self.large_m2;
         if is_large {
             let Some(polygon) = fixed_occluder(geometry, id) else { return false };
             is_large = 0.5 * polygon.area_vector().length() > self.large_m2;
         }
-        // Steps up and down cancel where one in sixteen is larger; small ones, so that a wide stroke stays large for
+        // Steps up and down cancel if one in sixteen is larger. They are small, so that a wide stroke stays large for
         // some hundred polygons.
         let step = if is_large { 1.016 } else { 0.999 };
         self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
         is_large
     }
 
-    /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds, beside the candidates that there
-    /// are, in place of the walls that there were. For a model that has just been loaded: it takes about 2 ms for 1,000
-    /// polygons, 130 ms at most, and what comes later joins no wall.
+    /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds. Walls are added to the
+    /// candidates, in place of the former walls. For a model that has just been loaded: it takes about 2 ms for 1,000
+    /// polygons, 130 ms at most; later polygons join no wall.
     pub fn join_walls(&mut self, geometry: &dyn Geometry) {
         if self.config.grouping == Grouping::Single {
             return;
@@ -281,7 +282,7 @@ impl OccluderPool {
         }
     }
 
-    /// Appends what a candidate hides.
+    /// Appends the shadows of a candidate.
     pub(super) fn push_shadows(
         &self,
         slot: u32,
@@ -329,9 +330,9 @@ impl OccluderPool {
         }
     }
 
-    /// Makes a polygon a candidate, or part of one, if it can be. Whether that took more than a glance.
+    /// Makes a polygon a candidate, or part of one, if possible. Returns whether that took more than a quick test.
     fn offer(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        // A change may be about what is erased (and moved all the same).
+        // A change may be of an erased polygon, which was moved all the same.
         if !geometry.is_present(id) {
             return false;
         }
@@ -377,8 +378,8 @@ impl OccluderPool {
         }
         self.put(slot, patch);
         self.set_slot(id, slot);
-        // The patch that nothing has joined for longest gives way; if it is a loner that is too small, it goes at once,
-        // so that a stream of small polygons does not wash through the pool.
+        // The patch that has not grown for longest is closed. If it is a single polygon that is too small, it is
+        // removed at once, so that a stream of small polygons does not displace the pool's contents.
         self.open.rotate_right(1);
         let given_way = std::mem::replace(&mut self.open[0], slot);
         let is_small = self.patches.get(given_way as usize).is_some_and(|r| r.area_m2() < self.threshold_m2);
@@ -388,7 +389,7 @@ impl OccluderPool {
         true
     }
 
-    /// The newest open patch has grown by a polygon: perhaps that closes the gap to another one.
+    /// Merges the newest open patch with another one, if its new polygon has closed the gap.
     fn merge_newest(&mut self, polygon: &ConvexPolygon) {
         let slot = self.open[0];
         for k in 1..OPEN_PATCHES {
@@ -419,7 +420,7 @@ impl OccluderPool {
         self.patches[slot] = patch;
     }
 
-    /// Ends a candidate whose polygon has gone; its other polygons may come back on their own.
+    /// Removes the candidate of a removed polygon; its other polygons may come back on their own.
     fn take_out(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         self.walls.take_out(id);
         let slot = self.slot(id);
@@ -427,7 +428,7 @@ impl OccluderPool {
             return;
         }
         self.release(slot);
-        // A patch is large: of one that has gone, no more is read than its polygons.
+        // A patch is large, so only the polygons of a removed one are read.
         for &other in self.patches[slot as usize].ids().iter().filter(|other| **other != id) {
             if self.orphans.len() < ORPHANS {
                 self.orphans.push(other);
@@ -435,7 +436,7 @@ impl OccluderPool {
                 self.rescan = self.rescan.min(other.index());
             }
         }
-        // Others that were too small before may be large enough now.
+        // Polygons that were too small before may be large enough now.
         if self.patch_count() < self.config.capacity / 2
             && self.rescan >= geometry.id_end()
             && self.threshold_m2 > 0.0
@@ -479,7 +480,7 @@ impl OccluderPool {
                 self.release(slot);
             }
         }
-        // Candidates of equal size: some have to go all the same.
+        // Of candidates of equal size some have to be removed.
         let mut slot = 0;
         while self.patch_count() >= 2 * self.config.capacity.max(1) && (slot as usize) < self.sketches.len() {
             self.release(slot);

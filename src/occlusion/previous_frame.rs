@@ -1,5 +1,5 @@
-//! Previous-frame occluders: the polygons that were visible in the last frame occlude in this one, as a picture of connected
-//! surfaces. For machines without a usable GPU.
+//! Previous-frame occluders: the polygons that were visible in the last frame occlude in this one, as a picture of
+//! connected surfaces. For machines without a usable GPU.
 //!
 //! In a painting or a building thousands of small polygons hide together, not a few large ones. The polygons drawn in the
 //! last frame are most of the visible ones in this frame. This temporal coherence is that of N. Greene, M. Kass, G. Miller,
@@ -29,30 +29,31 @@ pub struct PreviousFrameCounts {
 }
 
 impl PreviousFrameCounts {
-    /// About the time of that, nanoseconds, estimated from the counts: the same on every machine. Measured like [`super::work_ns`].
+    /// Approximate time of that, nanoseconds, from the counts: the same on every machine. Measured like
+    /// [`super::work_ns`].
     pub fn work_ns(&self) -> f64 {
         self.occluders as f64 * 1000.0 + self.tests as f64 * 60.0
     }
 }
 
-/// Most polygons that were of no use and are filled again in a frame, and the least number of frames until all were.
+/// Most useless polygons that are filled again in a frame, and the least number of frames until all of them were.
 const MOST_AGAIN: usize = 256;
 const AGAIN_EVERY: usize = 16;
 
-/// Polygons that room is made for from the start, at most: about 100 bytes each.
+/// Most polygons with room from the start: about 100 bytes each.
 const MOST_RESERVED: usize = 1 << 17;
 
-/// Most polygons that are read in a frame, of those that have come or changed.
+/// Most changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame is tested by itself in one of so many frames.
+/// A polygon that was visible in the last frame is tested by itself in one of this many frames.
 const TESTED_EVERY: usize = 4;
 
 /// State of a view from its last frame.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     frame: usize,
-    /// The block from which on polygons that were of no use are filled again.
+    /// The block from which useless polygons are filled again next.
     again_from: usize,
     /// Hidden polygons in view.
     hidden: VisibleBlocks,
@@ -88,12 +89,12 @@ impl Seen {
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     surfaces: Surfaces,
-    /// The polygons that `surfaces` have as they are now.
+    /// The polygons whose present form `surfaces` has.
     read: VisibleBlocks,
     buffer: CoverageBuffer,
     cull: CullConfig,
     views: Vec<Seen>,
-    /// The polygons that are filled, and their sizes; kept for their memory.
+    /// The filled polygons, and their sizes; reused for their memory.
     filled: Vec<PolygonId>,
     scored: Vec<(f32, PolygonId)>,
     /// Whether the last build had an occluder.
@@ -104,10 +105,10 @@ impl PreviousFrameOccluders {
     /// Most polygons that are filled for a view in a frame: the largest ones as seen from the eye.
     pub const MOST_OCCLUDERS: usize = 4096;
 
-    /// Pixels of the picture.
+    /// Width and height of the picture, pixels.
     pub const PICTURE: [u32; 2] = [1024, 576];
 
-    /// Culling that has seen nothing yet, with a picture of so many pixels and room for a scene of so many polygons.
+    /// Culling before its first frame, with a picture of this many pixels and room for a scene of this many polygons.
     pub fn new([width, height]: [u32; 2], polygons: usize) -> Self {
         let mut buffer = CoverageBuffer::new(width, height);
         let reserved = polygons.min(MOST_RESERVED);
@@ -152,18 +153,18 @@ impl PreviousFrameOccluders {
                 Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => {
                     self.read.remove_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
                 }
-                // What moves as a whole is no occluder.
+                // A polygon in a moving space is no occluder.
                 Change::Place(_) => {}
             }
         }
     }
 
-    /// Forgets what was hidden in the last frame of view number `view`: everything in view is taken for visible.
+    /// Forgets the hidden polygons in the last frame of view number `view`: all polygons in view count as visible.
     pub fn forget(&mut self, view: usize) {
         self.view(view).clear();
     }
 
-    /// Fills the picture for view number `view` with those polygons in view that were not hidden in the last frame.
+    /// Fills the picture for view number `view` with the polygons in view that were not hidden in the last frame.
     pub fn build(
         &mut self,
         view: usize,
@@ -175,7 +176,7 @@ impl PreviousFrameOccluders {
         let seen = &mut self.views[view];
         seen.frame = seen.frame.wrapping_add(1);
         self.filled.clear();
-        // Those that were of no use are filled again in turns.
+        // Useless polygons are filled again in turns.
         let most_again = seen.useless.len().div_ceil(AGAIN_EVERY).min(MOST_AGAIN);
         let again_from = std::mem::take(&mut seen.again_from);
         let (mut again, mut reads) = (0, 0);
@@ -227,8 +228,8 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Sets `drawn` to those of the polygons in view that the picture does not hide, and remembers them for the next frame of
-    /// this view. The picture has been built for it.
+    /// Sets `drawn` to the polygons in view that the picture does not hide, and stores them for the next frame of this
+    /// view. The picture must be built for the view.
     pub fn cull(
         &mut self,
         view: usize,
@@ -252,7 +253,7 @@ impl PreviousFrameOccluders {
             let seen = &self.views[view];
             for (block, mask) in in_view.blocks() {
                 let left = mask & drawn.mask(block);
-                // What was visible in the last frame most often is in this one: a few are tested in each frame.
+                // A polygon visible in the last frame most often is so in this one: a few are tested in each frame.
                 let is_turn = block % TESTED_EVERY == seen.frame % TESTED_EVERY;
                 let tested = if is_turn { left } else { left & !seen.drawn.mask(block) };
                 let mut hidden = 0;

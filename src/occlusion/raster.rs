@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::view::ViewWindow;
 
-/// From the eye's space to pixels.
+/// Transform from the eye's space to pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Raster {
     pub(crate) eye_in_world: DVec3,
@@ -64,7 +64,7 @@ impl Raster {
         DVec3::new(self.right.dot(v), self.up.dot(v), self.forward.dot(v))
     }
 
-    /// To the right, up, and along the view: unit vectors.
+    /// Unit vectors to the right, up, and along the view.
     #[inline]
     pub(crate) fn axes(&self) -> [DVec3; 3] {
         [self.right, self.up, self.forward]
@@ -83,7 +83,7 @@ impl Raster {
         [x, y, normal.x * self.corner.x + normal.y * self.corner.y + normal.z]
     }
 
-    /// The largest tangent, of the angle to the direction of view, of the window's borders.
+    /// The largest tangent of the angle between the direction of view and the window's borders.
     pub(crate) fn largest_tangent(&self) -> f64 {
         self.corner.abs().max(self.far_corner.abs()).max_element()
     }

@@ -11,8 +11,8 @@ use crate::{polygon::Geometry, view::ViewWindow};
 /// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
 const COVERED_BY_FIRST: usize = 8;
 
-/// Room for shadows for each measured candidate: nearly all have one, some fall apart into their polygons. If it runs
-/// out, fewer candidates are measured.
+/// Room for shadows of each measured candidate. Nearly all have one; some are divided into their polygons. If the room
+/// runs out, fewer candidates are measured.
 const SHADOWS_EACH: usize = 4;
 
 /// Most shadows of one candidate: two for each polygon.
@@ -21,11 +21,11 @@ const MOST_SHADOWS: usize = 2 * MAX_PATCH;
 /// Score of an occluder. It changes the number of hidden polygons found, never soundness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Score {
-    /// The solid angle of what the window shows of it.
+    /// The solid angle of the part in the window.
     #[default]
     SolidAngle,
-    /// The paper's equation (1) and nothing else: `A |N . V| / D^2`, with the area `A`, the normal `N`, the viewing direction
-    /// `V` and the distance `D`.
+    /// Only the paper's equation (1): `A |N . V| / D^2`, with the area `A`, the normal `N`, the viewing direction `V`
+    /// and the distance `D`.
     Paper,
 }
 
@@ -49,15 +49,15 @@ pub struct SelectConfig {
     pub score: Score,
     /// Most occluders of a frame.
     pub occluders: usize,
-    /// Candidates that are measured exactly after a rough choice, as a multiple of the occluders; none by
+    /// Candidates that are measured exactly after a rough choice, as a multiple of the occluders; none with
     /// [`Score::Paper`].
     pub measured: usize,
-    /// Choosing stops at occluders that fill less than this part of the window; not by [`Score::Paper`].
+    /// The selection stops at occluders that fill less than this part of the window; not with [`Score::Paper`].
     pub least_share: f64,
 }
 
 impl Default for SelectConfig {
-    /// 64 occluders out of 128, each at least a thousandth of the window.
+    /// 64 occluders from 128 measured ones, each at least a thousandth of the window.
     fn default() -> Self {
         Self { score: Score::SolidAngle, occluders: 64, measured: 2, least_share: 1.0e-3 }
     }
@@ -72,7 +72,7 @@ pub struct SelectCounts {
     pub seen: u32,
     /// Candidates measured exactly.
     pub measured: u32,
-    /// Candidates not measured again: they were useless a few frames ago.
+    /// Candidates not measured again, because they were useless a few frames ago.
     pub known: u32,
     /// Candidates left out because a better one hides them.
     pub covered: u32,
@@ -80,16 +80,16 @@ pub struct SelectCounts {
     pub chosen: u32,
 }
 
-/// Chooses the occluders of a frame.
+/// Selects the occluders of a frame.
 ///
 /// # The score
 /// Equation (1) of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", after S. Coorg,
-/// S. Teller, "Real-Time Occlusion Culling for Models with Large Occluders", 1997: area times the cosine between normal
-/// and view, over the squared distance; about a solid angle. It sorts the pool roughly. The best are then measured:
-/// the solid angle of what the window shows of them (see [`ShadowVolume::solid_angle_in`]).
+/// S. Teller, "Real-Time Occlusion Culling for Models with Large Occluders", 1997: area times the cosine between
+/// normal and view, over the squared distance; approximately a solid angle. It sorts the pool roughly. The best are
+/// then measured: the solid angle of their part in the window (see [`ShadowVolume::solid_angle_in`]).
 ///
 /// # Differences from the paper
-/// The cosine's sign is dropped: drawn polygons have two sides, and with the sign half of them would be lost. By
+/// The cosine's sign is dropped: drawn polygons have two sides, and with the sign half of them would be lost. With
 /// [`Score::Paper`] the order is that of equation (1) alone, with the viewing direction as `V`.
 #[derive(Clone, Debug)]
 pub struct Selector {
@@ -104,7 +104,7 @@ pub struct Selector {
 }
 
 impl Selector {
-    /// A selector; takes its memory now, but for a few bytes for each candidate of the pools that it is used with.
+    /// A selector; allocates its memory now, except for a few bytes for each candidate of its pools.
     pub fn new(config: SelectConfig) -> Self {
         let shadows = SHADOWS_EACH * config.measured * config.occluders + MOST_SHADOWS;
         Self {
@@ -129,7 +129,8 @@ impl Selector {
         &self.chosen
     }
 
-    /// Chooses for a window, from a pool that has followed this geometry. Costs O(pool), and the exact part O(occluders).
+    /// Selects occluders for a window, from a pool that has followed this geometry. Takes O(pool), and O(occluders)
+    /// for the exact part.
     pub fn select(
         &mut self,
         pool: &OccluderPool,
@@ -164,7 +165,7 @@ impl Selector {
             counts.chosen = self.chosen.len() as u32;
             return counts;
         }
-        // By slot from here on, so that nothing depends on how the partial sort left them.
+        // By slot from here on, so that nothing depends on the order of the partial sort.
         self.rough.sort_unstable_by_key(|&(_, slot)| slot);
         self.shadows.clear();
         self.places.clear();
@@ -181,7 +182,7 @@ impl Selector {
             counts.measured += 1;
             pool.push_shadows(slot, geometry, window, &mut self.shadows);
             self.places.resize(self.shadows.len(), place);
-            // Until one of them is chosen.
+            // Rests unless it is selected.
             self.note(place, sketch, &rough);
         }
         self.measured.clear();
@@ -198,7 +199,7 @@ impl Selector {
                 counts.covered += 1;
                 continue;
             }
-            // What there was no room for may be better next time.
+            // A candidate without room may be better next time.
             let known = &mut self.known[self.places[i as usize]];
             (known.left, known.length) = (0, 0);
             if !is_full {
@@ -209,12 +210,12 @@ impl Selector {
         counts
     }
 
-    /// Forgets what is known from frames before: the next choice measures every candidate.
+    /// Drops the state of earlier frames: the next selection measures every candidate.
     pub fn forget(&mut self) {
         self.known.clear();
     }
 
-    /// Takes the occluders that were scored as they come.
+    /// Selects the scored occluders in their order.
     fn choose_in_order(&mut self, pool: &OccluderPool, geometry: &dyn Geometry, window: &ViewWindow) {
         self.chosen.clear();
         for &(_, slot) in &self.rough {
@@ -233,15 +234,15 @@ impl Selector {
             let score = sketch.area_vector.dot(forward).abs() / to.length_squared();
             let reach = -sketch.radius_m;
             let outside = sides.iter().any(|side| side.dot(to) < reach) || forward.dot(to) - near_m < reach;
-            // Also leaves out free slots, whose area is zero, and what is not a number.
+            // Also leaves out free slots, whose area is zero, and NaN.
             if score > 0.0 && !outside {
                 self.rough.push((score, slot));
             }
         }
     }
 
-    /// Whether a candidate may be measured now: not if it was too small, or hidden behind a better one, a few frames ago, and
-    /// looks the same from here.
+    /// Whether a candidate may be measured now. Not if a few frames ago it was too small, or hidden behind a better
+    /// one, and it looks the same from here.
     fn is_due(&mut self, place: usize, sketch: &Sketch, window: &RoughWindow) -> bool {
         let Some(known) = self.known.get_mut(place) else { return true };
         if known.left == 0 {
@@ -259,7 +260,7 @@ impl Selector {
         !is_same
     }
 
-    /// Remembers that a candidate was measured, and was of no use.
+    /// Notes that a candidate was measured and was useless.
     fn note(&mut self, place: usize, sketch: Sketch, window: &RoughWindow) {
         if self.known.len() <= place {
             self.known.resize(place + 1, Known::NOTHING);
@@ -270,10 +271,10 @@ impl Selector {
     }
 }
 
-/// A candidate that was of no use is not measured again for one frame, then for two, four, up to this many.
+/// A useless candidate is not measured again for one frame, then for two, four, up to this many.
 const LONGEST_REST: u8 = 16;
 
-/// ... unless the eye has moved by this part of the distance to it,
+/// ... unless the eye has moved by this part of its distance,
 const MOST_MOVED: f32 = 0.02;
 
 /// ... or the view has turned by more than this, one degree.
@@ -282,11 +283,11 @@ const MOST_TURNED_COSINE: f32 = 0.999_85;
 /// State of a candidate from previous frames.
 #[derive(Clone, Copy, Debug)]
 struct Known {
-    /// As it was when it was measured, from this eye and in this direction.
+    /// The candidate at its last measurement, from this eye and in this direction.
     sketch: Sketch,
     eye: Vec3,
     forward: Vec3,
-    /// Frames that it is still left out for, of so many.
+    /// Remaining frames of its rest, and the length of the rest.
     left: u8,
     length: u8,
 }
@@ -307,7 +308,7 @@ fn rough_window(window: &ViewWindow, least_sr: f32) -> RoughWindow {
         forward: window.forward().as_vec3(),
         near_m: window.near_m() as f32,
         least_squared: least * least,
-        // For those that are not quite flat.
+        // For polygons that are not quite flat.
         least_bound: 0.8 * least_sr,
     }
 }

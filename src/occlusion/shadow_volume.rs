@@ -8,19 +8,19 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Most sides that a shadow volume has. A polygon may have one corner less: the near plane can add one.
+/// Most sides of a shadow volume. A polygon may have one corner less: the near plane can add one.
 pub const MAX_SIDES: usize = 8;
 
-/// Why a polygon casts no usable shadow from this eye. Always safe: it only is not an occluder.
+/// Why a polygon casts no usable shadow from this eye. It is then no occluder, which is always safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NotAnOccluder {
-    /// Fewer than 3 corners, or [`MAX_SIDES`] and more.
+    /// Fewer than 3 corners, or at least [`MAX_SIDES`].
     #[error("expected 3 to 7 corners")]
     CornerCount,
     /// A corner is not finite.
     #[error("expected finite corners")]
     NotFinite,
-    /// Nothing of it is beyond the near plane.
+    /// No part of it is beyond the near plane.
     #[error("expected a part beyond the near plane")]
     TooNear,
     /// It has no area, or the eye lies (almost) in its plane.
@@ -29,7 +29,7 @@ pub enum NotAnOccluder {
     /// An edge points at the eye, or a corner is a needle: a shadow plane would be random.
     #[error("an edge seen end-on, or a needle")]
     IllConditioned,
-    /// Its outline from the eye is not convex (a bent quad): its triangles may do.
+    /// Its outline from the eye is not convex (a bent quad). Its triangles may work.
     #[error("not convex as seen from the eye")]
     NotConvex,
     /// The near plane cuts it, and it has more than three corners. A bent polygon, if only by rounding, has a defined
@@ -38,8 +38,8 @@ pub enum NotAnOccluder {
     CutByNear,
 }
 
-/// Shadow of one occluder: `{x : side[i] . x >= 0 for all i, and cap_normal . x >= cap_distance_m}`, the eye being the
-/// origin.
+/// Shadow of one occluder, with the eye as the origin: `{x : side[i] . x >= 0 for all i, and cap_normal . x >=
+/// cap_distance_m}`.
 ///
 /// The cap is the occluder's own plane, pushed to its farthest corner. Without it everything *between* the eye and the
 /// occluder would count as hidden.
@@ -53,7 +53,7 @@ pub struct ShadowVolume {
 }
 
 impl ShadowVolume {
-    /// The shadow of a convex polygon, world space, either way round. It may be slightly bent.
+    /// The shadow of a convex polygon, world space, in either orientation. It may be slightly bent.
     ///
     /// A part nearer than the window's near plane is not drawn, so it casts no shadow. A polygon with more than three
     /// corners is drawn as a fan of triangles; around which corner does not matter.
@@ -79,7 +79,7 @@ impl ShadowVolume {
         Self::of_outline(&corners[..len], cap_normal)
     }
 
-    /// Appends the shadow of a convex polygon, or those of its triangles if it has none as a whole.
+    /// Appends the shadow of a convex polygon, or the shadows of its triangles if the polygon has none.
     pub fn push_polygon(corners_in_world: &[Vec3], window: &ViewWindow, out: &mut Vec<Self>) {
         match Self::of_polygon(corners_in_world, window) {
             Ok(volume) => out.push(volume),
@@ -92,8 +92,8 @@ impl ShadowVolume {
         }
     }
 
-    /// The shadow of an outline seen from the eye, either way round. Its surface must lie nowhere beyond the plane with
-    /// this normal through the outline's farthest corner.
+    /// The shadow of an outline seen from the eye, in either orientation. Its surface must not reach beyond the plane
+    /// with this normal through the outline's farthest corner.
     pub(super) fn of_outline(outline: &[DVec3], cap_normal: DVec3) -> Result<Self, NotAnOccluder> {
         let len = outline.len();
         if !(3..=MAX_SIDES).contains(&len) {
@@ -133,7 +133,7 @@ impl ShadowVolume {
         Backend::detect().run(RaiseSides(self))
     }
 
-    /// Corners of the outline, the eye being the origin; `corner[i] x corner[i + 1]` points inwards.
+    /// Corners of the outline, with the eye as the origin; `corner[i] x corner[i + 1]` points inwards.
     pub fn corners(&self) -> &[DVec3] {
         &self.corners[..usize::from(self.len)]
     }
@@ -153,7 +153,7 @@ impl ShadowVolume {
         self.cap_distance_m
     }
 
-    /// The solid angle of what the window shows of it, steradians.
+    /// The solid angle of its part in the window, steradians.
     pub fn solid_angle_in(&self, window: &ViewWindow) -> f64 {
         let mut outline = [DVec3::ZERO; MAX_SIDES + 4];
         let mut len = usize::from(self.len);
@@ -173,7 +173,7 @@ impl ShadowVolume {
                 &uncut[..len],
                 |p| normal.dot(p),
                 |p| {
-                    // A convex outline gains one corner a plane; anything more comes from rounding and is cut off.
+                    // A convex outline gains one corner a plane; more corners come from rounding and are cut off.
                     if count < outline.len() {
                         outline[count] = p;
                         count += 1;
@@ -203,7 +203,7 @@ impl WithKernel for RaiseSides<'_> {
         let len = usize::from(volume.len);
         let (mut from, mut to) = ([[0.0_f64; N]; 3], [[0.0_f64; N]; 3]);
         for i in 0..N {
-            // Lanes beyond the last repeat it.
+            // Unused lanes repeat the last one.
             let i_or_last = i.min(len - 1);
             let next = if i_or_last + 1 == len { 0 } else { i_or_last + 1 };
             for axis in 0..3 {
@@ -214,7 +214,7 @@ impl WithKernel for RaiseSides<'_> {
         let (mut sides, mut end_on) = ([[0.0_f64; N]; 3], [0.0_f64; N]);
         for i in 0..N {
             let [x, y, z] = [from[0][i], from[1][i], from[2][i]];
-            // `from x (to - from)`: short edges lose nothing, only those that point at the eye do.
+            // `from x (to - from)`: short edges lose no precision, only edges that point at the eye do.
             let [u, v, w] = [to[0][i] - x, to[1][i] - y, to[2][i] - z];
             let [a, b, c] = [y * w - v * z, z * u - w * x, x * v - u * y];
             // Squares of sines: no roots needed.
@@ -259,8 +259,8 @@ impl WithKernel for RaiseSides<'_> {
     }
 }
 
-/// The part of a convex polygon that is drawn, not nearer than the near plane, and whether anything is cut off. (The
-/// part may have no new corner for it: the near plane may pass through two old ones.)
+/// The drawn part of a convex polygon, beyond the near plane, and whether anything is cut off. (A cut need not add a
+/// corner: the near plane may pass through two of the polygon's.)
 fn clip_to_near(
     corners: &[DVec3],
     window: &ViewWindow,
@@ -269,7 +269,7 @@ fn clip_to_near(
         return Err(NotAnOccluder::NotFinite);
     }
     let far = corners.iter().map(|v| v.length()).fold(0.0, f64::max);
-    // Without a near plane, what is at the eye itself still has no direction.
+    // Even without a near plane, points at the eye itself have no direction.
     let near = window.near_m().max(1.0e-9 * far);
     let mut kept = [DVec3::ZERO; MAX_SIDES];
     let (mut len, mut is_cut, mut is_too_long) = (0, false, false);

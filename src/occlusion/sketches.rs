@@ -38,7 +38,7 @@ pub(super) struct Sketches {
 }
 
 impl Sketches {
-    /// An empty list with room for so many.
+    /// An empty list with room for this many.
     pub(super) fn with_capacity(sketches: usize) -> Self {
         Self { blocks: Vec::with_capacity(sketches.div_ceil(LANES)), len: 0 }
     }
@@ -88,8 +88,8 @@ pub(super) struct RoughWindow {
     pub(super) sides: [Vec3; 4],
     pub(super) forward: Vec3,
     pub(super) near_m: f32,
-    /// The square of the solid angle that a candidate must fill by the rough score, or by the bound that its bounding sphere
-    /// gives.
+    /// The square of the least solid angle of a candidate, by the rough score and by the bound from its bounding
+    /// sphere.
     pub(super) least_squared: f32,
     pub(super) least_bound: f32,
 }
@@ -109,7 +109,7 @@ impl WithKernel for Scoring<'_> {
         let Self { sketches, window, first, out } = self;
         let RoughWindow { eye, sides, forward, near_m, least_squared, least_bound } = *window;
         for (number, Block([cx, cy, cz, radius, ax, ay, az])) in sketches.blocks.iter().enumerate() {
-            // Plain loops over lanes, for vector instructions. Free slots have no area, and what is not a number no score.
+            // Plain loops over lanes, for vector instructions. Free slots have area 0, and NaN gets no score.
             let mut scores = [0.0_f32; LANES];
             for k in 0..LANES {
                 let (x, y, z, r) = (cx[k] - eye.x, cy[k] - eye.y, cz[k] - eye.z, radius[k]);
@@ -120,7 +120,7 @@ impl WithKernel for Scoring<'_> {
                 // If the eye is inside the bounding sphere, the occluder may fill any part of the window.
                 let is_around =
                     (distance_squared <= r * r) & ((ax[k] != 0.0) | (ay[k] != 0.0) | (az[k] != 0.0));
-                // Of a flat one, all of which is no nearer than its sphere: not more than this.
+                // A flat occluder is no nearer than its sphere, so it fills at most this.
                 let nearest = distance_squared.sqrt() - r;
                 let is_small = facing.abs() < least_bound * (nearest * nearest * nearest);
                 let is_seen = (along(sides[0]) >= -r)

@@ -10,19 +10,19 @@ use crate::{
 /// Approximate cost of offering a polygon to the pool, nanoseconds.
 const OFFER_NS: f64 = 1500.0;
 
-/// Looking at a polygon's area, nanoseconds.
+/// Time to read a polygon's area, nanoseconds.
 const LOOK_NS: f64 = 10.0;
 
 /// Most polygons of removed candidates that are offered again in a frame, in steps.
 const OFFERS_A_STEP: usize = 16;
 
-/// Most changed polygons that are tested one by one for whether they are large.
+/// Most changed polygons whose size is tested one by one.
 const MOST_LOOKS: usize = 64;
 
-/// Most polygons that are offered in the frame in which they come.
+/// Most polygons that are offered in the frame of their arrival.
 const MOST_AT_ONCE: f64 = 16.0;
 
-/// Fewer offers than this wait: most frames then have none.
+/// Fewer offers than this wait for later frames, so that most frames have none.
 const LEAST_OFFERS: usize = 128;
 
 /// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] for all views
@@ -57,13 +57,13 @@ impl OcclusionStage {
         self.view = ViewOcclusion::with_culler(culler, &self.config);
     }
 
-    /// Changes what is worth a test.
+    /// Changes the settings that decide which tests pay.
     pub(crate) fn set_cull(&mut self, cull: CullConfig) {
         self.config.cull = cull;
         self.view.set_cull(cull);
     }
 
-    /// Follows a frame's changes; once a frame that is culled.
+    /// Follows a frame's changes; once for every culled frame.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow(geometry, changes);
     }
@@ -108,21 +108,21 @@ impl OcclusionStage {
             let eye = window.eye_in_world().as_vec3();
             let least_sr = least_share * window.solid_angle_sr() as f32;
             came.clone().any(|id| {
-                // The box first, which has just been inserted: nothing of its width is larger than a disk.
+                // The box first, which has just been inserted: a polygon is no larger than a disk of its diagonal.
                 let bounds = geometry.bounds(id);
                 let disk_m2 = std::f32::consts::FRAC_PI_4 * bounds.extent().length_squared();
                 if disk_m2 < least_sr * bounds.distance_squared(eye) || !geometry.is_present(id) {
                     return false;
                 }
                 let Some(polygon) = geometry.occluder(id) else { return false };
-                // Not less than the solid angle: the area as if it faced the eye, at its nearest point.
+                // No less than the solid angle: the area as if it faced the eye, at its nearest point.
                 0.5 * polygon.area_vector().length() >= least_sr * bounds.distance_squared(eye)
             })
         })
     }
 
-    /// Instead of [`OcclusionStage::follow`] in a frame that is not culled: only what has to be done at once, and, for
-    /// about as many nanoseconds as `budget_ns`, what makes candidates of what came. About what that took of the budget.
+    /// Replaces [`OcclusionStage::follow`] in a frame that is not culled. It does only the urgent work, and makes new
+    /// polygons candidates for about `budget_ns` nanoseconds. Returns about the part of the budget that it took.
     pub(crate) fn follow_roughly(
         &mut self,
         geometry: &dyn Geometry,
@@ -134,7 +134,7 @@ impl OcclusionStage {
         let mut spent_ns = looks_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
         let offers = ((budget_ns - spent_ns) / OFFER_NS) as usize;
         if offers >= LEAST_OFFERS && self.pool.is_behind(geometry) {
-            // Looking is not for nothing either.
+            // The search itself costs time, too.
             spent_ns += (self.pool.catch_up(geometry, offers) + 1) as f64 * OFFER_NS;
         }
         spent_ns
@@ -161,8 +161,9 @@ impl OcclusionStage {
     }
 }
 
-/// About what a frame's occlusion culling costs, nanoseconds, from its work counts alone: the same on every machine.
-/// The factors were measured once, on one 2-core x86-64 machine; only their ratio to the cost of drawing matters.
+/// Approximate cost of a frame's occlusion culling, nanoseconds, from its work counts alone: the same on every
+/// machine. The factors were measured once, on one 2-core x86-64 machine; only their ratio to the cost of drawing
+/// matters.
 pub(crate) fn work_ns(select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) -> f64 {
     let of = |count: u64, ns: f64| count as f64 * ns;
     of(u64::from(select.candidates), 1.5)

@@ -8,14 +8,15 @@
 /// planes add [`IMPLIED_SINE`], outlines that count as convex 1e-10.
 pub const QUERY_SLACK: f64 = 1.0e-9;
 
-/// A splitting plane is omitted if the cell reaches behind it by at most this sine. Must stay far below [`QUERY_SLACK`]:
-/// it is the angle by which a shadow may be too wide. Must stay above the rounding of a plane that two occluders share
-/// (some 1e-16 over the sine between its edge and the line to the eye). If it is smaller, shared planes cut twice.
+/// A splitting plane is omitted if the cell reaches behind it by at most this sine. It is the angle by which a shadow
+/// may be too wide, so it must stay far below [`QUERY_SLACK`]. It must stay above the rounding of a plane that two
+/// occluders share: some 1e-16 over the sine between its edge and the line to the eye. If it is smaller, shared planes
+/// cut twice.
 pub const IMPLIED_SINE: f64 = 1.0e-13;
 
-/// A piece of an occluder is taken to reach a cell if it sticks into it by this sine. Only about effort: pieces are used
-/// for nothing but whether an occluder divides a cell, so those that are lost make the shadow smaller. At zero, pieces
-/// that only touch a cell are cut off first and then lost for [`RELEVANT_AREA_SR`].
+/// A piece of an occluder reaches a cell if it sticks into it by this sine. The value affects only the effort: a piece
+/// only decides whether an occluder divides a cell, so lost pieces make the shadow smaller. At zero, pieces that only
+/// touch a cell are cut off first and then dropped for [`RELEVANT_AREA_SR`].
 pub const RELEVANT_SINE: f64 = 1.0e-9;
 
 /// Pieces of occluders below this solid angle, steradians, are dropped (a pixel of a 4k screen is about 1e-7).

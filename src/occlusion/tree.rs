@@ -8,7 +8,7 @@ use crate::{
     math::{Aabb, Part, Sphere, split_convex},
 };
 
-/// Splitting planes of a tree of this many occluders, at most.
+/// Most splitting planes of a tree of this many occluders.
 pub fn node_budget(occluders: usize) -> usize {
     (occluders * 32).clamp(512, 16_384)
 }
@@ -30,7 +30,7 @@ impl Child {
         Self(i)
     }
 
-    /// A leaf inside the side planes of everything in this list of caps.
+    /// A leaf inside the side planes of all occluders in this list of caps.
     pub fn leaf(caps: Caps) -> Self {
         Self(Self::LEAF | caps.0)
     }
@@ -38,7 +38,7 @@ impl Child {
     /// The number of the node.
     ///
     /// # Errors
-    /// It is a leaf: its list of caps.
+    /// The list of caps, if it is a leaf.
     pub fn read(self) -> Result<u32, Caps> {
         if self.0 & Self::LEAF == 0 { Ok(self.0) } else { Err(Caps(self.0 & !Self::LEAF)) }
     }
@@ -101,14 +101,14 @@ pub enum Link {
     Below(u32, Side),
 }
 
-/// When a volume inside all side planes of a leaf is hidden.
+/// Rule by which a volume inside all side planes of a leaf is hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CapRule {
     /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
     Any,
-    /// Beyond all caps of the list: together they cover the cell, but it is not known which of them where.
+    /// Beyond all caps of the list: together they cover the cell, but each an unknown part of it.
     All,
-    /// Always. Wrong for everything before its occluder.
+    /// Always. Wrong for every volume before its occluder.
     Ignore,
 }
 
@@ -138,7 +138,7 @@ impl ShadowTree {
         }
     }
 
-    /// Forgets all nodes and caps; keeps the memory.
+    /// Removes all nodes and caps; keeps the memory.
     pub fn clear(&mut self, eye_in_world: DVec3) {
         self.eye_in_world = eye_in_world;
         self.top = Child::OUT;
@@ -188,7 +188,7 @@ impl ShadowTree {
         &self.nodes[i as usize]
     }
 
-    /// Hangs a child at `link`.
+    /// Attaches a child at `link`.
     pub fn set(&mut self, link: Link, child: Child) {
         match link {
             Link::Top => self.top = child,
@@ -197,7 +197,7 @@ impl ShadowTree {
         }
     }
 
-    /// Appends a node with unoccluded children and hangs it at `link`, at this depth (the top has 1).
+    /// Appends a node with unoccluded children and attaches it at `link`, at this depth (the top has 1).
     pub fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
         let i = self.nodes.len() as u32;
         self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
@@ -206,8 +206,8 @@ impl ShadowTree {
         i
     }
 
-    /// Whether [`ShadowTree::add_cap`] would allocate: one cap a node and one for the top is room enough for every
-    /// tree but one whose cells are refined without being divided.
+    /// Whether [`ShadowTree::add_cap`] would allocate. One cap a node and one for the top suffice, except for trees
+    /// whose cells are refined without being divided.
     pub fn is_full_of_caps(&self) -> bool {
         self.caps.len() == self.caps.capacity()
     }
@@ -259,8 +259,8 @@ impl ShadowTree {
         }
     }
 
-    /// Tests a box by its outline, clipped by every plane that it straddles: slower than [`ShadowTree::test_box`], and
-    /// it meets only leaves that the box really reaches.
+    /// Tests a box by its outline, clipped by every plane that it straddles. It is slower than
+    /// [`ShadowTree::test_box`], but meets only leaves that the box really reaches.
     pub fn test_outline(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let Some(outline) = volume.outline() else {
@@ -271,12 +271,12 @@ impl ShadowTree {
         query.answer()
     }
 
-    /// Tests a box that lies in a box for which a test has ended with cell `from`; and the cell in which it lies itself.
+    /// Tests a box inside a box whose test has ended with cell `from`; also returns the cell of the box itself.
     pub fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         let mut at = self.below(from);
-        // As far as all of it lies on one side of each plane.
+        // As long as all of it lies on one side of each plane.
         while let Ok(i) = at.read() {
             let node = &self.nodes[i as usize];
             let (low, high) = volume.reach(node.normal);
@@ -299,7 +299,7 @@ impl ShadowTree {
         query.answer()
     }
 
-    /// Recurses only where the volume straddles a plane; [`MAX_DEPTH`] bounds it.
+    /// Recurses only if the volume straddles a plane; [`MAX_DEPTH`] bounds the recursion.
     fn descend<V: Volume>(&self, mut at: Child, query: &mut Query<'_, V>) {
         loop {
             let node = match at.read() {
@@ -408,7 +408,7 @@ pub trait Volume {
     fn reach(&self, normal: DVec3) -> (f64, f64);
     /// Distance from which it counts as beyond a plane, metres.
     fn slack(&self) -> f64;
-    /// No coordinate of it, as seen from the eye, is larger, metres.
+    /// Bound of its coordinates relative to the eye, metres.
     fn size(&self) -> f64 {
         self.slack() / QUERY_SLACK
     }
@@ -432,10 +432,10 @@ impl EyeBox {
         Self { center, half, slack: QUERY_SLACK * (size.x + size.y + size.z) }
     }
 
-    /// The directions to the corners that make its outline, in order; `None` from inside or at its border.
+    /// The directions to the corners of its outline, in order; `None` from inside or at its border.
     fn outline(&self) -> Option<Outline> {
         let (low, high) = (self.center - self.half, self.center + self.half);
-        // By axis: which of its two faces shows, if any (true: the one with the larger coordinate).
+        // By axis: which of its two faces is visible, if any (true: the one with the larger coordinate).
         let shows = |axis: usize| {
             if low[axis] > 0.0 { Some(false) } else { (high[axis] < 0.0).then_some(true) }
         };
@@ -543,7 +543,7 @@ impl Volume for EyeSphere {
     }
 }
 
-/// Most corners of an outline that is being cut. One that would have more is passed on uncut, which is safe.
+/// Most corners of an outline that is being cut. One that would have more stays uncut, which is safe.
 const MAX_OUTLINE: usize = 12;
 
 /// The outline of a box as directions from the eye.

@@ -5,7 +5,7 @@ use crate::math::Aabb;
 /// Whether a volume is occluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing of it can be seen through the window.
+    /// No part of it is visible through the window.
     Hidden,
     /// No part of it is hidden by these occluders: its contents need no test.
     Unoccluded,
@@ -13,7 +13,7 @@ pub enum Verdict {
     PartlyHidden,
 }
 
-/// A verdict, and the work that it took.
+/// A verdict, and the work of the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tested {
     /// The answer.
@@ -30,7 +30,7 @@ pub(super) const TOGETHER: usize = 16;
 pub struct TestedBoxes {
     /// Hidden boxes.
     pub hidden: u16,
-    /// Boxes of which nothing is hidden; valid only for [`Asked::Verdict`].
+    /// Boxes without a hidden part; valid only for [`Asked::Verdict`].
     pub unoccluded: u16,
     /// Planes that each box was tested against, added up.
     pub steps: u32,
@@ -43,7 +43,7 @@ pub struct TestedBoxes {
 pub enum Asked {
     /// The hidden boxes.
     Hidden,
-    /// The hidden boxes, and those of which nothing is hidden.
+    /// The hidden boxes, and the boxes without a hidden part.
     Verdict,
 }
 

@@ -54,8 +54,8 @@ pub struct ViewCounts {
     pub cull: CullCounts,
 }
 
-/// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of the
-/// last view first. The result depends on the current view alone, except among equally good occluders.
+/// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of
+/// the last view first. The result depends only on the current view, except among equally good occluders.
 pub struct ViewOcclusion {
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,

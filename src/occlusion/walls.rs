@@ -1,9 +1,9 @@
-//! Walls that are cut small: at load, neighbouring polygons are joined across shared edges to occluders of hundreds of
-//! polygons, where a [`super::patch::Patch`] has at most a few.
+//! Walls of many small polygons: at load, neighbouring polygons are joined across shared edges to occluders of
+//! hundreds of polygons. A [`super::patch::Patch`] has at most a few.
 //!
-//! A wall grows from its largest polygon by the nearest neighbours, as long as its border stays one closed line that meets no
-//! corner twice. Then that line is the sum of the outlines, and the proof in [`super::hull`] holds for any shape of the wall.
-//! Each wall keeps the polygons that together hide most as seen from before.
+//! A wall grows from its largest polygon by the nearest neighbours, as long as its border stays one closed line that
+//! meets no corner twice. Then that line is the sum of the outlines, and the proof in [`super::hull`] holds for any
+//! shape of the wall. Each wall keeps the polygons that together hide most, seen along its normal.
 
 use std::{
     cmp::Reverse,
@@ -26,13 +26,13 @@ use crate::{
 /// Most walls.
 pub(super) const MOST_WALLS: usize = 256;
 
-/// Most walls that are grown to find these.
+/// Most walls that are grown, of which the best are kept.
 const MOST_TRIES: usize = 1024;
 
 /// Most polygons of a wall.
 const MOST_POLYGONS: usize = 512;
 
-/// Fewer polygons are left to patches.
+/// Smaller groups are left to patches.
 const LEAST_POLYGONS: usize = 8;
 
 /// Neighbours that turn away from the wall's first polygons by more than this cosine do not join.
@@ -74,7 +74,7 @@ impl Walls {
         self.walls.iter().filter(|wall| !wall.ids.is_empty()).count()
     }
 
-    /// Polygons of a wall, none if it has gone.
+    /// Polygons of a wall; none if it was removed.
     pub(super) fn ids(&self, wall: usize) -> &[PolygonId] {
         &self.walls[wall].ids
     }
@@ -84,7 +84,7 @@ impl Walls {
         self.wall_of.binary_search_by_key(&id, |(id, _)| *id).is_ok()
     }
 
-    /// Ends the wall of a polygon that has gone or changed, if it belongs to one.
+    /// Removes the wall of a polygon that was removed or changed, if it belongs to one.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         if let Ok(at) = self.wall_of.binary_search_by_key(&id, |(id, _)| *id) {
             let wall = self.wall_of[at].1 as usize;
@@ -104,8 +104,8 @@ impl Walls {
         shadow_of_points(border, inner, *area_vector, window)
     }
 
-    /// The walls among some polygons, in place of those that there were. `patch_m2` is by polygon what the patch hides that it
-    /// belongs to, or it alone.
+    /// Finds the walls among some polygons, in place of the former ones. `patch_m2` is, by polygon, the area that its
+    /// patch hides, or the polygon alone.
     pub(super) fn build(&mut self, polygons: &[(PolygonId, ConvexPolygon)], patch_m2: &[f32]) {
         *self = Self::default();
         let mesh = Mesh::new(polygons);
@@ -149,7 +149,7 @@ struct Mesh {
     corners: Vec<[u32; 4]>,
     /// By polygon: area times normal.
     areas: Vec<Vec3>,
-    /// Each edge's polygons, `NONE` where there is no second one, or where there are more than two.
+    /// Each edge's polygons; `NONE` if there is no second one, or if there are more than two.
     across: HashMap<(u32, u32), [u32; 2]>,
 }
 
@@ -168,7 +168,7 @@ impl Mesh {
             let vertices = polygon.vertices();
             let mut corners = [NONE; 4];
             for (corner, p) in corners.iter_mut().zip(vertices) {
-                // Zeros of both signs are one place.
+                // Zeros of both signs are the same coordinate.
                 let key = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
                 *corner = *numbers.entry(key).or_insert_with(|| {
                     mesh.points.push(*p);
@@ -181,7 +181,7 @@ impl Mesh {
             mesh.corners.push(corners);
             mesh.areas.push(polygon.area_vector() * 0.5);
             let corners = &corners[..vertices.len()];
-            // What has a corner twice is no one's neighbour.
+            // A polygon with a repeated corner has no neighbours.
             if (1..corners.len()).any(|i| corners[..i].contains(&corners[i])) {
                 continue;
             }
@@ -191,7 +191,7 @@ impl Mesh {
                 *sides = match *sides {
                     [NONE, NONE] => [at as u32, NONE],
                     [first, NONE] if first != NONE => [first, at as u32],
-                    // A third one: no wall goes across.
+                    // A third polygon: no wall crosses the edge.
                     [first, _] => [first, first],
                 };
             }
@@ -212,7 +212,7 @@ impl Mesh {
 
     fn has_neighbour(&self, polygon: u32) -> bool {
         let corners = self.corners(polygon);
-        // The border of one that meets a corner twice would not be a line around it.
+        // The border of a polygon that meets a corner twice would not be a line around it.
         if (1..corners.len()).any(|i| corners[..i].contains(&corners[i])) {
             return false;
         }
@@ -241,7 +241,7 @@ impl Region {
         Self { members: vec![seed], border, inner: Vec::new(), area_vector: mesh.areas[seed as usize] }
     }
 
-    /// The region around a polygon that hides most, if that is worth a wall.
+    /// The region around a polygon that hides most, if it is worth a wall.
     fn grown(mesh: &Mesh, seed: u32, taken: &[bool], patch_m2: &[f32]) -> Option<Self> {
         let mut region = Self::of(mesh, seed);
         let home = mesh.middle(seed);
@@ -253,7 +253,7 @@ impl Region {
         while let Some(Reverse((_, polygon))) = queue.pop() {
             let is_in = taken[polygon as usize] || region.members.len() >= MOST_POLYGONS;
             if is_in || !region.join(mesh, polygon) {
-                // Another neighbour may make room for it.
+                // A later neighbour may make room for it.
                 queued.remove(&polygon);
                 continue;
             }
@@ -270,7 +270,7 @@ impl Region {
         if best_len == 0 {
             return None;
         }
-        // The same way again, as far as it was best.
+        // Grows again in the same way, up to the best size.
         let mut kept = Self::of(mesh, seed);
         for &polygon in &region.members[1..best_len] {
             let joined = kept.join(mesh, polygon);
@@ -293,13 +293,13 @@ impl Region {
                 continue;
             };
             if queued.insert(other, ()).is_none() {
-                // The bits of distances are in their order.
+                // The bits of non-negative floats sort in the order of their values.
                 queue.push(Reverse((mesh.middle(other).distance_squared(home).to_bits(), other)));
             }
         }
     }
 
-    /// Adds a polygon, if what it shares with the border is one line of edges and nothing else.
+    /// Adds a polygon, if it shares exactly one line of edges with the border.
     fn join(&mut self, mesh: &Mesh, polygon: u32) -> bool {
         let n = self.border.len();
         let mut corners = [0; 4];
@@ -307,7 +307,7 @@ impl Region {
         corners[..len].copy_from_slice(mesh.corners(polygon));
         let corners = &mut corners[..len];
         let place = |corner: u32| self.border.iter().position(|b| *b == corner);
-        // An edge that both have, to know which way round.
+        // A shared edge, for the orientation.
         let find = |corners: &[u32]| {
             (0..len).find_map(|k| {
                 let at = place(corners[(k + 1) % len])?;
@@ -342,7 +342,7 @@ impl Region {
         if shared >= len || n - shared + (len - shared) > MOST_CORNERS || n <= shared + 1 {
             return false;
         }
-        // The corners that are not on that line must not be on the border, either.
+        // The other corners must not be on the border, either.
         let own = |i: usize| corners[(start + shared + 1 + i) % len];
         let own_count = len - shared - 1;
         if (0..own_count).any(|i| place(own(i)).is_some()) {
@@ -360,7 +360,7 @@ impl Region {
         true
     }
 
-    /// Area that it hides as seen from before, m^2.
+    /// Area that it hides, seen along its normal, m^2.
     fn hull_area(&self, mesh: &Mesh) -> f64 {
         let normal = self.area_vector.as_dvec3().normalize_or(DVec3::Z);
         let x = normal.any_orthonormal_vector();

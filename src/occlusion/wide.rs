@@ -14,11 +14,12 @@ use crate::{
     math::Aabb,
 };
 
-/// The deepest tree that is walked by sixteen boxes at once; most have 20 to 30 levels. A place for each is set up in every test.
+/// The deepest tree that is walked by sixteen boxes at once; most have 20 to 30 levels. Every test reserves a place
+/// for each level.
 const DEEPEST: usize = 63;
 
 impl ShadowTree {
-    /// Tests at most sixteen boxes, all of which lie in a box for which a test has ended with this cell.
+    /// Tests at most sixteen boxes, all inside a box whose test has ended with this cell.
     pub fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
         if self.depth() as usize > DEEPEST {
             return one_by_one(boxes, |bounds| self.test_box_in(bounds, from).0);
@@ -44,7 +45,7 @@ impl WithKernel for TestBoxes<'_> {
         let eye_boxes = EyeBoxes::new(boxes, tree.eye_in_world(), QUERY_SLACK);
         let (mut lit, mut shadowed) = (0, if asked == Asked::Hidden { all } else { 0 });
         let (mut steps, mut planes) = (0, 0);
-        // Not a function that calls itself: that would not be compiled for the instruction set.
+        // No recursion: it would not be compiled for the instruction set.
         let mut waiting = [(Child::OUT, 0_u32); DEEPEST + 1];
         let mut count = 0;
         let (mut at, mut lanes) = (tree.below(from), all);

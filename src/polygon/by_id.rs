@@ -63,7 +63,7 @@ impl<T: Copy + PartialEq> ById<T> {
         }
     }
 
-    /// A vacant page, which is about to have its first value.
+    /// A vacant page for a first value.
     #[cold]
     fn add_page(&mut self, number: usize) -> &mut Page<T> {
         if number >= self.pages.len() {

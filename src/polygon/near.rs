@@ -7,7 +7,7 @@ use super::ConvexPolygon;
 use crate::math::Aabb;
 
 impl ConvexPolygon {
-    /// The polygon as triangles, as [`ConvexPolygon::meet`] takes it.
+    /// The polygon as triangles, as in [`ConvexPolygon::meet`].
     fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let corners = self.vertices();
         (2..corners.len()).map(move |i| [corners[0], corners[i - 1], corners[i]].map(Vec3::as_dvec3))
@@ -45,7 +45,7 @@ fn distance_squared([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Whether clipping by the six faces of a box leaves anything of a triangle (Ivan Sutherland and Gary Hodgman,
+/// Whether a part of a triangle is left after clipping by the six faces of a box (Ivan Sutherland and Gary Hodgman,
 /// "Reentrant Polygon Clipping", 1974).
 fn is_in_box(triangle: [DVec3; 3], bounds: &Aabb) -> bool {
     let mut outline = triangle.to_vec();

@@ -1,28 +1,28 @@
 use super::bits;
 
-/// A growing array in pages of fixed size: pushing never copies what is already there, and entries can be given up
-/// again. A page of which less than a quarter is left keeps only that; one of which nothing is left keeps nothing.
+/// A growing array in pages of fixed size. Pushing never copies existing entries, and entries can be released. A page
+/// with less than a quarter of its entries left stores only those; an empty page stores nothing.
 #[derive(Clone, Debug)]
 pub struct Paged<T, const PAGE: usize = 4096> {
     pages: Vec<Page<T>>,
     len: usize,
 }
 
-/// A full page becomes a compact one when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages
-/// that are full of holes, more copying.
+/// A full page is compacted when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages
+/// with many holes, more copying.
 const THIN: usize = 4;
 
 #[derive(Clone, Debug)]
 struct Page<T> {
     entries: Vec<T>,
-    /// Places of the `entries` of a compact page.
+    /// Places of the `entries` of a compacted page.
     held: Option<Box<Held>>,
-    /// Places that have not been released; `None`: all.
+    /// Places that have not been released; `None` if none was.
     left: Option<Box<[u64]>>,
     left_count: usize,
 }
 
-/// The places whose entries a compact page holds.
+/// The places whose entries a compacted page has.
 #[derive(Clone, Debug)]
 struct Held {
     words: Box<[u64]>,
@@ -88,7 +88,7 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
 
     /// An empty array.
     pub const fn new() -> Self {
-        // The ranks of a thinned page are 16 bits wide.
+        // The ranks of a compacted page are 16 bits wide.
         const { assert!(PAGE >= 1 && PAGE <= 1 << 15) };
         Self { pages: Vec::new(), len: 0 }
     }
@@ -129,7 +129,7 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         page.entries.get_mut(at)
     }
 
-    /// Gives an entry up for good; its number is not given out again.
+    /// Releases an entry for good; its number is not reused.
     pub fn release(&mut self, i: usize) {
         if self.get(i).is_none() {
             return;
@@ -141,7 +141,7 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         self.thin_if_worth_it(i / PAGE);
     }
 
-    /// Only full pages: one that still grows would have to be whole again.
+    /// Compacts full pages only: a page that still grows would have to be expanded again.
     fn thin_if_worth_it(&mut self, at: usize) {
         let is_full = (at + 1) * PAGE <= self.len;
         let page = &mut self.pages[at];

@@ -38,7 +38,7 @@ impl From<Affine3A> for SpacePlace {
 }
 
 impl SpacePlace {
-    /// The largest numbers that go into placing the origin of the space, metres.
+    /// Bound of the numbers that transform the origin of the space, metres.
     pub(crate) fn reach_m(&self) -> DVec3 {
         self.world_from_space.translation.abs().max(DVec3::splat(self.rounding_m / ROUNDING))
     }
@@ -49,7 +49,7 @@ impl SpacePlace {
         self.rounding_m + self.rounding_per_m * reach
     }
 
-    /// A box in the world around a box in the space, with all that is rounded.
+    /// A box in the world around a box in the space, including all rounding.
     pub fn world_box(&self, in_space: &Aabb) -> Aabb {
         if in_space.is_empty() {
             return Aabb::EMPTY;
@@ -61,7 +61,7 @@ impl SpacePlace {
         outwards(center, half)
     }
 
-    /// A box in the space around a box in the world. Everything if the space has shrunk to a point or a plane.
+    /// A box in the space around a box in the world. Everything if the space is scaled to a point or a plane.
     pub(crate) fn box_in_space(&self, world: &Aabb) -> Aabb {
         let space_from_world = self.world_from_space.inverse();
         let (low, high) = (world.min.as_dvec3(), world.max.as_dvec3());
@@ -75,12 +75,12 @@ impl SpacePlace {
     }
 }
 
-/// The matrix of the sizes of the numbers.
+/// The matrix of absolute values.
 pub(crate) fn abs(matrix: &DMat3) -> DMat3 {
     DMat3::from_cols(matrix.x_axis.abs(), matrix.y_axis.abs(), matrix.z_axis.abs())
 }
 
-/// The box around a centre, no smaller in `f32`; what lies beyond all numbers is kept at their end.
+/// The box around a centre, rounded outwards to `f32`; infinite numbers become the largest finite ones.
 fn outwards(center: DVec3, half: DVec3) -> Aabb {
     let least = |v: DVec3| glam::Vec3::from(v.as_vec3().to_array().map(f32::next_down));
     let most = |v: DVec3| glam::Vec3::from(v.as_vec3().to_array().map(f32::next_up));

@@ -3,13 +3,13 @@ use super::{PolygonId, bits};
 /// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
 
-/// Blocks are made room for in multiples of this many, as indexes do.
+/// Room for blocks grows in multiples of this, as in the indexes.
 const PAGE: usize = 256;
 
 /// Blocks of 64 polygons; divides [`PAGE`].
 const WORD: usize = 4;
 
-/// Numbers that a list has room for from the start, at most. More: a stray large number takes more memory.
+/// Most numbers of a list with room from the start. More: a stray large number takes more memory.
 const MOST_LISTED: usize = 1 << 22;
 
 /// Entries that an index may write behind a list.
@@ -24,9 +24,9 @@ const BEHIND: usize = 512;
 #[derive(Clone, Debug, Default)]
 pub struct VisibleBlocks {
     masks: Vec<u16>,
-    /// No block below is set.
+    /// Lower bound of the set blocks.
     begin: usize,
-    /// Nor from here on.
+    /// Upper bound of the set blocks, exclusive.
     end: usize,
     len: usize,
     /// For indexes that list numbers.
@@ -83,14 +83,14 @@ impl VisibleBlocks {
         self.masks.get(block).copied().unwrap_or(0)
     }
 
-    /// Adds a polygon. Whether it was not there before and is now: no number beyond [`PolygonId::LIMIT`] is taken.
+    /// Adds a polygon. Returns whether the set has changed: numbers from [`PolygonId::LIMIT`] on are not added.
     pub fn insert(&mut self, id: PolygonId) -> bool {
         let before = self.len;
         self.insert_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
         self.len > before
     }
 
-    /// Adds polygons of a block; none of a block beyond [`PolygonId::LIMIT`].
+    /// Adds polygons of a block; none from [`PolygonId::LIMIT`] on.
     pub fn insert_block(&mut self, block: usize, mask: u16) {
         if mask == 0 {
             return;
@@ -112,7 +112,7 @@ impl VisibleBlocks {
         other.blocks().for_each(|(block, mask)| self.insert_block(block, mask));
     }
 
-    /// Takes polygons of a block out.
+    /// Removes polygons of a block.
     pub fn remove_block(&mut self, block: usize, mask: u16) {
         if let Some(there) = self.masks.get_mut(block) {
             self.len -= (mask & *there).count_ones() as usize;
@@ -127,7 +127,7 @@ impl VisibleBlocks {
         masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
     }
 
-    /// The masks of 64 polygons at a time, those of the empty blocks in between, too, and the first of the polygons.
+    /// The masks of 64 polygons at a time, including empty blocks in between, and the number of the first polygon.
     pub fn words(&self) -> (usize, &[[u16; WORD]]) {
         let (begin, end) = (self.begin / WORD * WORD, self.end.next_multiple_of(WORD));
         (begin * BLOCK, self.masks[begin..end].as_chunks().0)
@@ -157,7 +157,7 @@ impl VisibleBlocks {
         &mut self.masks
     }
 
-    /// For an index: polygons that were not there before lie in these blocks now.
+    /// For an index: notes that these blocks have this many new polygons.
     pub fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
         if !blocks.is_empty() {
             self.note_span(blocks.start, blocks.end);
@@ -175,7 +175,7 @@ impl VisibleBlocks {
         })
     }
 
-    /// Lends an empty list with room for so many numbers, which is kept from frame to frame.
+    /// Lends an empty list with room for this many numbers, which is reused from frame to frame.
     pub(crate) fn with_list<R>(
         &mut self,
         room: usize,
@@ -237,7 +237,7 @@ impl FromIterator<PolygonId> for VisibleBlocks {
     }
 }
 
-/// Equal if they hold the same polygons.
+/// Equal if they contain the same polygons.
 impl PartialEq for VisibleBlocks {
     fn eq(&self, other: &Self) -> bool {
         self.len == other.len && self.blocks().eq(other.blocks())

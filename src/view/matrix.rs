@@ -28,19 +28,19 @@ impl View {
     pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
         let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
         let Shown { eye, forward, right, near, far, corners, .. } = shown;
-        // The view's eye is an f32: as far beside the matrix's, things are seen elsewhere by as much.
+        // The view's eye is an f32: its rounding moves everything as seen from the eye.
         let eye_in_world = eye.as_vec3();
         let shift = (eye - eye_in_world.as_dvec3()).length();
         if shift > 0.25 * near {
             return None;
         }
-        // Whether y points up or down, the same is seen.
+        // The orientation of y makes no difference.
         let up = right.cross(forward);
         let of = |axis: DVec3| {
             let along = corners.map(|corner| corner.dot(axis));
             let low = along.into_iter().fold(f64::INFINITY, f64::min);
             let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // The part of the reach from the axis, too: an off-axis screen is far beside it.
+            // Relative to the distance from the axis, too: an off-axis screen is far beside it.
             let farthest = 1.0 + low.abs().max(high.abs());
             let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
             ((low - more) as f32, (high + more) as f32)
@@ -121,7 +121,7 @@ impl Shown {
         };
         let distance_of = |depth: f64| {
             let distance = begin / (depth * scale - slope);
-            // Where that depth is reached only at infinity, rounding may put it anywhere beyond, on either side.
+            // If the depth is reached only at infinity, rounding may put the distance anywhere beyond, on either side.
             let is_finite = distance > 0.0 && (depth * scale - slope).abs() > 1.0e-7 * scale.max(slope.abs());
             if is_finite { distance } else { f64::INFINITY }
         };
@@ -134,7 +134,7 @@ impl Shown {
             let corner = direction_from_clip * DVec3::new(x, y, 1.0);
             corner / corner.dot(forward)
         });
-        // What is left of the three rows at the eye is their rounding.
+        // At the eye, the rest of the three rows is their rounding.
         let size = |row: DVec4| row.truncate().abs().dot(eye.abs()) + row.w.abs();
         let left_over = DVec3::new(size(x), size(y), size(w)) * (8.0 * f64::EPSILON);
         let inverse = direction_from_clip.to_cols_array().map(f64::abs);

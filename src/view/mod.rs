@@ -1,4 +1,4 @@
-//! An eye and what its screen shows.
+//! An eye and the view through its screen.
 //!
 //! [`View`] provides the frustum for the index query and the [`ViewWindow`] for occlusion culling. Depends on
 //! [`math`](crate::math) only.

@@ -37,7 +37,7 @@ impl Projection {
     }
 }
 
-/// An eye, where it looks, and what its screen shows.
+/// An eye, its direction, and the projection of its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The eye, world space, metres.
@@ -49,7 +49,7 @@ pub struct View {
 }
 
 impl View {
-    /// A view from `eye` towards `target`, +y up (or, looking straight up or down, -z up).
+    /// A view from `eye` towards `target`, +y up (or -z up, when looking straight up or down).
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         let back = (eye - target).normalize_or(Vec3::Z);
         let right = Vec3::Y.cross(back);
@@ -92,14 +92,15 @@ impl View {
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
     ///
-    /// They lie outside of the drawn frustum by the largest rounding error of a box test there, and no more: a part in 10^7 of the
-    /// coordinates. Drawing is relative to the eye, so an eye far from the origin sees differences smaller than this error.
+    /// They lie outside of the drawn frustum by the largest rounding error of a box test there: a part in 10^7 of the
+    /// coordinates. Drawing is relative to the eye, so an eye far from the origin sees differences smaller than this
+    /// error.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let [left, right, bottom, top, near_m, far_m] =
             [left, right, bottom, top, near_m, far_m].map(f64::from);
         let turn = |v: DVec3| rotate_exactly(self.world_from_view, v);
-        // Of a quaternion that is not quite of unit length, this makes the planes of the rays that it makes.
+        // For a quaternion that is not quite of unit length, these planes still match its rays.
         let world_from_view = DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z));
         let normal_turn = world_from_view.inverse().transpose();
         let eye = self.eye_in_world.as_dvec3();
@@ -129,7 +130,7 @@ impl View {
         )
     }
 
-    /// The view as the window that occlusion is culled for; `None` of a degenerate projection.
+    /// The window for occlusion culling; `None` for a degenerate projection.
     ///
     /// It is wider by [`WINDOW_MARGIN`], and its near plane farther by the same. So no rounding of a renderer can show
     /// anything outside of it, or cut off an occluder.

@@ -14,10 +14,10 @@ pub struct ViewWindow {
 }
 
 impl ViewWindow {
-    /// A window from the eye, the direction of view, and the directions to the screen's corners (in order, either way
-    /// round). Nothing is drawn nearer than `near_m` along the direction of view. World space, any lengths.
+    /// A window from the eye, the direction of view, and the directions to the screen's corners (in order, in either
+    /// orientation). Nothing is drawn nearer than `near_m` along the direction of view. World space, any lengths.
     ///
-    /// `None` if that is not a pointed convex cone, or a number is not finite.
+    /// `None` if these make no pointed convex cone, or a number is not finite.
     pub fn new(eye_in_world: DVec3, forward: DVec3, corners: [DVec3; 4], near_m: f64) -> Option<Self> {
         let forward = forward.try_normalize()?;
         let mut unit = [DVec3::ZERO; 4];
@@ -58,8 +58,8 @@ impl ViewWindow {
         self.near_m
     }
 
-    /// A point of the world as seen from the eye. The difference is formed in `f64`, so it is exact to the last bits
-    /// however far from the origin both are.
+    /// A point of the world relative to the eye. The difference is computed in `f64`, so it is exact to the last bits
+    /// at any distance from the origin.
     pub fn from_eye(&self, point_in_world: Vec3) -> DVec3 {
         point_in_world.as_dvec3() - self.eye_in_world
     }

@@ -1,13 +1,13 @@
-//! What is done to the selection: another colour or width, turned, scaled, mirrored, copied.
+//! Changes of the selection: another colour or width, turned, scaled, mirrored, copied.
 //!
-//! Strokes are changed by taking changed copies for them, which is one [step](Event::Step) for undo. A replay, and whoever
-//! opens the file after a crash, goes the same way.
+//! A changed copy replaces each stroke, as one [step](Event::Step) for undo. So a replay, and the file after a crash,
+//! contain the same change.
 
 use std::collections::BTreeMap;
 
 use osp_session::recording::{Event, Motion, StrokeId};
 
-/// How the selection is changed.
+/// Change of the selection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Altering {
     /// The colour of the brush.
@@ -18,7 +18,7 @@ pub enum Altering {
     Turn(f32),
     /// Scaled about its middle by a factor.
     Scale(f32),
-    /// Mirrored on the plane across the x axis through its middle; on the mirror, while that is on.
+    /// Mirrored on the mirror while that is on, else on the plane across the x axis through its middle.
     Mirror,
     /// Moved in any way, world space.
     Motion(Motion),
@@ -28,11 +28,11 @@ pub enum Altering {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clip {
     pub(super) strokes: Vec<ClipStroke>,
-    /// Those above come before those below.
+    /// Parents come before children.
     pub(super) groups: Vec<ClipGroup>,
-    /// How large all of it is, metres.
+    /// Largest extent of all strokes, metres.
     pub(super) extent_m: f32,
-    /// How often it was pasted.
+    /// Number of times that it was pasted.
     pub(super) pasted: u32,
 }
 
@@ -51,6 +51,6 @@ pub(super) struct ClipGroup {
     pub(super) parent: Option<usize>,
 }
 
-/// The changed strokes that were taken for others, so that undo and redo keep them selected.
+/// Changed copies that replaced strokes, by which undo and redo keep them selected.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Replaced(pub(super) BTreeMap<StrokeId, StrokeId>);

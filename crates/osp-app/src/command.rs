@@ -29,9 +29,9 @@ pub enum Command {
     Paint(Option<&'static Brush>),
     /// Brush colour, sRGB.
     Color([f32; 4]),
-    /// What helps to draw.
+    /// Set the aids for drawing.
     Aids(Aids),
-    /// How strokes find their depth.
+    /// Set the depth of new strokes.
     Snap(Snap),
     /// Erase the selected strokes.
     EraseSelected,
@@ -83,7 +83,7 @@ pub enum Command {
     Occluders(Option<usize>),
     /// Turn stages of culling on and off.
     Stages(Stages),
-    /// Show brushes that move by themselves as they are at this moment, seconds; `None` lets them move.
+    /// Show animated brushes at this moment, seconds; `None` lets them move.
     Moment(Option<f32>),
     /// Choose which structures are drawn over the model.
     Layers(LayerChoice),
@@ -95,7 +95,7 @@ pub enum Command {
     EyeSeparation(f32),
     /// Show a test pattern on the rig's screens, or the model.
     TestPattern(bool),
-    /// Where the tracker's space is in the room.
+    /// Set the transform from the tracker's space to the room.
     Calibrate(RoomFromTracker),
     /// Start an empty session.
     New,
@@ -105,31 +105,31 @@ pub enum Command {
     OpenAs(PathBuf, Opening),
     /// Write what is not yet in the session's file.
     Save,
-    /// Save the session under a path; ask before a file there is replaced.
+    /// Save the session under a path; the user confirms the replacement of a file.
     SaveAs(PathBuf),
     /// Save the session under a path, and replace a file there.
     SaveOver(PathBuf),
     /// Try at once to write what could not be written.
     RetrySaving,
-    /// Ask whether to discard everything drawn since the session was opened or saved under a name.
+    /// Discard everything drawn since the session was opened or saved under a name, after the user has confirmed it.
     Discard,
-    /// Write the model as glTF; ask before a file there is replaced.
+    /// Write the model as glTF; the user confirms the replacement of a file.
     ExportGltf(PathBuf),
     /// Write the model as glTF, and replace a file there.
     ExportOver(PathBuf),
-    /// Write a picture of the model as it is on the window; ask before a file there is replaced.
+    /// Write the window's picture of the model to a file; the user confirms the replacement of a file.
     Picture(PathBuf),
     /// Write a picture of the model, and replace a file there.
     PictureOver(PathBuf),
-    /// Close the window, or ask if a part of the session could not be written.
+    /// Close the window; if a part of the session could not be written, the user decides.
     Quit,
-    /// Answer the question that the window asks.
+    /// Answer the window's open question.
     Answer(Answer),
     /// Replay: play or pause.
     Play(bool),
     /// Replay: go to a frame.
     Seek(u64),
-    /// Replay: go on by frames, or back.
+    /// Replay: move on by frames, or back.
     Step(i64),
     /// Replay: frames shown for each recorded one.
     Speed(f64),

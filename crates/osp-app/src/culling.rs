@@ -23,7 +23,7 @@ use osp_session::{
 pub(super) use plan::Indexing;
 pub use plan::{CullingPlan, Indexed};
 
-/// Whether a stage of culling takes part.
+/// The stages of culling that are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stages {
     /// Polygons outside the view are left out.
@@ -45,7 +45,7 @@ pub struct Reindexed {
     pub polygons: u64,
     /// Time.
     pub took: Duration,
-    /// Another thread than the window's has inserted them.
+    /// Whether another thread than the window's inserted them.
     pub beside: bool,
 }
 
@@ -64,7 +64,7 @@ pub struct PickCounts {
     pub last: Option<PolygonId>,
 }
 
-/// Searches around points since the beginning.
+/// Counts of searches around points since the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReachCounts {
     /// Points.
@@ -73,7 +73,7 @@ pub struct ReachCounts {
     pub polygons: u64,
 }
 
-/// The culling of a frame, with switches that can be turned while it runs.
+/// The culling of a frame, with stages that can be turned on and off at any time.
 #[derive(Debug)]
 pub struct Culling {
     plan: CullingPlan,
@@ -121,7 +121,7 @@ impl Culling {
         self.plan.occlusion
     }
 
-    /// The index, with what is filed beside it.
+    /// The index and its occlusion culling.
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
     }
@@ -157,22 +157,22 @@ impl Culling {
         self.pipeline.set_occluders(occluders);
     }
 
-    /// Says how occlusion culling tests nodes and scores occluders; from the next [`Culling::reindex`] on.
+    /// Sets the node test and the score of occluders for occlusion culling, from the next [`Culling::reindex`] on.
     pub fn set_tests(&mut self, node_test: NodeTest, score: Score) {
         (self.plan.node_test, self.plan.score) = (node_test, score);
     }
 
-    /// Says what `auto` compares to find the cheapest method; from the next [`Culling::reindex`] on.
+    /// Sets the measure by which `auto` finds the cheapest method, from the next [`Culling::reindex`] on.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.plan.auto_basis = basis;
     }
 
-    /// How occlusion culling tests nodes and scores occluders.
+    /// Node test and score of occluders for occlusion culling.
     pub fn tests(&self) -> (NodeTest, Score) {
         (self.plan.node_test, self.plan.score)
     }
 
-    /// The shadows of the first view's occluders in the last frame, the eye being the origin.
+    /// Shadow volumes of the first view's occluders in the last frame, relative to the eye.
     pub fn shadows(&self) -> &[ShadowVolume] {
         let pass = self.pipeline.occlusion().filter(|_| self.pipeline.is_occluded());
         pass.map_or(&[], |pass| pass.shadows())
@@ -193,20 +193,20 @@ impl Culling {
         self.reaches
     }
 
-    /// How it culls now, and whatever index is made next.
+    /// Plan of the present index, and of every index made later.
     pub fn plan(&self) -> &CullingPlan {
         &self.plan
     }
 
-    /// Inserts the whole model into another index, or again into the same. Changes of the scene that no frame has taken
-    /// yet must not be given to the next frame: the model that is inserted here has them.
+    /// Inserts the whole model into another index, or again into the same. The inserted model contains all changes so
+    /// far: they must not be given to the next frame.
     pub fn reindex(&mut self, kind: IndexKind, occlusion: Method, scene: &Scene, bounds: &Aabb) {
         let plan = CullingPlan { kind, occlusion, ..self.plan.clone() };
         self.take(plan.index(scene, bounds), false);
     }
 
-    /// Goes on with a model that another thread has inserted, or without one, or if that was done by another plan, inserts
-    /// it.
+    /// Takes over a model that another thread has inserted. Without one, or if it was inserted by another plan,
+    /// inserts the model here.
     pub fn meet(&mut self, indexed: Option<Indexed>, scene: &Scene, bounds: &Aabb) {
         match indexed.filter(|indexed| indexed.plan == self.plan) {
             Some(indexed) => self.take(indexed, true),
@@ -260,18 +260,18 @@ impl Culling {
         }
     }
 
-    /// Frames whose drawing time is known.
+    /// Frames with a measured drawing time.
     pub fn drawings_measured(&self) -> u32 {
         self.draw_cost.frames()
     }
 
-    /// Time to draw a polygon, nanoseconds, once it is known.
+    /// Time to draw a polygon, nanoseconds, once it is measured.
     pub fn polygon_ns(&self) -> Option<f64> {
         self.draw_cost.polygon_ns()
     }
 
-    /// Adds the polygons that no view of the last frame draws: those outside of all views, and those in view that others
-    /// hide.
+    /// Appends the polygons that no view of the last frame draws: polygons outside of all views to `outside`, hidden
+    /// ones to `hidden`.
     pub fn left_out(&self, scene: &Scene, outside: &mut VisibleBlocks, hidden: &mut VisibleBlocks) {
         let views = self.pipeline.draw_lists().len();
         let is_drawn = |id| (0..views).any(|view| self.drawn(view).contains(id));
@@ -281,7 +281,7 @@ impl Culling {
         outside.extend(scene.visible_ids().filter(|&id| !is_drawn(id) && !is_in_view(id)));
     }
 
-    /// The polygon that a ray meets first, and the ray's parameter there; polygons of the stroke `without` do not count.
+    /// The first polygon that a ray hits, and the ray's parameter there; polygons of the stroke `without` are ignored.
     /// `waiting` are the changes that no frame has applied to the index yet.
     pub fn pick(
         &mut self,
@@ -315,7 +315,8 @@ impl Culling {
         found
     }
 
-    /// The strokes with a polygon in a part of space. `waiting` is what no frame has brought to the index yet.
+    /// The strokes with a polygon in a part of space. `waiting` are the changes that no frame has applied to the index
+    /// yet.
     pub fn strokes_in(&mut self, scene: &Scene, waiting: &[Change], part: &Part) -> Vec<StrokeId> {
         // The index may be a frame behind the scene.
         let mut is_in = |id: PolygonId| {
@@ -332,14 +333,14 @@ impl Culling {
         }
         let late = waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            // What moves as a whole is asked for where it is now.
+            // A polygon of a space that moves as a whole is found at its present place.
             Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         });
         self.found.extend(late.filter(|&id| is_in(id)));
         self.found.iter().filter_map(|&id| scene.stroke_of(id).id()).collect()
     }
 
-    /// The polygon whose box is the nearest to a point, of those within `reach_m` along each axis; of several the first.
+    /// The polygon whose box is nearest to a point and within `reach_m` of it along each axis; the first of several.
     /// `waiting` are the changes that no frame has applied to the index yet.
     pub fn nearest_box(
         &mut self,
@@ -353,7 +354,7 @@ impl Culling {
         self.pipeline.box_query(scene, &reach, &mut self.found);
         self.found.extend(waiting.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) => Some(id),
-            // What moves as a whole is asked for where it is now.
+            // A polygon of a space that moves as a whole is found at its present place.
             Change::Remove(_) | Change::Repaint(_) | Change::Place(_) => None,
         }));
         self.reaches.points += 1;

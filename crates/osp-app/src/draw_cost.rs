@@ -1,17 +1,17 @@
 //! Estimates the cost of drawing a polygon from the times of frames.
 
-/// Weight of a new frame against all before.
+/// Weight of a new frame against all earlier ones.
 const WEIGHT: f64 = 0.02;
 /// Frames before the first estimate.
 const FIRST_FRAMES: u32 = 60;
-/// The numbers of polygons must differ by this part of their mean (standard deviation) before there is an estimate.
+/// Least spread of the numbers of polygons for an estimate, as a part of their mean (standard deviation).
 const LEAST_SPREAD: f64 = 0.05;
 
-/// Standard errors that are subtracted from the slope, so that noise is not taken for a cost.
+/// Standard errors that are subtracted from the slope, so that noise does not count as a cost.
 const ERRORS_OFF: f64 = 3.0;
 
-/// The slope of the frames' times over their numbers of polygons: even an empty frame costs some time, which
-/// culling does not save. Least squares, with weights that fall with a frame's age.
+/// The slope of the frames' times over their numbers of polygons. Even an empty frame costs some time, which culling
+/// does not save. Least squares, with weights that fall with a frame's age.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DrawCost {
     frames: u32,
@@ -23,7 +23,8 @@ pub(super) struct DrawCost {
 }
 
 impl DrawCost {
-    /// Adds the time of drawing so many polygons. Times may come some frames late: numbers of polygons change slowly.
+    /// Adds the time of drawing a number of polygons. Times may arrive some frames late: numbers of polygons change
+    /// slowly.
     pub(super) fn note(&mut self, polygons: u64, ns: u64) {
         self.frames = self.frames.saturating_add(1);
         let weight = WEIGHT.max(1.0 / f64::from(self.frames));
@@ -35,7 +36,7 @@ impl DrawCost {
         self.covariance = (1.0 - weight) * (self.covariance + weight * by_polygons * by_ns);
     }
 
-    /// Frames taken.
+    /// Number of frames so far.
     pub(super) fn frames(&self) -> u32 {
         self.frames
     }

@@ -1,20 +1,20 @@
-//! Fingers on a touch screen. One does what the pointer does; two turn the camera around the centre of the view and come nearer
-//! or go away; three move it along the screen.
+//! Fingers on a touch screen. One finger acts as the pointer. Two orbit the camera around the centre of the view and
+//! change its distance. Three move it along the screen.
 
 use glam::Vec2;
 
-/// What the fingers on the window did since the previous frame.
+/// Motion of the fingers on the window since the previous frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fingers {
-    /// How many there are; at least two.
+    /// Number of fingers, at least two.
     pub count: usize,
-    /// How far their middle went, heights of the window, y downwards.
+    /// Motion of their middle, in heights of the window, y downwards.
     pub moved: Vec2,
-    /// Their distance, as a multiple of the one before.
+    /// Their distance, as a multiple of the previous one.
     pub spread: f32,
 }
 
-/// A finger that has come down and has done nothing yet.
+/// A finger that has come down and has not acted yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Resting {
     pub(super) at: Vec2,

@@ -9,9 +9,9 @@ use std::{
 
 use osp_render::{Image, RenderError};
 
-/// Frames a second that the video shows.
+/// Frames a second of the video.
 pub(super) const VIDEO_RATE: u32 = 30;
-/// Pictures that wait to be written; the window waits once they are more, so that none is left out.
+/// Most pictures that wait to be written; then the window waits, so that none is left out.
 const WAITING: usize = 8;
 
 /// Writes pictures on a thread of its own.
@@ -44,7 +44,7 @@ impl FrameWriter {
         let writer = std::thread::spawn(move || {
             for (path, image) in waiting {
                 if let Err(error) = image.write_png(&path) {
-                    // Nobody listens once the window is closed.
+                    // The window may be closed by now.
                     let _ = tell.send(error);
                     return;
                 }
@@ -65,13 +65,13 @@ impl FrameWriter {
         let path = self.folder.join(format!("{:06}.png", self.next));
         self.next += 1;
         if let Some(pictures) = &self.pictures {
-            // A writer that is gone has said why.
+            // A writer that has ended has reported why.
             let _ = pictures.send((path, image));
         }
         self.failed.try_recv().map_or(Ok(()), Err)
     }
 
-    /// Waits until all are written; returns how many, and why not all.
+    /// Waits until all are written; returns their number, and the error if one could not be written.
     pub(super) fn finish(&mut self) -> (u64, Option<RenderError>) {
         self.pictures = None;
         let _ = self.writer.take().map(JoinHandle::join);
@@ -80,7 +80,7 @@ impl FrameWriter {
 }
 
 impl Drop for FrameWriter {
-    /// What was handed over is written first.
+    /// Writes the pictures that were handed over first.
     fn drop(&mut self) {
         self.finish();
     }

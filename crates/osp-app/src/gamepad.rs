@@ -9,20 +9,20 @@ use super::{
 };
 use osp_session::recording::Tool;
 
-/// A stick that rests is not quite in the middle.
+/// Deflection up to which a stick counts as resting.
 const REST: f32 = 0.15;
-/// A trigger counts as pressed from here on.
+/// Deflection from which a trigger counts as pressed.
 const PRESSED: f32 = 0.05;
 
-/// Draws with a gamepad: sticks fly and look, the right trigger draws in the middle of the view, and how far it is pulled
-/// is the pressure.
+/// Draws with a gamepad. Sticks fly and look. The right trigger draws in the middle of the view; its deflection is the
+/// pressure.
 pub(super) struct Gamepad {
     gilrs: Gilrs,
     is_drawing: bool,
 }
 
 impl Gamepad {
-    /// The system's gamepads; `None` where it has no way to read them.
+    /// The system's gamepads; `None` if the system cannot read them.
     pub(super) fn open() -> Option<Self> {
         Some(Self { gilrs: Gilrs::new().ok()?, is_drawing: false })
     }

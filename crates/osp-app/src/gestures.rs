@@ -30,7 +30,7 @@ pub struct Held {
 /// An event of the pointer on the window. Positions go from -1 to 1, left to right and from the lower to the upper border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
-    /// It is here now.
+    /// New position.
     Move(Vec2),
     /// It has left the window.
     Leave,
@@ -38,9 +38,9 @@ pub enum Input {
     Press(Button),
     /// A button came up.
     Release(Button),
-    /// How hard a pen is pressed, 0 to 1.
+    /// Pressure of a pen, 0 to 1.
     Pressure(f32),
-    /// The wheel was turned by so many steps, away from the hand.
+    /// The wheel was turned by this many steps, away from the hand.
     Wheel(f32),
 }
 
@@ -48,7 +48,7 @@ pub enum Input {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Gesture {
     Draw,
-    /// Whether a step is open for what was erased so far.
+    /// Whether a step is open for the erased strokes.
     Erase {
         is_step_open: bool,
     },
@@ -56,25 +56,25 @@ pub(super) enum Gesture {
     Orbit(Vec3),
     Look,
     Pan,
-    /// Selected strokes are dragged: where on them the pointer took hold, and how far it has gone.
+    /// Selected strokes are dragged: the point on them where the drag began, and the motion so far.
     Move {
         from: Vec3,
         by: Vec3,
     },
-    /// A handle of the selection is dragged: where it was taken, and what that does to the selection so far.
+    /// A handle of the selection is dragged: the point where the drag began, and the motion of the selection so far.
     Handle {
         handle: Handle,
         ring: Ring,
         from: Vec3,
         motion: Motion,
     },
-    /// Two points of the model: where it was pressed, and where the pointer is.
+    /// Two points of the model: at the press, and under the pointer.
     Span {
         span: Span,
         from: Vec3,
         to: Vec3,
     },
-    /// A button is down and has not moved yet on nothing in particular.
+    /// A button is down on empty space and the pointer has not moved.
     Click,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct Gestures {
 }
 
 impl Gestures {
-    /// Where the pointer is, if it is over the window.
+    /// Position of the pointer, if it is over the window.
     pub(super) fn pointer(&self) -> Option<Vec2> {
         self.pointer
     }
@@ -108,7 +108,7 @@ impl Gestures {
         self.gesture.is_some()
     }
 
-    /// The two points that are being taken.
+    /// The two points that are being chosen.
     pub(super) fn span(&self) -> Option<(Span, Vec3, Vec3)> {
         match self.gesture {
             Some(Gesture::Span { span, from, to }) => Some((span, from, to)),

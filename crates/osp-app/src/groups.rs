@@ -1,4 +1,4 @@
-//! Groups in the window: made of what is selected, named, selected as a whole, moved and placed.
+//! Groups in the window: made from the selection, named, selected as a whole, moved and placed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// How a group is placed again: moved in its parent's space, then turned about +y and scaled about its middle.
+/// New place of a group: moved in its parent's space, then turned about +y and scaled about its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
     /// Way, metres.
@@ -22,10 +22,10 @@ pub struct Placing {
 }
 
 impl Placing {
-    /// Its position.
+    /// The present place.
     pub const STAY: Self = Self { by: Vec3::ZERO, turn_degrees: 0.0, scale: 1.0 };
 
-    /// The transform after it, about a middle in the parent's space.
+    /// The transform after the placing, about a middle in the parent's space.
     pub(super) fn after(&self, before: &Transform, middle: Vec3) -> Transform {
         let half = f64::from(self.turn_degrees).to_radians() * 0.5;
         let turn = Quat::from_xyzw(0.0, libm::sin(half) as f32, 0.0, libm::cos(half) as f32);
@@ -34,7 +34,7 @@ impl Placing {
     }
 }
 
-/// The groups of which these strokes are all that can be seen, the outermost, and the strokes that are in none of them.
+/// The outermost groups whose visible strokes are all among these, and the strokes outside of these groups.
 pub(super) fn whole_groups(scene: &Scene, strokes: &[StrokeId]) -> (Vec<GroupId>, Vec<StrokeId>) {
     let mut chosen = BTreeMap::<GroupId, usize>::new();
     let chain_of = |id: &StrokeId| scene.stroke(*id).map_or_else(Vec::new, |stroke| scene.groups_of(stroke));

@@ -7,14 +7,14 @@ use osp::{math::rotate, view::View};
 use osp_render::{Depth, LineBatch, LineColor};
 use osp_session::recording::Motion;
 
-/// How far beside a handle a pointer still takes it, pixels.
+/// Distance from a handle at which the pointer still takes it, pixels.
 const REACH_PX: f32 = 9.0;
 /// Half the edge of the knob, pixels.
 const KNOB_PX: f32 = 6.0;
-/// The ring is at least so large, pixels, and at most this part of the window's height.
+/// Least radius of the ring, pixels; at most it is this part of the window's height.
 const LEAST_PX: f32 = 36.0;
 const MOST_HEIGHTS: f32 = 0.42;
-/// Turns go by so many degrees while Shift is held, scales by tenths.
+/// Step of turns while Shift is held; scales go by tenths.
 const STEP_DEGREES: f32 = 15.0;
 const COLOR: LineColor = [255, 220, 90, 255];
 
@@ -77,7 +77,7 @@ impl Ring {
     }
 }
 
-/// What dragging a handle from one point of the ring's plane to another does.
+/// Motion of the selection when a handle is dragged from one point of the ring's plane to another.
 pub(super) fn dragged(handle: Handle, ring: &Ring, from: Vec3, to: Vec3, in_steps: bool) -> Motion {
     let (before, after) = (from - ring.middle, to - ring.middle);
     match handle {

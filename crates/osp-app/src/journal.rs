@@ -38,24 +38,23 @@ pub use session_file::Trouble;
 /// Wait before the next try of a failed file.
 const RETRY: Duration = Duration::from_secs(3);
 
-/// Saves a session that is being drawn: every event is written to its file, as a line of its own, before the next one
-/// comes.
+/// Saves a session while it is drawn: every event is written to the file, as a line of its own, before the next event.
 ///
-/// Only one program at a time writes the file. When another removes, replaces or changes it, or the disk is full, the file is
-/// left alone: the whole session is in memory and is written to an autosave file (the shelter) until the
-/// file is restored or another path is chosen.
+/// Only one program at a time writes the file. If another program removes, replaces or changes it, or the disk is
+/// full, the file is left alone. The whole session is in memory; it is written to an autosave file (the shelter) until
+/// the file is restored or another path is chosen.
 #[derive(Debug)]
 pub struct Journal {
     history: History,
-    /// None: the session is read-only.
+    /// None for a read-only session.
     file: Option<SessionFile>,
     path: PathBuf,
     is_named: bool,
-    /// Events that the session had when it was opened, or saved under a name.
+    /// Number of events when the session was opened, or saved under a name.
     first_events: u64,
-    /// Whether there have been events since.
+    /// Whether events have come since.
     is_changed: bool,
-    /// The file that the session was opened from is gone: its events are only here.
+    /// The file that the session was opened from is gone: only the journal has its events.
     has_lost_origin: bool,
     trouble: Option<Trouble>,
     tried_at: Instant,
@@ -131,7 +130,7 @@ impl Journal {
         })
     }
 
-    /// The journal of a session without a name. Its file is made with the first event.
+    /// The journal of a session without a name. The first event creates its file.
     ///
     /// # Errors
     /// The header holds a number that no recording may hold.
@@ -141,7 +140,7 @@ impl Journal {
         Ok(Self { is_named: false, ..Self::new(Some(file), path, header, autosaves)? })
     }
 
-    /// The journal of a session under a path that a person chose.
+    /// The journal of a session under a path that the user chose.
     pub(super) fn named(
         file: SessionFile,
         header: Header,
@@ -168,8 +167,7 @@ impl Journal {
         self.history.push_read(lines)
     }
 
-    /// The events so far are those that the session had when it was opened; its file holds them, if it has
-    /// one already.
+    /// Notes that the session was opened with the events so far; its file, if it exists already, has them.
     pub(super) fn start(&mut self) -> Result<(), RecordingError> {
         self.first_events = self.history.events();
         match &mut self.file {
@@ -185,12 +183,12 @@ impl Journal {
         }
     }
 
-    /// Whether the session has no name yet.
+    /// Makes the session one without a name.
     pub(super) fn forget_name(&mut self) {
         self.is_named = false;
     }
 
-    /// The session's file; of a read-only session, the one that was read.
+    /// The session's file; for a read-only session the file that was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -200,7 +198,7 @@ impl Journal {
         self.history.header()
     }
 
-    /// Whether the session has a place that a person chose.
+    /// Whether the user has chosen the session's path.
     pub fn is_named(&self) -> bool {
         self.is_named
     }
@@ -240,13 +238,13 @@ impl Journal {
         least.unwrap_or_else(|| self.history.events())
     }
 
-    /// Whether what was written is on the disk, too, and not only with the system.
+    /// Whether all written data are on the disk, not only in the system's memory.
     pub fn is_synced(&self) -> bool {
         self.file.iter().chain(&self.shelter).all(SessionFile::is_synced)
     }
 
-    /// A message with the path of the drawing, if that is an autosave file, whose name nobody has chosen. `None` for an autosave
-    /// file that was opened by its name and not changed.
+    /// A message with the path of the drawing, if that is an autosave file with a name that nobody has chosen. `None`
+    /// for an autosave file that was opened by its name and not changed.
     pub(super) fn place_of_edits(&self) -> Option<String> {
         let is_made = self.file.as_ref().is_some_and(SessionFile::is_made) && self.trouble.is_none();
         let is_news = self.is_changed || !self.is_named;
@@ -263,7 +261,7 @@ impl Journal {
         std::mem::take(&mut self.news)
     }
 
-    /// Whether an address leads to the session's file.
+    /// Whether a path leads to the session's file.
     pub(super) fn is_at(&self, path: &Path) -> bool {
         self.file.as_ref().is_some_and(|file| file.is_at(path))
     }
@@ -294,7 +292,7 @@ impl Journal {
         self.history.events_of(strokes)
     }
 
-    /// Writes what was added, now or, if the file fails, later.
+    /// Writes the added events, now or, if the file fails, later.
     pub(super) fn write_pending(&mut self) {
         self.is_changed = true;
         match &self.trouble {
@@ -303,8 +301,8 @@ impl Journal {
         }
     }
 
-    /// To be called from time to time, whether somebody draws or not: checks the file, flushes it to the
-    /// disk at pauses, and tries again to write a file that failed.
+    /// Call it regularly, with or without new events. It checks the file, flushes it to the disk at pauses, and tries
+    /// again to write a file that failed.
     pub fn tend(&mut self, now: Instant) {
         let Some(file) = &mut self.file else { return };
         if self.trouble.is_none() {
@@ -338,7 +336,7 @@ impl Journal {
         }
     }
 
-    /// The file holds everything: the shelter is removed once the file is flushed to the disk.
+    /// Removes the shelter once the file has everything and is flushed to the disk.
     fn leave_shelter(&mut self) {
         if self.trouble.is_none() {
             return;
@@ -388,7 +386,7 @@ impl Journal {
         }
     }
 
-    /// No person chose the path that was lost: another autosave file takes its place.
+    /// Continues in another autosave file, because nobody has chosen the path that was lost.
     fn stay_in_shelter(&mut self) {
         let Some(shelter) = self.shelter.take() else { return };
         self.path = shelter.path().to_owned();
@@ -440,7 +438,7 @@ impl Journal {
             }
         };
         if let Some(old) = self.file.replace(file) {
-            // No person chose the old path, and the new file holds everything.
+            // Nobody has chosen the old path, and the new file has everything.
             if self.is_named || is_own { old.release() } else { old.remove() }
         }
         if let Some(shelter) = self.shelter.take() {
@@ -450,7 +448,7 @@ impl Journal {
         Ok(())
     }
 
-    /// The session was saved under a name: only later events count as unsaved.
+    /// Notes that the session was saved under a name: only later events count as unsaved.
     fn call_it(&mut self, to: &Path) {
         self.path = to.to_owned();
         (self.is_named, self.is_changed, self.has_lost_origin) = (true, false, false);
@@ -458,7 +456,7 @@ impl Journal {
         (self.trouble, self.shelter_failed_at) = (None, None);
     }
 
-    /// Takes the session and its file back to when it was opened or saved under a name. Returns its events.
+    /// Restores the session and its file to their state when opened or saved under a name. Returns its events.
     ///
     /// # Errors
     /// There is no memory for them; nothing has changed.
@@ -469,7 +467,7 @@ impl Journal {
         while history.events() < self.first_events
             && let Some(event) = reader.next_event()?
         {
-            // In the same words, so that the history is as long as what the file holds of it.
+            // The same text, so that the history has the same length as its part of the file.
             let mut read = Lines::default();
             read.push(event.clone(), reader.line());
             history.push_read(&read)?;
@@ -535,7 +533,7 @@ impl Journal {
         if let Some(file) = self.file.take() {
             match &settled {
                 Err(_) if !self.is_named => file.leave(),
-                // Nobody finds an unnamed file on a page: the next visit brings it back.
+                // A page shows no files to the user: the next visit restores an unnamed session.
                 Ok(()) if cfg!(target_arch = "wasm32") && !self.is_named && file.is_made() => file.leave(),
                 _ => file.release(),
             }
@@ -546,12 +544,12 @@ impl Journal {
 
 #[cfg(feature = "live")]
 impl Journal {
-    /// Removes the session's file: its contents are elsewhere.
+    /// Removes the session's file, whose contents are elsewhere.
     pub(super) fn remove(self) {
         self.file.into_iter().chain(self.shelter).for_each(SessionFile::remove);
     }
 
-    /// Ends the session, which stays marked as open: the next `osp sketch` brings it back.
+    /// Ends the session but leaves it marked as open: the next `osp sketch` restores it.
     ///
     /// # Errors
     /// A part of the session could not be written.

@@ -15,7 +15,7 @@ const MAX_BOXES: usize = 20_000;
 /// Polygon edges drawn at most.
 const MAX_EDGES: usize = 60_000;
 
-/// Which structures are drawn over the model: boxes of the index, shadow volumes, culled polygons.
+/// Structures drawn over the model: boxes of the index, shadow volumes, culled polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerChoice {
     /// The boxes of the index's nodes, coloured by depth.
@@ -28,7 +28,7 @@ pub struct LayerChoice {
     pub shadows: bool,
     /// Culled polygons, tinted by the reason (only while the culling camera is frozen).
     pub culled: bool,
-    /// Polygons that the sides of the view cut (while the culling camera is frozen: of its view).
+    /// Polygons that the sides of the view cut. While the culling camera is frozen, the sides of that camera's view.
     pub cut: bool,
     /// The depth pyramid of `hzb` in place of the picture.
     pub pyramid: bool,
@@ -116,7 +116,8 @@ pub(super) fn draw_outlines(
     }
 }
 
-/// Of polygons in view, how many lie in the frustum as a whole, and those that its planes cut, by their boxes.
+/// Number of polygons in view that lie wholly in the frustum, and the polygons that its planes cut; both by their
+/// boxes.
 pub(super) fn inside_and_cut(
     scene: &Scene,
     frustum: &Frustum,
@@ -126,14 +127,14 @@ pub(super) fn inside_and_cut(
     for id in in_view {
         match frustum.classify(&scene.bounds(id)) {
             Containment::Inside => inside += 1,
-            // In view it cannot be outside.
+            // A polygon in view is not outside.
             Containment::Intersects | Containment::Outside => cut.push(id),
         }
     }
     (inside, cut)
 }
 
-/// Draws the pyramid that a view sees, as far as `length_m`.
+/// Draws the frustum of a view up to `length_m` from the eye.
 pub(super) fn draw_view(view: &View, length_m: f32, out: &mut LineBatch) {
     let color = [255, 214, 90, 255];
     let ends = view.corner_directions().map(|direction| view.eye_in_world + direction * length_m);
@@ -145,7 +146,7 @@ pub(super) fn draw_view(view: &View, length_m: f32, out: &mut LineBatch) {
     out.outline(&near, color, Depth::Hidden);
 }
 
-/// Draws occluders and their shadow volumes as far as `length_m` from the eye; returns how many.
+/// Draws occluders and their shadow volumes up to `length_m` from the eye; returns the number of occluders.
 pub(super) fn draw_shadows(
     eye_in_world: Vec3,
     shadows: &[ShadowVolume],

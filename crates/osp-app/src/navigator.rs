@@ -14,7 +14,7 @@ const NEAR_PART: f32 = 0.01;
 /// Limits of the distance to the centre of the view, metres.
 const DISTANCES_M: (f32, f32) = (1.0e-4, 1.0e7);
 
-/// Where the eye is and what it looks at: orbit, pan, zoom and fly are ways to change the same few numbers.
+/// Position and direction of the eye: orbit, pan, zoom and fly change the same few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigator {
     target: Vec3,
@@ -43,7 +43,7 @@ impl Navigator {
         self.target
     }
 
-    /// Where the eye is.
+    /// Position of the eye.
     pub fn eye(&self) -> Vec3 {
         self.target + rotate(self.world_from_view(), Vec3::Z) * self.distance_m
     }
@@ -53,7 +53,8 @@ impl Navigator {
         self.distance_m
     }
 
-    /// The view for a window `aspect` times as wide as high. `bounds` is everything: nothing of it is cut off.
+    /// The view for a window `aspect` times as wide as high. `bounds` is the box of everything: nothing in it is cut
+    /// off.
     pub fn view(&self, aspect: f32, bounds: &Aabb) -> View {
         let eye_in_world = self.eye();
         let near_m = self.distance_m * NEAR_PART;
@@ -106,22 +107,22 @@ impl Navigator {
         self.target += (rotate(q, Vec3::NEG_X) * by.x + rotate(q, Vec3::Y) * by.y) * height_m;
     }
 
-    /// Comes nearer (positive) or goes away by steps of a wheel.
+    /// Changes the distance by steps of a wheel; positive steps come nearer.
     pub fn zoom(&mut self, steps: f32) {
         self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Comes nearer, as fingers do whose distance becomes this multiple of what it was.
+    /// Changes the distance as two fingers do: `by` is the ratio of their distances.
     pub fn spread(&mut self, by: f32) {
         self.distance_m = (self.distance_m / by).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Moves the eye with what it looks at. `by` is in view space (right, up, back), in distances to the target.
+    /// Moves the eye and the centre of the view. `by` is in view space (right, up, back), in distances to the centre.
     pub fn fly(&mut self, by: Vec3) {
         self.target += rotate(self.world_from_view(), by) * self.distance_m;
     }
 
-    /// Looks at a point from where the eye is now.
+    /// Turns the eye to a point.
     pub fn look_at(&mut self, point: Vec3) {
         let eye = self.eye();
         let back = eye - point;
@@ -135,7 +136,7 @@ impl Navigator {
         }
     }
 
-    /// Steps back until all of the box is in view.
+    /// Steps back until the whole box is in view.
     pub fn show_all(&mut self, bounds: &Aabb) {
         if bounds.is_empty() || !bounds.is_valid() {
             return;
@@ -145,13 +146,13 @@ impl Navigator {
         self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
     }
 
-    /// Goes to where a view is that looks at something so far away.
+    /// Goes to a view whose centre is at this distance from the eye.
     pub fn go_to_from(&mut self, eye: Vec3, world_from_view: Quat, distance_m: f32) {
         self.distance_m = distance_m.clamp(DISTANCES_M.0, DISTANCES_M.1);
         self.go_to(eye, world_from_view);
     }
 
-    /// Goes to where a view is; what it looks at is kept at the distance it had.
+    /// Goes to a view; the distance to the centre stays.
     pub fn go_to(&mut self, eye: Vec3, world_from_view: Quat) {
         let back = rotate(world_from_view, Vec3::Z);
         self.yaw = back.x.atan2(back.z);
@@ -165,7 +166,7 @@ pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
     (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
 }
 
-/// The point of a place on the screen (-1 to 1), on the plane through `anchor` that is parallel to the screen.
+/// The point under a position on the screen (-1 to 1), on the plane through `anchor` parallel to the screen.
 pub(crate) fn on_plane_through(view: &View, at: Vec2, anchor: Vec3) -> Vec3 {
     let ray = view.ray_through(at);
     let distance_m = (anchor - ray.origin).dot(view.forward_in_world()).max(view.projection.near_m * 2.0);

@@ -1,4 +1,5 @@
-//! What the window and the page around it tell each other in a browser. The page's script asks; the window never calls it.
+//! Exchange between the window and the page around it in a browser. The page's script calls these functions; the
+//! window never calls the script.
 
 use std::{
     cell::RefCell,
@@ -16,7 +17,7 @@ use osp_session::{
 
 pub use osp_session::platform::USER_FOLDER;
 
-/// A wish of the page that the next frame fulfils.
+/// A request of the page, for the next frame.
 #[derive(Debug)]
 pub enum Wish {
     /// Replay a session from the beginning.
@@ -25,22 +26,22 @@ pub enum Wish {
     Show(PathBuf),
     /// Carry out a command.
     Do(Command),
-    /// Let the camera go along with that of the replay, or stay where it is.
+    /// Let the camera follow the replay's camera, or stay.
     FollowCamera(bool),
 }
 
-/// The window as the page sees it.
+/// State of the window, for the page.
 #[derive(Clone, Debug, Default)]
 pub struct State {
-    /// Frames that were shown.
+    /// Frames shown so far.
     pub frames: u64,
-    /// What draws; empty until the window is open.
+    /// Name of the graphics adapter; empty until the window is open.
     pub adapter: String,
     /// The session's file.
     pub path: PathBuf,
-    /// Whether it is replayed.
+    /// Whether it is a replay.
     pub is_replay: bool,
-    /// Frames played and frames of the session that is replayed, or events of the one that is drawn.
+    /// Frames played of a replay, or events of a session that is drawn.
     pub position: u64,
     /// Frames of the session.
     pub length: u64,
@@ -52,19 +53,19 @@ pub struct State {
     pub polygons: u64,
     /// Polygons handed to the GPU in the last frame.
     pub drawn: u64,
-    /// Whether text is being entered.
+    /// Whether the user is entering text.
     pub wants_text: bool,
-    /// What the window said last.
+    /// Latest message of the window.
     pub message: String,
-    /// What is read, and how far that has come, once it takes a while.
+    /// File that is being read, and the progress, once it takes a while.
     pub work: Option<String>,
     /// Why the last file was not opened.
     pub refused: Option<String>,
-    /// Why there is no window any more.
+    /// Why the window has ended.
     pub failure: Option<String>,
 }
 
-/// What a person types into a field of the page for the window: a screen's keyboard needs such a field.
+/// Input that the user has typed into a text field of the page: an on-screen keyboard needs such a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Typed {
     /// Letters.
@@ -75,7 +76,7 @@ pub enum Typed {
     Enter,
 }
 
-/// Where the page puts the files that are opened, each set into a folder of its own.
+/// Folder of opened files; each set of files has a folder of its own in it.
 const INPUT_FOLDER: &str = "/input";
 /// Parts of such a folder's path: the root, this one, and its number.
 const SET_DEPTH: usize = 3;
@@ -93,22 +94,22 @@ thread_local! {
     static PAGE: RefCell<Page> = RefCell::default();
 }
 
-/// The window as it is.
+/// The state of the window.
 pub fn state() -> State {
     PAGE.with_borrow(|page| page.state.clone())
 }
 
-/// Has something done in the next frame.
+/// Requests something for the next frame.
 pub fn wish(wish: Wish) {
     PAGE.with_borrow_mut(|page| {
         page.wishes.push(wish);
         page.state.refused = None;
-        // Before the window is open nobody listens; its first frame finds the wish.
+        // Before the window is open there is no receiver; the first frame finds the request.
         let _ = page.wake.as_ref().map(|wake| wake.send_event(Wake));
     });
 }
 
-/// Hands over what was typed.
+/// Passes typed input to the window.
 pub fn type_in(typed: Typed) {
     PAGE.with_borrow_mut(|page| {
         page.typed.push(typed);
@@ -151,25 +152,26 @@ pub fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     memory::read(path)
 }
 
-/// The files that the session at `path` is read from: all that were put into a folder of `/input` with it, or the one.
+/// The files that the session at `path` is read from: all files of its set in `/input`, or only the one.
 pub fn files_of_session(path: &Path) -> Vec<PathBuf> {
     let set: PathBuf = path.components().take(SET_DEPTH).collect();
     let is_in_set = path.starts_with(INPUT_FOLDER) && path.components().count() > SET_DEPTH;
     if is_in_set { memory::files_below(&set) } else { vec![path.to_owned()] }
 }
 
-/// A part of one of the program's own files ([`USER_FOLDER`]) or of a saved session that is to be kept from one visit to the next.
+/// A change of one of the program's own files ([`USER_FOLDER`]) or of a saved session, which the page stores until the
+/// next visit.
 #[derive(Clone, Debug)]
 pub struct Kept {
     /// The file.
     pub path: PathBuf,
-    /// What follows its first so many bytes.
+    /// Number of unchanged bytes before it.
     pub from: usize,
     /// The bytes; none if the file was removed.
     pub bytes: Option<Vec<u8>>,
 }
 
-/// What has changed since the last call.
+/// Changes since the last call.
 pub fn take_kept() -> Vec<Kept> {
     let is_session = |path: &Path| path.extension().is_some_and(|ending| ending == "ron" || ending == "open");
     let is_own = |path: &Path| path.starts_with(USER_FOLDER) || is_session(path);
@@ -177,12 +179,12 @@ pub fn take_kept() -> Vec<Kept> {
     own.map(|memory::Change { path, from, bytes }| Kept { path, from, bytes }).collect()
 }
 
-/// Files that a person has saved or exported since the last call.
+/// Files that the user has saved or exported since the last call.
 pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
     osp_session::atomic_file::take_downloads()
 }
 
-/// Whether a person has asked to choose a file since the last call.
+/// Whether the user has requested a file dialog since the last call.
 pub fn wants_file() -> bool {
     PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wants_file))
 }
@@ -208,7 +210,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
     let wishes = PAGE.with_borrow_mut(|page| std::mem::take(&mut page.wishes));
     let is_end =
         |wish: &Wish| matches!(wish, Wish::Replay(_) | Wish::Show(_) | Wish::Do(Command::CancelWork));
-    // Who asks for another session does not wait for this one.
+    // A user who opens another session does not wait for this one.
     if studio.is_reading() && wishes.iter().any(is_end) {
         studio.command(Command::CancelWork);
     }
@@ -221,7 +223,7 @@ pub(super) fn before_frame(studio: &mut Studio) {
             Wish::FollowCamera(follows) => studio.follow_replay_camera(follows),
         }
     }
-    // The others wait until the session is there.
+    // The other requests wait until the session is read.
     let waiting: Vec<Wish> = wishes.filter(|wish| !matches!(wish, Wish::Do(Command::CancelWork))).collect();
     PAGE.with_borrow_mut(|page| page.wishes.splice(..0, waiting).for_each(drop));
 }
@@ -248,7 +250,7 @@ pub(super) fn after_frame(studio: &mut Studio, adapter: String, clock_step_ns: u
     });
 }
 
-/// A page has one view, whose sides are as far from its middle.
+/// A page has one view, which is symmetric about its axis.
 fn camera(studio: &Studio) -> Option<Camera> {
     let view = &studio.views().first()?.view;
     Some(Camera {

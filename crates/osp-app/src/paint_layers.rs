@@ -1,4 +1,4 @@
-//! The layers of a session in the window: named, hidden, locked; the one that is drawn on.
+//! The layers of a session in the window: named, hidden, locked; one of them is drawn on.
 
 use osp_session::recording::{Author, Paint};
 
@@ -13,13 +13,13 @@ pub struct LayerRow {
     pub is_hidden: bool,
     /// Whether its strokes are neither selected nor erased.
     pub is_locked: bool,
-    /// The author whose it is, by number and name, where there are several.
+    /// Its owner, by number and name, in a session of several authors.
     pub owner: Option<(Author, String)>,
     /// Only its owner may draw on it and change it.
     pub is_closed: bool,
 }
 
-/// What is done to the layers.
+/// Change of the layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LayerEdit {
     /// Make another one, and draw on it.
@@ -28,9 +28,9 @@ pub enum LayerEdit {
     Choose(u32),
     /// Give it a name.
     Name(u32, String),
-    /// Hide the one that is drawn on, or show it.
+    /// Hide the current one, or show it.
     ToggleHidden,
-    /// Lock the one that is drawn on, or unlock it.
+    /// Lock the current one, or unlock it.
     ToggleLocked,
     /// Hide it, or show it.
     Hide(u32, bool),
@@ -38,16 +38,16 @@ pub enum LayerEdit {
     Lock(u32, bool),
     /// Close an own one to all other authors, or open it.
     Close(u32, bool),
-    /// Bring the selection to the one that is drawn on.
+    /// Bring the selection to the current one.
     TakeSelection,
 }
 
-/// An author's name; of who has none, the number.
+/// An author's name, or the number if there is no name.
 pub(super) fn name_or_number(author: Author, name: &str) -> String {
     if name.trim().is_empty() { format!("author {author}") } else { name.to_owned() }
 }
 
-/// The layer of a stroke that begins: one without a brush has an empty one.
+/// The layer of a new stroke: a stroke without a brush gets an empty brush on this layer.
 pub(super) fn on_layer(paint: Option<Box<Paint>>, layer: u32) -> Option<Box<Paint>> {
     if layer == 0 {
         return paint;

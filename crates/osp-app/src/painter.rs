@@ -23,7 +23,7 @@ const LEFT_OUT: Style = Style { tint: [0.9, 0.12, 0.1], amount: 0.8, opacity: 0.
 /// Style of hidden polygons.
 const HIDDEN: Style = Style { tint: [0.65, 0.2, 0.95], amount: 0.85, opacity: 0.5, glow: 0.0 };
 
-/// The user interface, as egui gives it to draw.
+/// The user interface's shapes and textures.
 #[derive(Debug)]
 pub(super) struct Panels {
     pub(super) primitives: Vec<ClippedPrimitive>,
@@ -31,23 +31,23 @@ pub(super) struct Panels {
     pub(super) pixels_per_point: f32,
 }
 
-/// Times of painting a frame, nanoseconds.
+/// Times of a frame's painting, nanoseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PaintTimes {
     /// Sending new polygons, sorting, sending the lists.
     pub(super) send_ns: u64,
-    /// GPU time of the model; on an adapter without time stamps, the time to hand over and show the frame.
+    /// GPU time of the model; without time stamps, the time to submit and show the frame.
     pub(super) draw_ns: u64,
-    /// The frame reached the screen.
+    /// Whether the frame reached the screen.
     pub(super) is_shown: bool,
 }
 
 /// Why painting stopped.
 #[derive(Debug)]
 pub(super) enum PaintError {
-    /// The surface is gone; a new one may do.
+    /// The surface is lost; a new one may work.
     SurfaceLost,
-    /// The device is gone; a new one may do.
+    /// The device is lost; a new one may work.
     Render(RenderError),
 }
 
@@ -64,15 +64,15 @@ struct Pane {
     shown: Shown,
     lines: LinePass,
     timer: GpuTimer,
-    /// Own strokes that are drawn over the model.
+    /// Own strokes drawn over the model.
     over: Option<ViewSlot>,
 }
 
-/// The renderer of own strokes: there are few.
+/// The renderer of own strokes, which are few.
 #[cfg(feature = "live")]
 const OVER: RendererConfig = RendererConfig { chunk_len: 1 << 12, draw_len: 1 << 12, background: [0.0; 3] };
 
-/// Animated brushes start again after this time, seconds.
+/// Time after which the clock of animated brushes starts again, seconds.
 const MOST_TIME_S: f64 = 1000.0;
 
 /// Draws frames onto the window.
@@ -88,12 +88,12 @@ pub(super) struct Painter {
     panes: Vec<Pane>,
     walls: Vec<WallWindow>,
     clock: StageClock,
-    /// When the animation of brushes started.
+    /// Start of the brushes' animation.
     opened: Reading,
-    /// Whether it is stopped.
+    /// Whether the animation is stopped.
     is_still: bool,
     draw_ns: u64,
-    /// A way of culling on the GPU that the adapter refused last, and why.
+    /// The method of culling on the GPU that the adapter refused last, and the reason.
     cannot_cull: Option<(GpuOcclusion, String)>,
 }
 
@@ -146,7 +146,7 @@ impl Painter {
         self.gpu.name()
     }
 
-    /// Whether something moves by itself, so that the next frame is another one.
+    /// Whether brushes are animated, so that every frame differs.
     pub(super) fn is_animated(&self) -> bool {
         !self.is_still && self.renderer.is_animated()
     }
@@ -177,7 +177,7 @@ impl Painter {
         Ok(())
     }
 
-    /// The model as the last frame showed it, on the first screen; on a page it comes later.
+    /// The last frame's picture of the model on the first screen; on a page it arrives later.
     pub(super) fn picture(&self) -> Result<ComingImage, RenderError> {
         let pane = self.panes.first();
         let pane = pane.ok_or_else(|| RenderError::Device("nothing was drawn yet".to_owned()))?;
@@ -240,12 +240,12 @@ impl Painter {
             Acquired::Nothing => false,
             Acquired::Lost => return Err(PaintError::SurfaceLost),
         };
-        // Lets the times of earlier frames come back; that nothing is waiting is no error.
+        // Receives the times of earlier frames; an empty queue is no error.
         let _ = self.gpu.device().poll(wgpu::PollType::Poll);
         self.gpu.check()?;
         let times = self.panes.iter_mut().filter_map(|pane| {
             let times = pane.timer.take()?;
-            // Of the frame that the time is of, not of this one: only culling has a pass of tests.
+            // The times are those of an earlier frame: only culling has a pass of tests.
             pane.slot.note_time(times.test_ns > 0, times.total_ns);
             Some(times)
         });
@@ -286,7 +286,7 @@ impl Painter {
         self.renderer.follow(&pending.changes);
         studio.give_back(pending);
         self.is_still = studio.moment_s().is_some();
-        // Starts again before a shader's numbers become too coarse.
+        // Restarts before the numbers in the shader become too coarse.
         let time_s = self.clock.since(self.opened).ns as f64 * 1.0e-9 % MOST_TIME_S;
         self.renderer.set_time(studio.moment_s().unwrap_or(time_s as f32));
         self.renderer.send(studio.scene());
@@ -294,7 +294,7 @@ impl Painter {
         self.follow_overlay(studio);
     }
 
-    /// Makes the pane of a view ready.
+    /// Prepares the pane of a view.
     fn prepare(
         &mut self,
         studio: &Studio,
@@ -302,7 +302,7 @@ impl Painter {
         view: &RoomView,
         model: Area,
     ) -> Result<(), RenderError> {
-        // As many pixels as its wall has; the picture in this window is made of them.
+        // The size on its wall; this window's picture is scaled from it.
         let on_wall = self.walls.iter().find_map(|wall| wall.area_of(studio.room(), view));
         let area = on_wall.map_or_else(|| part_of(model, view), |(area, _)| area);
         let (width, height) = (area.width as u32, area.height as u32);
@@ -351,7 +351,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Sends own strokes that are on their way to a shared session.
+    /// Uploads own strokes that are on their way to a shared session.
     #[cfg(feature = "live")]
     fn follow_overlay(&mut self, studio: &mut Studio) {
         let Some(overlay) = studio.overlay_mut() else {
@@ -419,7 +419,7 @@ impl Painter {
         }
     }
 
-    /// Draws the windows of a rig's screens; whether one of them can be seen.
+    /// Draws the windows of a rig's screens; returns whether one of them is visible.
     fn paint_walls(&mut self, studio: &Studio, views: &[RoomView]) -> Result<bool, PaintError> {
         if self.walls.is_empty() {
             return Ok(false);
@@ -435,7 +435,7 @@ impl Painter {
         }
         self.gpu.queue().submit([encoder.finish()]);
         note_submitted(&mut self.panes);
-        // The walls wait for their displays: if this window did, too, a frame would wait twice.
+        // The walls wait for their displays: if this window waited, too, a frame would wait twice.
         let is_shown = !frames.is_empty();
         self.surface.set_waits(!is_shown);
         for frame in frames {
@@ -445,7 +445,7 @@ impl Painter {
     }
 }
 
-/// The pictures of the views are on their way to the GPU.
+/// Notes that the pictures of the views were submitted to the GPU.
 fn note_submitted(panes: &mut [Pane]) {
     for pane in panes {
         pane.timer.submitted();
@@ -471,7 +471,7 @@ fn encode_panes(
     }
 }
 
-/// The part of the model's area that a view has, whole pixels.
+/// The view's part of the model's area, whole pixels.
 fn part_of(model: Area, view: &RoomView) -> Area {
     let x = (model.x + view.from.x * model.width).round();
     let right = (model.x + view.to.x * model.width).round();

@@ -10,11 +10,11 @@ use osp_session::{
 /// Samples of a ribbon or tube are at least this many pixels apart: a mouse counts whole pixels, and the direction
 /// between neighbouring ones is noise.
 const SAMPLE_PX: f32 = 2.5;
-/// Corners of a wall are this many pixels apart: it is cut into convex pieces, each corner costs one.
+/// Distance between a wall's corners, pixels: the wall is cut into convex pieces, and each corner costs one.
 const CORNER_PX: f32 = 14.0;
 /// A stroke whose samples are at least this part of its width apart does not fold over itself.
 const SAMPLE_WIDTH: f32 = 0.15;
-/// Samples of a straight line are so many widths apart, unless they would be more than these.
+/// Distance between the samples of a straight line, in widths; larger if there would be too many samples.
 const LINE_WIDTHS: f32 = 1.0;
 const MOST_LINE_PARTS: f32 = 256.0;
 /// Part of the width that is left at pressure 0.
@@ -56,15 +56,16 @@ impl Default for Brush {
     }
 }
 
-/// How a stroke finds its depth.
+/// Depth of a new stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Snap {
-    /// It starts on the surface under the cursor (else at the centre of the view) and stays on a plane parallel to the window.
+    /// The point under the cursor, or else the centre of the view, at its start; then the plane through it parallel to
+    /// the window.
     #[default]
     Start,
-    /// It lies on the surfaces under the cursor all the way, and on the plane where there is none.
+    /// The surfaces under the cursor all the way; beside them the plane of the start.
     Surface,
-    /// It is on the plane through the centre of the view.
+    /// The plane through the centre of the view.
     Off,
 }
 
@@ -84,13 +85,13 @@ struct Drawing {
     /// A point of the plane that is drawn on.
     anchor: Vec3,
     last: Sample,
-    /// Where the pointer is, if that was too near for a sample.
+    /// The pointer's position, if that was too near to the last sample.
     pending: Option<Sample>,
-    /// Whether the session has its first event: a press without a movement is no stroke.
+    /// Whether the stroke's first event is in the session: a press without a movement makes no stroke.
     has_begun: bool,
-    /// The end of a straight line in the making: nothing of it is in the session yet.
+    /// The end of an unfinished straight line, of which the session has no event yet.
     line_to: Option<Sample>,
-    /// The corners of a wall so far: it shows only once it is closed.
+    /// The corners of a wall so far: it appears only once it is closed.
     outline: Vec<Vec3>,
 }
 
@@ -103,13 +104,13 @@ pub struct Pen {
 /// The pointer's position, and the surface under it.
 #[derive(Clone, Copy, Debug)]
 pub struct PenPoint<'a> {
-    /// The view it is over.
+    /// The view under it.
     pub view: &'a View,
     /// -1 to 1 from left to right and from the lower to the upper border.
     pub at: Vec2,
     /// Height of the window, pixels.
     pub height_px: f32,
-    /// The point of the model under it.
+    /// The point of the model under it, if any.
     pub surface: Option<Vec3>,
     /// The centre of the view: the point around which the camera orbits.
     pub target: Vec3,
@@ -127,8 +128,8 @@ impl PenPoint<'_> {
         ray.origin + ray.direction * distance_m
     }
 
-    /// The stroke lies like paint on the window. A plain ribbon's normal is the pose's x axis, so that looks at the viewer;
-    /// a brush takes the pose for that of a hand that points into the picture.
+    /// Orientation of a stroke that lies like paint on the window. A plain ribbon's normal is the pose's x axis, which
+    /// points to the viewer. A brush takes the pose as that of a hand that points into the picture.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {
@@ -158,23 +159,23 @@ impl Pen {
         self.drawing.as_ref().map(|drawing| drawing.stroke)
     }
 
-    /// A point of the plane that the stroke in the making is drawn on.
+    /// A point of the plane of the unfinished stroke.
     pub fn anchor(&self) -> Option<Vec3> {
         self.drawing.as_ref().map(|drawing| drawing.anchor)
     }
 
-    /// The ends of a straight line in the making.
+    /// The ends of an unfinished straight line.
     pub fn line(&self) -> Option<(Vec3, Vec3)> {
         let drawing = self.drawing.as_ref()?;
         Some((drawing.last.p, drawing.line_to?.p))
     }
 
-    /// The corners so far of a wall in the making.
+    /// The corners so far of an unfinished wall.
     pub fn outline(&self) -> &[Vec3] {
         self.drawing.as_ref().map_or(&[], |drawing| &drawing.outline)
     }
 
-    /// Where a stroke that began here would begin.
+    /// Start of a stroke that would begin here.
     pub fn aim(point: &PenPoint<'_>, snap: Snap) -> Vec3 {
         match (snap, point.surface) {
             (Snap::Start | Snap::Surface, Some(surface)) => surface,
@@ -208,8 +209,8 @@ impl Pen {
         });
     }
 
-    /// Goes on with the stroke. A straight one is a line to where it is released, unless it has begun otherwise; walls have
-    /// no straight edge.
+    /// Continues the stroke. A straight stroke is a line to the point of release, unless it has begun otherwise; walls
+    /// have no straight edge.
     pub fn drag(
         &mut self,
         t: f64,
@@ -246,7 +247,7 @@ impl Pen {
         out.push(sample.event(t, drawing.stroke));
     }
 
-    /// Ends the stroke, if there is one, where the pointer is.
+    /// Ends the stroke, if there is one, at the pointer.
     pub fn release(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(mut drawing) = self.drawing.take() else { return };
         drawing.draw_line(t, out);
@@ -262,7 +263,7 @@ impl Pen {
 }
 
 impl Drawing {
-    /// Writes the straight line to the session, in samples as even as a steady hand's.
+    /// Writes the straight line to the session, in evenly spaced samples.
     fn draw_line(&mut self, t: f64, out: &mut Vec<Event>) {
         let Some(end) = self.line_to.take() else { return };
         let start = self.last;

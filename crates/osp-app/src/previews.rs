@@ -1,4 +1,4 @@
-//! Pictures of brushes for the list in which a person chooses one.
+//! Pictures of brushes for the list of brushes.
 
 use std::{f32::consts::TAU, sync::Arc};
 
@@ -16,18 +16,18 @@ use osp_session::{
 };
 
 const PIXEL_BYTES: usize = 4;
-/// Width of a picture in the model, metres: about what a hand draws at once, so that brushes look as they are used.
+/// Width and height of a picture in the model, metres: about a usual stroke, so that brushes look as in use.
 const CELL_M: (f32, f32) = (0.4, 0.12);
-/// Between the ends of a stroke and the edges of its cell.
+/// Margin between the ends of a stroke and the edges of its cell.
 const MARGIN_M: f32 = 0.04;
 const WIDTH_M: f32 = 0.03;
 const HEIGHT_M: f32 = 0.022;
 const SAMPLES: u16 = 60;
-/// Nearly parallel, so that every cell is seen from the front.
+/// Nearly a parallel projection, so that every cell is seen from the front.
 const FOV_DEGREES: f32 = 6.0;
 
-/// Draws a wave with every brush that can be chosen, white on black: the rows of the grid's texture, a byte each for red,
-/// green, blue and opacity. Each brush has a picture of its own, since some spread far.
+/// Draws a wave with every brush that can be chosen, white on black. Returns the rows of the grid's texture, a byte
+/// each for red, green, blue and opacity. Each brush has a picture of its own, since some spread far.
 pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, RenderError> {
     let (width_px, height_px) = grid.cell_px();
     let row_bytes = grid.size_px().0 as usize * PIXEL_BYTES;
@@ -55,7 +55,7 @@ pub(super) fn draw(gpu: &Arc<Gpu>, grid: &PreviewGrid) -> Result<Vec<u8>, Render
     Ok(texture)
 }
 
-/// One wave, pressed harder in the middle.
+/// One wave, with more pressure in the middle.
 fn sample(brush: &str, scene: &mut Scene, changes: &mut Vec<Change>) {
     let (t, stroke) = (0.0, StrokeId(0));
     let begin = Event::Begin {

@@ -5,23 +5,23 @@ use super::{
     session::Opening,
 };
 
-/// A question that a person answers before the command is carried out. Until then nothing is written and nothing is lost.
+/// A question that the user answers before a command is carried out. Until then nothing is written or lost.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Another window draws on the session that is to be opened.
     Held {
-        /// Who has it.
+        /// The holder of the session.
         held: OpenElsewhere,
         /// Whether the window shows the session already, read-only.
         is_shown: bool,
     },
-    /// A copy of a session is open of which there are edits already.
+    /// A copy of a session is to be opened, and edits of the copy exist already.
     Edits(Autosave),
     /// The session that is to be opened is damaged.
     Damaged {
         /// The session.
         path: PathBuf,
-        /// Where and how.
+        /// Place and kind of the damage.
         damage: String,
     },
     /// A session would replace a file.
@@ -32,11 +32,11 @@ pub enum Question {
     PictureOver(PathBuf),
     /// A part of the session could not be written.
     Unwritten {
-        /// Which part, and why.
+        /// The unwritten part, and the error.
         reason: String,
         /// Whether the whole session is in another file.
         is_kept: bool,
-        /// The command that asked.
+        /// The command to carry out afterwards.
         then: Then,
     },
     /// Everything drawn since the session was opened or saved under a name would be discarded.
@@ -48,7 +48,7 @@ pub enum Question {
     },
 }
 
-/// What ends the current session.
+/// Command that ends the current session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Then {
     /// The window closes.
@@ -74,7 +74,7 @@ pub enum Answer {
     Replace,
     /// Choose another place first.
     SaveAs,
-    /// Go on: with the edits, or without what could not be written.
+    /// Continue: with the edits, or without the unwritten part.
     GoOn,
     /// Discard what was drawn.
     Discard,
@@ -159,7 +159,7 @@ impl Question {
         }
     }
 
-    /// The answer that changes nothing: that of the key Escape.
+    /// The answer that changes nothing, for the key Escape.
     pub fn safe_answer(&self) -> Answer {
         match self {
             Self::Held { is_shown: true, .. } => Answer::Look,

@@ -18,26 +18,26 @@ use osp_session::{
 /// Nearest distance drawn on a rig's screens, metres.
 const NEAR_M: f32 = 0.02;
 
-/// One picture of a frame: what an eye sees on a screen, and where on the window it goes.
+/// One picture of a frame: the view of an eye on a screen, and its part of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoomView {
     /// The view that it shows.
     pub view: View,
-    /// Which screen of the rig.
+    /// Number of the rig's screen.
     pub screen: usize,
-    /// Which eye.
+    /// The eye.
     pub eye: Eye,
     /// Left and lower corner of its part of the window, 0 to 1.
     pub from: Vec2,
     /// Right and upper corner.
     pub to: Vec2,
-    /// Which colours of the window it has.
+    /// Colour channels of the window that it is drawn in.
     pub channels: Channels,
-    /// The eye is behind the screen or too near to it: the view is that of the nearest place in front.
+    /// The eye is behind the screen or too near to it: the view is from the nearest place in front.
     pub is_clamped: bool,
 }
 
-/// Where the screens are: one window on a desk, or the screens of a rig around a tracked head.
+/// Place of the screens: one window on a desk, or the screens of a rig around a tracked head.
 #[derive(Clone, Debug, Default)]
 pub struct Room {
     rig: Option<Rig>,
@@ -57,12 +57,12 @@ impl Room {
         self.rig.as_ref()
     }
 
-    /// How the two eyes' pictures reach the eyes.
+    /// Form of the pictures for the two eyes.
     pub fn stereo(&self) -> Stereo {
         self.stereo
     }
 
-    /// Changes how the two eyes' pictures reach the eyes.
+    /// Changes the form of the pictures for the two eyes.
     pub fn set_stereo(&mut self, stereo: Stereo) {
         self.stereo = stereo;
     }
@@ -94,26 +94,26 @@ impl Room {
         self.shows_pattern = shows;
     }
 
-    /// The place of the tracker in the room from now on.
+    /// Sets the transform from the tracker's space to the room.
     pub fn calibrate(&mut self, room_from_tracker: RoomFromTracker) {
         if let Some(rig) = &mut self.rig {
             rig.room_from_tracker = room_from_tracker;
         }
     }
 
-    /// The test pattern of a view, in the world.
+    /// Draws the test pattern of a view, world space.
     pub(super) fn draw_pattern(&self, navigator: &Navigator, view: &RoomView, out: &mut LineBatch) {
         let Some(rig) = &self.rig else { return };
         let place = Self::place(rig, navigator);
         test_pattern::draw(&rig.screens[view.screen], view.screen, view.eye, &|p| place.to_world(p), out);
     }
 
-    /// The eye in whose place an eye's picture is shown.
+    /// The eye whose place on the screen an eye's picture takes.
     pub(super) fn shown_at(&self, eye: Eye) -> Eye {
         if self.swaps_eyes { eye.other() } else { eye }
     }
 
-    /// The colours of the window that the picture of this place has.
+    /// The colour channels of the picture at an eye's place.
     pub(super) fn channels_at(&self, shown_at: Eye) -> Channels {
         match (self.stereo, shown_at) {
             (Stereo::Anaglyph, Eye::Left) => Channels::Red,
@@ -122,17 +122,17 @@ impl Room {
         }
     }
 
-    /// Where the rig's room is. Flying moves it; its place for the head is where the camera is.
+    /// Place of the rig's room in the world. Flying moves it; the rig's place for the head is at the camera.
     fn place(rig: &Rig, navigator: &Navigator) -> RoomPlace {
         RoomPlace::around(rig, navigator.eye(), navigator.world_from_view())
     }
 
-    /// A point of the room in the world.
+    /// A world position for a point of the room.
     pub fn to_world(&self, navigator: &Navigator, p: Vec3) -> Vec3 {
         self.rig.as_ref().map_or(p, |rig| Self::place(rig, navigator).to_world(p))
     }
 
-    /// A pose in the room in the world: a position, and world from what has it.
+    /// A world pose for a pose in the room: position and orientation.
     pub fn pose_to_world(&self, navigator: &Navigator, (p, q): (Vec3, Quat)) -> (Vec3, Quat) {
         (self.to_world(navigator, p), self.turn_to_world(navigator, q))
     }
@@ -141,13 +141,13 @@ impl Room {
         self.rig.as_ref().map_or(q, |rig| Self::place(rig, navigator).turn_to_world(q))
     }
 
-    /// The head at the rig's place for it, tilted like this one in the world; `None` without a rig.
+    /// The head at the rig's place for it, with this orientation in the world; `None` without a rig.
     pub fn head_tilted_like(&self, world_from_head: Quat) -> Option<(Vec3, Quat)> {
         let rig = self.rig.as_ref()?;
         Some((rig.head, RoomPlace::around(rig, Vec3::ZERO, world_from_head).turn_to_room(world_from_head)))
     }
 
-    /// A tracker's message with the poses of the room.
+    /// A tracker's message with poses in the room's space.
     pub fn message_to_room(&self, message: Message) -> Message {
         let Some(of_rig) = self.rig.as_ref().map(|rig| rig.room_from_tracker) else { return message };
         match message {
@@ -160,7 +160,8 @@ impl Room {
         }
     }
 
-    /// A message of the room with world positions. The head stays in the room: it decides what the screens show.
+    /// A message in the room's space with world positions. The head stays in the room's space: it decides the views of
+    /// the screens.
     pub fn message_to_world(&self, navigator: &Navigator, message: Message) -> Message {
         let point = |p| self.to_world(navigator, p);
         match message {
@@ -185,7 +186,7 @@ impl Room {
         views
     }
 
-    /// [`Room::views`] into memory that is kept.
+    /// As [`Room::views`], into an existing list.
     pub fn views_into(
         &self,
         navigator: &Navigator,
@@ -204,7 +205,7 @@ impl Room {
                 let here =
                     if on_walls && self.stereo == Stereo::Windows { Stereo::SideBySide } else { self.stereo };
                 let (from, to) = here.part_of(shown_at);
-                // A copy of what a wall shows has its shape.
+                // A copy of a wall's picture has the wall's shape.
                 let (margin, size) = match &self.rig {
                     Some(rig) if on_walls => fitted(rig.screens[screen].aspect(), aspect / screens as f32),
                     _ => (Vec2::ZERO, Vec2::ONE),

@@ -36,7 +36,7 @@ impl Selection {
         self.strokes.dedup();
     }
 
-    /// Adds a stroke, or takes it out.
+    /// Adds a stroke, or removes it.
     pub fn toggle(&mut self, stroke: StrokeId) {
         match self.strokes.binary_search(&stroke) {
             Ok(at) => {

@@ -13,7 +13,7 @@ use osp_session::{
     small_file::read_text,
 };
 
-/// Sessions that are remembered.
+/// Most sessions in the list of recent ones.
 const MOST_RECENT: usize = 12;
 /// Largest file of settings that is read.
 const MOST_BYTES: u64 = 1 << 20;
@@ -26,7 +26,7 @@ pub enum Theme {
     Dark,
     /// Dark letters on light panels.
     Light,
-    /// As the desktop has them.
+    /// As on the desktop.
     System,
 }
 
@@ -44,17 +44,17 @@ impl Theme {
     }
 }
 
-/// What the window keeps from one time to the next.
+/// The window's settings, stored between runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
     /// The colours of the panels.
     pub theme: Theme,
-    /// How much larger than usual letters are.
+    /// Factor of the letters' usual size.
     pub zoom: f32,
-    /// Whether somebody has drawn in the window: then its lesson is over.
+    /// Whether the user has drawn in the window: then the introduction is over.
     pub has_drawn: bool,
-    /// The sessions that had a name, the last one first.
+    /// The named sessions, the latest first.
     pub recent: Vec<PathBuf>,
 }
 
@@ -70,8 +70,8 @@ impl Settings {
         user_folder("XDG_CONFIG_HOME", ".config/osp").join("window.settings")
     }
 
-    /// Reads them; the usual ones if there is no file or it cannot be understood: nothing in them is worth a window that
-    /// does not open.
+    /// Reads them; the defaults if there is no file or it is invalid: invalid settings do not keep the window from
+    /// opening.
     pub fn read(path: &Path) -> Self {
         let text = read_text(path, MOST_BYTES).unwrap_or_default();
         let mut settings: Self = ron::from_str(&text).unwrap_or_default();
@@ -99,7 +99,7 @@ impl Settings {
     /// Puts a session first among the recent ones.
     pub fn note_recent(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        // A name that is no text cannot be kept in one.
+        // A path that is not valid text cannot be stored.
         if path.to_str().is_none() {
             return;
         }
@@ -122,40 +122,40 @@ impl SettingsKeeper {
     pub(super) fn new(path: PathBuf) -> Self {
         let (latest, settings) = channel::<Settings>();
         if cfg!(target_arch = "wasm32") {
-            // There the disk is memory.
+            // On a page the files are in memory.
             return Self { latest: None, writer: None, at_once: Some(path) };
         }
         let writer = std::thread::spawn(move || {
             while let Ok(next) = settings.recv() {
                 let mut next = settings.try_iter().last().unwrap_or(next);
-                // Another window may have noted others since.
+                // Another window may have added sessions since.
                 for other in Settings::read(&path).recent {
                     if !next.recent.contains(&other) {
                         next.recent.push(other);
                     }
                 }
                 next.recent.truncate(MOST_RECENT);
-                // That they cannot be written is not worth a message: the session is what matters.
+                // A failure is not worth a message: the session is what matters.
                 let _ = next.write(&path);
             }
         });
         Self { latest: Some(latest), writer: Some(writer), at_once: None }
     }
 
-    /// Writes these, unless others follow at once.
+    /// Writes the settings, unless newer ones follow at once.
     pub(super) fn keep(&self, settings: &Settings) {
         if let Some(path) = &self.at_once {
             let _ = settings.write(path);
         }
         if let Some(latest) = &self.latest {
-            // A writer that is gone keeps nothing.
+            // A writer that has ended writes nothing.
             let _ = latest.send(settings.clone());
         }
     }
 }
 
 impl Drop for SettingsKeeper {
-    /// What was handed over is written first.
+    /// Writes the settings that were handed over first.
     fn drop(&mut self) {
         self.latest = None;
         let _ = self.writer.take().map(JoinHandle::join);

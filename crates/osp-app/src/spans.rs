@@ -1,4 +1,4 @@
-//! Two picked points: the distance between them, and the strokes in the box or the sphere that they make.
+//! Two picked points: the distance between them, and the strokes in their box or sphere.
 
 use glam::Vec3;
 
@@ -19,12 +19,12 @@ pub enum Part {
 }
 
 impl Part {
-    /// What two points make; nothing for a distance.
+    /// The box or sphere of two points; `None` for a distance.
     pub(super) fn of(span: Span, from: Vec3, to: Vec3) -> Option<Self> {
         match span {
             Span::Distance => None,
             Span::Box => {
-                // Points on a surface are off it by rounding, and a flat box would miss what it lies in.
+                // Points on a surface lie beside it by rounding errors, and a flat box would miss the surface.
                 let more = Vec3::splat(from.distance(to) * 1.0e-3);
                 Some(Self::Box(Aabb::new(from.min(to) - more, from.max(to) + more)))
             }
@@ -41,7 +41,7 @@ impl Part {
     }
 }
 
-/// Draws two points and what they make.
+/// Draws two points, and the line, box or sphere between them.
 pub(super) fn draw_span(span: Span, from: Vec3, to: Vec3, out: &mut LineBatch) {
     const COLOR: LineColor = [120, 255, 200, 255];
     const CORNERS: usize = 32;

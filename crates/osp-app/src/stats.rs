@@ -2,12 +2,12 @@ use std::collections::VecDeque;
 
 use osp_render::PassTimes;
 
-/// Parts of a frame, in the order in which they happen.
+/// Parts of a frame, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameStage {
     /// Input and tracker samples become polygons.
     Strokes,
-    /// The index takes what is new.
+    /// The index takes the new polygons.
     Insert,
     /// The frustum query.
     Cull,
@@ -72,8 +72,8 @@ impl History {
     /// Frames kept.
     pub const LENGTH: usize = 240;
 
-    /// Frames whose mean times are shown: about a second of them. A clock's steps may be longer than a stage, which then takes
-    /// either no time or a whole step; over so many frames the mean comes near the truth.
+    /// Frames whose mean times are shown: about a second. A clock's steps may be longer than a stage: then the stage
+    /// takes either no time or a whole step. The mean over so many frames comes near the true time.
     pub const MEAN_OF: usize = 60;
 
     /// Adds a frame and drops the oldest one.
@@ -105,7 +105,7 @@ impl History {
         FrameTimes(sums.map(|sum| sum / count))
     }
 
-    /// The time that this part of the frames (0 to 1) did not exceed, nanoseconds; 0 where there is none.
+    /// The time that this part of the frames (0 to 1) did not exceed, nanoseconds; 0 without frames.
     pub fn percentile_ns(&self, part: f64) -> u64 {
         let rank = (part.clamp(0.0, 1.0) * self.sorted.len() as f64).ceil() as usize;
         self.sorted.get(rank.saturating_sub(1)).copied().unwrap_or(0)
@@ -124,12 +124,13 @@ impl History {
     }
 }
 
-/// The GPU's times of the last frames: browsers make them as coarse as the clock.
+/// The GPU's times of the last frames: browsers round them as coarsely as the clock.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PassHistory(VecDeque<PassTimes>);
 
 impl PassHistory {
-    /// Adds the times of a frame and drops the oldest one. A frame without times ends the row: another method is chosen.
+    /// Adds the times of a frame and drops the oldest one. A frame without times clears the history: the method has
+    /// changed.
     pub(super) fn push(&mut self, times: Option<PassTimes>) {
         let Some(times) = times else {
             self.0.clear();
@@ -165,7 +166,7 @@ mod tests {
         assert_eq!(history.mean(), FrameTimes::default());
         for n in 0..200 {
             let mut times = FrameTimes::default();
-            // What was before does not count.
+            // The frames before the last ones do not count.
             times.set(FrameStage::Cull, if n < 140 { 1_000_000 } else { 30_000 });
             history.push(times);
         }
@@ -175,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_mean_finds_a_stage_that_is_shorter_than_a_step_of_the_clock() {
-        // 9 µs by a clock of 100 µs, 60 times a second: nothing, or a whole step.
+        // A stage of 9 µs on a clock of 100 µs, 60 times a second: no time, or a whole step.
         let (step_ns, stage_ns) = (100_000, 9_000);
         let told = |ns: u64| ns - ns % step_ns;
         let mut history = History::default();

@@ -45,15 +45,16 @@ pub use parts::FrameReport;
 pub(super) use parts::Pending;
 use parts::{Input, Shown, Work};
 
-/// The message when a person draws on a read-only session.
+/// The message for an attempt to draw on a read-only session.
 const LOOKED_AT: &str = "this session is open read-only: draw on a copy, or save it elsewhere first";
 
 /// Frames that a screen shows in a minute, at 60 Hz.
 const FRAMES_OF_A_MINUTE: f64 = 3600.0;
 
-/// Everything of the window but its panels and the GPU: the session, the tools, the camera and the culling.
+/// The whole window except its panels and the GPU: the session, the tools, the camera and the culling.
 ///
-/// Input becomes [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), the index follows: the same path as in a replay.
+/// Input becomes [`Event`]s, events change the [`Scene`](osp_session::scene::Scene), and the index follows the
+/// changes: the same path as in a replay.
 #[derive(Debug)]
 pub struct Studio {
     pub(super) session: Session,
@@ -67,7 +68,7 @@ pub struct Studio {
     pub(super) frozen: Option<Vec<View>>,
     pub(super) room: Room,
     pub(super) layers: LayerChoice,
-    /// The moment at which brushes that move by themselves stand still, seconds.
+    /// The moment at which animated brushes stand still, seconds.
     pub(super) moment_s: Option<f32>,
     pub(super) follows_replay_camera: bool,
     pub(super) messages: Vec<String>,
@@ -78,7 +79,7 @@ pub struct Studio {
     strokes_ns: u64,
     clock: StageClock,
     started: Instant,
-    /// Time stamp of the session when the window opened: new events continue from there.
+    /// Time stamp of the session when the window opened; new events continue from it.
     resumed_secs: f64,
     pub(super) last_aspect: f32,
     pub(super) last_height_px: f32,
@@ -119,10 +120,10 @@ impl Studio {
         studio
     }
 
-    /// Starts to show a new session: inserts its model into the index, unless `indexed` has it already, and shows all of
-    /// it.
+    /// Starts to show a new session: inserts its model into the index, unless `indexed` has it already, and shows the
+    /// whole model.
     pub(super) fn meet_session(&mut self, indexed: Option<Indexed>) {
-        // The whole model is inserted at once: the changes that led to it are not needed.
+        // The whole model is inserted at once, so its changes are not needed.
         self.session.take_changes(&mut Vec::new());
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
         self.input.meet_session();
@@ -181,19 +182,19 @@ impl Studio {
         self.offer_edits();
     }
 
-    /// The session's time continues from its last event.
+    /// Continues the session's time from its last event.
     pub(super) fn take_up_time(&mut self) {
         self.started = Instant::now();
         self.resumed_secs = self.session.last_secs();
     }
 
-    /// Whether what the hand does becomes part of the session.
+    /// Whether drawing changes the session.
     pub fn can_draw(&self) -> bool {
         !self.session.is_read_only()
     }
 
-    /// To be called from time to time, with or without a frame: checks the session's file and the work beside the window.
-    /// Returns whether there is something new to show.
+    /// Call it regularly, with or without frames: it checks the session's file and the background work. Returns
+    /// whether there is something new to show.
     pub fn tend(&mut self) -> bool {
         let is_done = self.take_work();
         self.look_after_session() || is_done
@@ -221,13 +222,14 @@ impl Studio {
         self.resumed_secs + self.started.elapsed().as_secs_f64()
     }
 
-    /// Whether the picture changes by itself, so that frames have to follow each other.
+    /// Whether the picture changes without input, so that frames have to follow each other.
     pub fn is_moving(&self) -> bool {
         let is_playing = self.session.replay().is_some_and(Replay::is_playing);
         is_playing || self.input.tracker_waits || self.input.gestures.flight != Vec3::ZERO
     }
 
-    /// When a frame is due even without input: a tracker's stroke may have to be ended, work beside the window may be done.
+    /// Time until the next frame that is due without input: to end a tracker's stroke, or to show the result of
+    /// background work.
     pub fn next_frame_in(&self) -> Option<Duration> {
         let is_resting = self.input.gestures.resting.is_some();
         is_resting
@@ -236,13 +238,13 @@ impl Studio {
             .or(self.hands_may_rest().then_some(Duration::from_millis(300)))
     }
 
-    /// Whether a hand that falls silent ends a stroke, or a sender that does leaves.
+    /// Whether a silent hand would end a stroke, or a silent sender would leave.
     fn hands_may_rest(&self) -> bool {
         self.input.hands.is_drawing()
             || self.input.senders.as_ref().is_some_and(|senders| !senders.is_empty())
     }
 
-    /// Longest sleep of the window: shorter while data from elsewhere may arrive.
+    /// Longest sleep of the window; shorter while data may arrive from elsewhere.
     pub fn tend_within(&self) -> Duration {
         if self.works_in_turns() || self.session.is_behind() {
             return Duration::ZERO;
@@ -293,8 +295,8 @@ impl Studio {
         None
     }
 
-    /// The poses that decide what the screens show. In a replay on a rig the recorded head is the tracked one, as long as the
-    /// camera goes with it: the room goes along with its place and direction, its eyes are tilted as it was.
+    /// The poses for the views of the screens. In a replay on a rig the recorded head is the tracked head, as long as
+    /// the camera follows it: the room takes its position and direction, and the eyes take its tilt.
     fn hands_before_screens(&self) -> HandsState {
         let hands = self.input.hands.state();
         match self.session.replay() {
@@ -312,7 +314,7 @@ impl Studio {
         self.room.under(&views, at)
     }
 
-    /// The polygon under a ray, of the strokes that count.
+    /// The polygon under a ray, among strokes that `counts` accepts.
     pub(super) fn pick(&mut self, ray: &Ray, counts: impl Fn(&Stroke) -> bool) -> Option<(PolygonId, f32)> {
         self.culling.pick(self.session.scene(), self.session.changes(), ray, counts)
     }
@@ -322,7 +324,7 @@ impl Studio {
         self.culling.strokes_in(self.session.scene(), self.session.changes(), part)
     }
 
-    /// Reports that the head goes behind a screen.
+    /// Reports screens that the head has moved behind.
     fn tell_of_screens_behind(&mut self) {
         let behind = self.room.screens_behind(&self.shown.views);
         if behind.clone().eq(self.shown.behind.iter().map(String::as_str)) {
@@ -338,11 +340,11 @@ impl Studio {
         self.shown.behind = behind;
     }
 
-    /// One frame for a window of this size in pixels: takes the input, updates the index, culls, and leaves the
-    /// views and what to draw in each.
+    /// Runs one frame for a window of this size in pixels: takes the input, updates the index, culls, and stores the
+    /// views and their draw lists.
     pub fn frame(&mut self, size_px: Vec2, frame_secs: f32) -> FrameReport {
         self.listen();
-        // What is done in turns goes on between frames.
+        // Work in turns continues between frames.
         if !self.works_in_turns() {
             self.take_work();
         }
@@ -392,7 +394,7 @@ impl Studio {
         std::mem::take(&mut self.pending)
     }
 
-    /// Gives back the memory of the changes, to be used again.
+    /// Returns the memory of the changes for reuse.
     pub(super) fn give_back(&mut self, mut pending: Pending) {
         pending.changes.clear();
         if self.pending.changes.is_empty() {
@@ -400,7 +402,7 @@ impl Studio {
         }
     }
 
-    /// The GPU has lost everything: it must be sent again.
+    /// Notes that the GPU has lost everything, so that it is sent again.
     pub fn send_all_again(&mut self) {
         self.pending = Pending { is_other_scene: true, ..Pending::default() };
     }
@@ -413,7 +415,7 @@ impl Studio {
         self.finish_gestures();
         self.end_hands_strokes();
         if let Err(error) = self.end_work() {
-            // The window is gone, so standard error gets the message.
+            // The window is closed, so standard error gets the message.
             let _ = writeln!(io::stderr().lock(), "warning: {error}");
         }
         let mut session = self.session;
@@ -429,7 +431,7 @@ impl Studio {
         session.close()?;
         if let Some(place) = place {
             let path = quoted(&path.to_string_lossy());
-            // The window is gone here, too.
+            // The window is closed here, too.
             let _ = writeln!(io::stderr().lock(), "{place}; `osp sketch {path}` opens that file");
         }
         self.work.unwritten.map_or(Ok(()), Err)

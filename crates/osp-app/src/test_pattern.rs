@@ -1,8 +1,8 @@
-//! The test pattern of a rig's screen: lines on the screen itself, so that they stay where they are while the head moves.
+//! The test pattern of a rig's screen: lines fixed to the screen, whatever the head's motion.
 //!
-//! The border and the diagonals show whether the whole screen is lit and square, the grid its size in metres, the circle
-//! whether it is stretched, the digit which screen it is, and the letter which eye sees it: each eye has its own letter at
-//! its own place, and its own colour.
+//! The border and the diagonals show whether the whole screen is lit and square. The grid shows its size in metres,
+//! the circle whether it is stretched. The digit is the number of the screen, and the letter names the eye: each eye
+//! has its own letter, place and colour.
 
 use glam::{Vec2, Vec3};
 
@@ -14,7 +14,7 @@ const STEPS_M: [f32; 7] = [0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 5.0];
 const MOST_LINES: f32 = 32.0;
 const CIRCLE_SIDES: u16 = 64;
 
-/// Draws the pattern of a screen of the room; `to_world` takes a point of the room to the world.
+/// Draws the pattern of a screen of the room; `to_world` maps a point of the room to the world.
 pub(super) fn draw(
     screen: &Screen,
     number: usize,
@@ -46,7 +46,7 @@ pub(super) fn draw(
             at_m += step_m;
         }
     }
-    // A little inside, so that half of each line is not cut off.
+    // A little inside the border, which would cut off half of each line.
     let inset = Vec2::splat(size_m.min_element() * 0.004);
     let (from, to) = (inset, size_m - inset);
     let corners = [from, Vec2::new(to.x, from.y), to, Vec2::new(from.x, to.y)];

@@ -1,6 +1,6 @@
 //! Work beside the window: on threads, or on a page, which has none, at once.
 
-/// Does something beside the window: on a thread of its own, or on a page, which has none, at once.
+/// Runs work on a thread of its own. A page has no threads: there the call itself runs it.
 pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
     if cfg!(target_arch = "wasm32") {
         work();
@@ -9,8 +9,9 @@ pub(crate) fn beside(name: &str, work: impl FnOnce() + Send + 'static) -> std::i
     std::thread::Builder::new().name(name.to_owned()).spawn(work).map(drop)
 }
 
-/// Lets `make` hand over what it makes, and `take` take it in the same order on a thread of its own; where the system gives
-/// none, as on a page, at once. At most `ahead` wait. Handing over gives false once `take` has failed: nothing is taken any more.
+/// Runs `make` and, on a thread of its own, `take`, which gets the items that `make` hands over, in their order.
+/// Without threads (on a page) each item is taken at once. At most `ahead` items wait. Handing over returns false once
+/// `take` has failed.
 pub(crate) fn hand_over<T: Send, E: Send, R>(
     ahead: usize,
     take: impl FnMut(T) -> Result<(), E> + Send,
@@ -47,7 +48,7 @@ pub(crate) fn hand_over<T: Send, E: Send, R>(
     })
 }
 
-/// Waits for a future, or on a page, which cannot wait, continues and hands its outcome over later.
+/// Waits for a future, then passes its result to `then`. A page cannot wait: it passes the result later.
 pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, then: impl FnOnce(T) + 'static) {
     #[cfg(not(target_arch = "wasm32"))]
     then(pollster::block_on(work));
@@ -55,7 +56,7 @@ pub(crate) fn when_done<T: 'static>(work: impl Future<Output = T> + 'static, the
     wasm_bindgen_futures::spawn_local(async move { then(work.await) });
 }
 
-/// Waits a moment for another program; on a page there is none.
+/// Waits a moment for another program; does nothing on a page.
 pub(crate) fn pause(time: std::time::Duration) {
     if !cfg!(target_arch = "wasm32") {
         std::thread::sleep(time);

@@ -9,7 +9,7 @@ pub enum ToolChoice {
     Erase,
     /// Selects strokes and moves them.
     Select,
-    /// Takes two points of the model, from where it is pressed to where it is let go.
+    /// Takes two points of the model, at the press and at the release.
     Span(Span),
 }
 
@@ -19,13 +19,13 @@ impl Default for ToolChoice {
     }
 }
 
-/// What two picked points make.
+/// Use of two picked points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
     /// The distance between them.
     Distance,
-    /// The box with both in opposite corners: strokes in it are selected.
+    /// The box with the points in opposite corners: strokes in it are selected.
     Box,
-    /// The sphere around the first through the second: strokes in it are selected.
+    /// The sphere around the first point through the second: strokes in it are selected.
     Sphere,
 }

@@ -1,4 +1,4 @@
-//! The windows of a node of a wall: they show the node's screen, each frame when the hub says so.
+//! The windows of a node of a wall: they show the node's screen, and each frame at the time that the hub sets.
 
 use std::{
     sync::{
@@ -30,12 +30,12 @@ use osp_net::{
 use osp_render::{Gpu, GpuTimer, Layer, RenderError, Renderer, RendererConfig, Shown, Target, ViewSlot};
 use osp_session::rig::Rig;
 
-/// Between two looks for something to do, if nothing wakes the windows.
+/// Interval between checks for work, if nothing wakes the windows.
 const LOOK: Duration = Duration::from_millis(10);
-/// Between two looks for events that a frame waits for.
+/// Interval between checks for events that a frame waits for.
 const SHORT_LOOK: Duration = Duration::from_millis(1);
 
-/// Why a node shows nothing any more.
+/// Why a node has stopped.
 #[derive(Debug, Error)]
 pub enum ShowError {
     /// There is no window.
@@ -52,8 +52,8 @@ impl From<RenderError> for ShowError {
     }
 }
 
-/// Shows a node's screen on the monitors that its rig names for it, or in a plain window, until a window is closed, Escape
-/// is pressed, or `is_over`. `tell` hears what a person should know of the hub and the session.
+/// Shows a node's screen on its monitors in the rig, or in a plain window, until a window is closed, Escape is
+/// pressed, or `is_over`. Messages about the hub and the session are passed to `tell`.
 ///
 /// # Errors
 /// There is no display, nothing that can draw, no such monitor or screen; or the hub does not let the node in.
@@ -91,23 +91,23 @@ struct Show<F, T> {
     room: Room,
     is_over: F,
     tell: T,
-    /// Something has come since the last look.
+    /// Whether something has come since the last check.
     is_woken: Arc<AtomicBool>,
     display: Option<Display>,
     failure: Option<ShowError>,
 }
 
-/// The windows and what draws on them.
+/// The windows and their renderer.
 struct Display {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     eyes: Vec<Picture>,
-    /// Drawn, and not shown yet; in the order of the windows, whose surfaces have to be dropped after them.
+    /// Drawn frames that are not shown yet, in the order of the windows. They have to be dropped before the surfaces.
     frames: Vec<Option<wgpu::SurfaceTexture>>,
     windows: Vec<WallWindow>,
 }
 
-/// What an eye sees.
+/// Picture of an eye.
 struct Picture {
     slot: ViewSlot,
     target: Target,
@@ -179,7 +179,7 @@ impl<F: Fn() -> bool, T: Fn(&str)> Show<F, T> {
         }
     }
 
-    /// Does what is to be done next.
+    /// Carries out the next step.
     fn step(&mut self) -> Result<Step, ShowError> {
         let Some(display) = &mut self.display else { return Ok(Step::Nothing) };
         let step = self.node.step(Duration::ZERO)?;
@@ -208,7 +208,7 @@ impl Display {
             return Err(RenderError::Surface("the screen has no window".to_owned()).into());
         };
         let gpu = Arc::new(pollster::block_on(Gpu::for_surface_later(instance, &first))?);
-        // Each window makes its own.
+        // Each window creates its own.
         drop(first);
         let windows = opened.into_iter().map(|(wall, window)| WallWindow::new(&gpu, wall, window));
         let windows: Vec<_> = windows.collect::<Result<_, _>>()?;
@@ -218,7 +218,7 @@ impl Display {
         Ok(Self { gpu, renderer, eyes: Vec::new(), frames, windows })
     }
 
-    /// Draws a frame, and waits until the GPU has done it.
+    /// Draws a frame, and waits until the GPU has finished it.
     fn draw(&mut self, node: &Node, room: &Room) -> Result<(), ShowError> {
         self.renderer.follow(node.changes());
         self.renderer.set_time(node.time_s());
@@ -241,7 +241,7 @@ impl Display {
             self.renderer.encode(&mut encoder, target, slot, timer, |_| {});
         }
         for (wall, held) in self.windows.iter_mut().zip(&mut self.frames) {
-            // One that was drawn and never shown is drawn over.
+            // A frame that was drawn and never shown is drawn over.
             let frame = match held.take() {
                 Some(frame) => Some(frame),
                 None => wall.acquire(&self.gpu)?,
@@ -260,7 +260,7 @@ impl Display {
         Ok(self.gpu.wait()?)
     }
 
-    /// Makes the picture of an eye ready.
+    /// Prepares the picture of an eye.
     fn prepare(&mut self, node: &Node, room: &Room, i: usize, view: &RoomView) -> Result<(), ShowError> {
         let Some((wall, area)) =
             self.windows.iter().find_map(|wall| Some((wall, wall.area_of(room, view)?.0)))
@@ -286,7 +286,7 @@ impl Display {
         Ok(())
     }
 
-    /// Has the windows show what was drawn; whether all of them could.
+    /// Shows the drawn frames; returns whether all windows could.
     fn show(&mut self) -> bool {
         let is_whole = self.frames.iter().all(Option::is_some);
         for frame in self.frames.iter_mut().filter_map(Option::take) {

@@ -1,4 +1,4 @@
-//! A window that shows screens of a rig, and where on it each picture goes.
+//! A window that shows screens of a rig, and the places of their pictures.
 
 use std::sync::Arc;
 
@@ -20,14 +20,14 @@ pub(super) struct WallWindow {
 }
 
 impl WallWindow {
-    /// Draws on a window from now on.
+    /// Starts to draw on a window.
     pub(super) fn new(gpu: &Gpu, wall: Wall, window: Arc<Window>) -> Result<Self, RenderError> {
         let surface = window_surface(gpu, &window)?;
         let show = ShowPass::new(gpu, surface.format());
         Ok(Self { wall, window, surface, show })
     }
 
-    /// The picture to draw next, if the system has one now.
+    /// The surface texture to draw next, if the system has one now.
     pub(super) fn acquire(&mut self, gpu: &Gpu) -> Result<Option<wgpu::SurfaceTexture>, RenderError> {
         match self.surface.acquire(gpu)? {
             Acquired::Frame(frame) => return Ok(Some(frame)),
@@ -40,7 +40,7 @@ impl WallWindow {
         Ok(None)
     }
 
-    /// Draws the views that are shown here on a picture of this window.
+    /// Draws the views of this window on its surface texture.
     pub(super) fn draw<'v>(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -58,7 +58,7 @@ impl WallWindow {
         }
     }
 
-    /// The pixels of a view, and its colours there, if it is shown here.
+    /// The pixels and colour channels of a view, if this window shows it.
     pub(super) fn area_of(&self, room: &Room, view: &RoomView) -> Option<(Area, Channels)> {
         let (Viewport(x, y, width, height), channels) = self.wall.place_of(room, view)?;
         let (all_x, all_y) = self.surface.size();
@@ -75,7 +75,7 @@ pub(super) fn create_surface(
     window: &Arc<Window>,
 ) -> Result<wgpu::Surface<'static>, RenderError> {
     instance.create_surface(Arc::clone(window)).map_err(|error| {
-        // Without a driver this is the first thing that fails.
+        // Without a driver this is the first call that fails.
         RenderError::Surface(error.to_string().replace('\n', " "))
     })
 }

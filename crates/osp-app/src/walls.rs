@@ -1,4 +1,4 @@
-//! The windows that cover a rig's monitors, and what each of them shows.
+//! The windows that cover a rig's monitors, and their pictures.
 
 use super::room::{Room, RoomView};
 use osp_render::Channels;
@@ -23,7 +23,7 @@ struct Part {
     output: Output,
 }
 
-/// The walls that a room's rig asks for; none for a plain window.
+/// The walls of a room's rig; none for a plain window.
 pub(super) fn walls(room: &Room) -> Vec<Wall> {
     let Some(rig) = room.rig() else { return Vec::new() };
     let mut walls: Vec<Wall> = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn walls(room: &Room) -> Vec<Wall> {
     walls
 }
 
-/// The walls of a room with one screen, which is on a plain window if its rig names no monitor for it.
+/// The walls of a room with one screen: a plain window if its rig names no monitor for it.
 #[cfg(feature = "live")]
 pub(super) fn walls_of_one(room: &Room) -> Vec<Wall> {
     let mut walls = walls(room);

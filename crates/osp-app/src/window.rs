@@ -38,20 +38,20 @@ use osp::frame::StageClock;
 use osp_render::{Area, ComingImage, RenderError};
 use osp_session::platform::time::Instant;
 
-/// Most devices opened again after a loss, before the window gives up.
+/// Number of times that a lost device is opened again before the window closes.
 const MAX_RECOVERIES: u32 = 5;
 
-/// Time between frames while nothing but paint moves.
+/// Interval of frames while only brushes are animated.
 const ANIMATION_STEP: Duration = Duration::from_millis(33);
 
-/// A window, and what paints it.
+/// A window and its painter.
 type Opened = (Arc<Window>, Result<Painter, RenderError>);
 
-/// Opens a window for a studio and runs it until it is closed.
+/// Opens a window for a studio and runs it until the user closes it.
 ///
 /// # Errors
-/// There is no display, nothing that can draw, or something in the options cannot be had; or something of the session
-/// could not be written.
+/// There is no display, no adapter can draw, an option cannot be fulfilled, or a part of the session could not be
+/// written.
 pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
     let mut app = App {
         studio: Some(studio),
@@ -83,12 +83,12 @@ pub fn run(studio: Studio, options: WindowOptions) -> Result<(), WindowError> {
 }
 
 struct App {
-    /// There until the window closes.
+    /// Present until the window closes.
     studio: Option<Studio>,
     options: WindowOptions,
     trace: Option<Trace>,
     live: Option<Live>,
-    /// The painter of a window that is being opened.
+    /// Channel for the painter of a window that is being opened.
     opening: Option<mpsc::Receiver<Opened>>,
     /// Wakes the event loop from other threads.
     wake: Option<EventLoopProxy<Wake>>,
@@ -105,28 +105,28 @@ struct Live {
     clock: StageClock,
     last_frame: Instant,
     repaint_at: Option<Instant>,
-    /// Whether a person has wished for the full screen.
+    /// Whether the user has chosen the full screen.
     is_fullscreen: bool,
-    /// When the session's file is checked next, with or without a frame.
+    /// Time of the next check of the session's file, with or without a frame.
     tend_at: Instant,
-    /// The pictures of brushes on their way.
+    /// Channel for the pictures of brushes.
     previews: Option<mpsc::Receiver<Result<Vec<u8>, String>>>,
-    /// A picture that is to be a file.
+    /// A picture to be saved, and its file.
     picture: Option<(PathBuf, ComingImage)>,
     #[cfg(feature = "gamepad")]
     gamepad: Option<super::gamepad::Gamepad>,
 }
 
 impl Live {
-    /// The pictures in the list of brushes, which another thread draws; until they are there, and if they cannot be had, it
-    /// has names.
+    /// Takes the pictures of the brushes, which another thread draws. Until they arrive, and if that fails, the list
+    /// has only names.
     fn take_previews(&mut self, context: &egui::Context, studio: &mut Studio, wake: &EventLoopProxy<Wake>) {
         let Some(drawing) = &self.previews else {
             let (gpu, wake) = (Arc::clone(self.painter.gpu()), wake.clone());
             let (drawn, drawing) = mpsc::channel();
             let _ = threads::beside("previews", move || {
                 let pictures = previews::draw(&gpu, &PreviewGrid::default());
-                // A window that is closing does not hear it any more. The pictures are sent first: who is woken finds them.
+                // A closing window has no receiver. The pictures are sent first, so that the woken window finds them.
                 let _ = drawn.send(pictures.map_err(|error| error.to_string()));
                 let _ = wake.send_event(Wake);
             });
@@ -194,7 +194,7 @@ impl ApplicationHandler<Wake> for App {
             }
             return;
         }
-        // Of its own redrawing egui need not hear: it would ask for the next one.
+        // egui must not get its own redraw event: it would request the next one.
         if !matches!(event, WindowEvent::RedrawRequested)
             && live.egui.on_window_event(&live.window, &event).repaint
         {
@@ -255,7 +255,7 @@ impl App {
         }
         if let (Some(address), Some(studio)) = (&self.options.tracker, &mut self.studio) {
             let proxy = event_loop.create_proxy();
-            // A window that is closing does not hear it any more.
+            // A closing window has no receiver.
             let tracker = Tracker::open(address, &self.options.tracker_options, move || {
                 let _ = proxy.send_event(Wake);
             })?;
@@ -280,7 +280,7 @@ impl App {
         }
     }
 
-    /// A trace that cannot be written is ended: the session matters more.
+    /// Writes a trace line. If that fails, the trace ends: the session matters more.
     fn trace(&mut self, times: &FrameTimes, is_shown: bool, window: (u32, u32)) {
         let (Some(trace), Some(studio)) = (&mut self.trace, &mut self.studio) else { return };
         if let Err(error) = trace.write(studio, times, is_shown, window) {
@@ -308,11 +308,11 @@ impl App {
         }
     }
 
-    /// Opens a window; its painter follows, on a page later.
+    /// Opens a window. Its painter follows, on a page later.
     fn open_window(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let attributes = Window::default_attributes().with_title("osp");
         #[cfg(target_arch = "wasm32")]
-        // The page's style decides about the size.
+        // The page's style sheet decides the size.
         let attributes = winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = {
@@ -329,7 +329,7 @@ impl App {
         let (opened, opening) = mpsc::channel();
         let wake = self.wake.clone();
         threads::when_done(painter, move |painter| {
-            // A window that is closing does not hear it any more.
+            // A closing window has no receiver.
             let _ = opened.send((window, painter));
             let _ = wake.map(|wake| wake.send_event(Wake));
         });
@@ -337,7 +337,7 @@ impl App {
         self.take_painter(event_loop)
     }
 
-    /// The window starts work once it has its painter.
+    /// Starts the window's work once it has its painter.
     fn take_painter(&mut self, event_loop: &ActiveEventLoop) -> Result<(), WindowError> {
         let Some(Ok((window, painter))) = self.opening.as_ref().map(mpsc::Receiver::try_recv) else {
             return Ok(());
@@ -347,7 +347,7 @@ impl App {
         if let Some(studio) = &mut self.studio {
             match open_walls(event_loop, studio, &window, &mut painter) {
                 Ok(remark) => remark.into_iter().for_each(|remark| studio.say(remark)),
-                // The drawing goes on without a monitor that was taken away.
+                // Drawing continues without a monitor that was removed.
                 Err(error) if self.recoveries > 0 => studio.say(error.to_string()),
                 Err(error) => return Err(error),
             }
@@ -394,7 +394,7 @@ impl App {
         let frame_secs = live.last_frame.elapsed().as_secs_f32();
         live.last_frame = Instant::now();
 
-        // Everything that has come up to here becomes part of this frame.
+        // All input up to here becomes part of this frame.
         let start = live.clock.start();
         #[cfg_attr(not(target_arch = "wasm32"), expect(unused_mut, reason = "a page adds to it"))]
         let mut input = live.egui.take_egui_input(&live.window);
@@ -406,7 +406,7 @@ impl App {
         #[cfg(target_arch = "wasm32")]
         super::page::note_text_field(output.platform_output.ime.is_some());
         live.egui.handle_platform_output(&live.window, output.platform_output);
-        // To read a picture back takes a wait, and a page cannot.
+        // Reading a picture back needs a wait, which a page does not allow.
         let can_wait = !cfg!(target_arch = "wasm32");
         if let (true, Some(wake)) = (can_wait && live.interface.wants_previews(), &self.wake) {
             live.take_previews(&context, studio, wake);
@@ -447,7 +447,7 @@ impl App {
                 Err(error) => studio.say_once(&error.to_string()),
             }
         }
-        // One that was not shown may not have been drawn.
+        // A frame that was not shown may not have been drawn.
         if let Some(path) = painted.is_shown.then(|| studio.take_picture()).flatten() {
             match live.painter.picture() {
                 Ok(coming) => live.picture = Some((path, coming)),
@@ -461,7 +461,7 @@ impl App {
             }
             live.window.request_redraw();
         }
-        // Only when the wish changes: the desktop has keys of its own for it.
+        // Only on a change: the desktop has keys of its own for the full screen.
         let wants_screen = live.interface.is_fullscreen();
         if std::mem::replace(&mut live.is_fullscreen, wants_screen) != wants_screen {
             live.window.set_fullscreen(wants_screen.then_some(Fullscreen::Borderless(None)));
@@ -509,7 +509,7 @@ impl App {
         Ok(())
     }
 
-    /// Opens the device again after a loss: the scene is whole, only the GPU's copy is lost.
+    /// Opens the device again after a loss: the scene is complete, only the GPU's copy is lost.
     fn recover(&mut self, event_loop: &ActiveEventLoop, error: RenderError) -> Result<(), WindowError> {
         self.recoveries += 1;
         if self.recoveries > MAX_RECOVERIES {

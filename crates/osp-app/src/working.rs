@@ -37,7 +37,7 @@ const SHOWN_AFTER: Duration = Duration::from_millis(200);
 /// Time of a turn in the browser; between turns the page shows frames and handles input.
 pub(super) const TURN: Duration = Duration::from_millis(12);
 
-/// How a command reads or writes.
+/// Way in which a command reads or writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Way {
     /// At once, before the command returns.

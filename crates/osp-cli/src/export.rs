@@ -80,10 +80,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     file.flush().with_context(named)?;
     let bytes = output.commit(file)?;
     if counts.not_finite > 0 {
-        complain(&format!(
-            "warning: {} polygons are so far away that no number tells where; they were left out",
-            thousands(counts.not_finite)
-        ));
+        complain(&format!("warning: {} polygons at infinity were left out", thousands(counts.not_finite)));
     }
     if counts.turned > 0 && options.eye_in_world.is_none() {
         complain(&format!(

@@ -132,7 +132,7 @@ impl Report {
         }
         lines.extend(author_rows::lines(&self.authors));
         lines.push(format!(
-            "  {:<11} {} ({} own), {} events; sent again {}, log asked for anew {}, connections {}",
+            "  {:<11} {} ({} own), {} events; sent again {}, log requested again {}, connections {}",
             "messages",
             thousands(counts.messages),
             thousands(counts.own_messages),

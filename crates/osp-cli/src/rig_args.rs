@@ -87,7 +87,7 @@ impl RigPathArgs {
     pub(super) fn path(&self) -> anyhow::Result<Option<RigPath>> {
         let Some((rig, stereo)) = self.screens.open()? else {
             if self.screens.stereo.is_some() {
-                bail!("--stereo needs a --rig: it says how its screens show the pictures for two eyes");
+                bail!("--stereo needs a --rig: its screens show the pictures for two eyes");
             }
             return Ok(None);
         };

@@ -38,7 +38,7 @@ pub(super) fn run(args: &WallArgs) -> anyhow::Result<Outcome> {
     #[cfg(feature = "window")]
     anyhow::ensure!(
         args.hub || args.tracker.tracker.is_none(),
-        "--tracker: expected --hub, which tells the nodes where the head is"
+        "--tracker: expected --hub, which sends the head's position to the nodes"
     );
     let Some(address) = &args.address else { bail!("expected an ADDRESS") };
     let address = args.way.server.address(address)?;

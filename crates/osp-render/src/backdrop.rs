@@ -1,13 +1,13 @@
 use osp_session::scene::Scene;
 
-/// Red, green, blue where nothing is, linear: a dark blue-grey.
+/// Red, green, blue of the background, linear: a dark blue-grey.
 pub(super) const DARK: [f64; 3] = [0.016, 0.019, 0.026];
-/// A light grey, for models that the dark one would swallow.
+/// A light grey, for models that hardly stand out from the dark one.
 const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
 
-/// Paint stands out from a background if their contrast is at least this: the ratio of relative luminances, each plus
-/// 0.05, as in the Web Content Accessibility Guidelines 2.1 (where 3 is asked of graphics; unlit sides of paint are darker
-/// than its colour, hence less here).
+/// Least contrast at which paint stands out from a background: the ratio of relative luminances, each plus 0.05, as in
+/// the Web Content Accessibility Guidelines 2.1. The guidelines require 3 for graphics; unlit sides of paint are
+/// darker than its colour, hence less here.
 const LEAST_CONTRAST: f64 = 2.0;
 
 /// The background that a model stands out from: the dark one, unless more of the paint stands out from the light one.
@@ -38,7 +38,7 @@ fn linear(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
 }
 
-/// A part of a colour as a screen takes it.
+/// A component of a colour in sRGB.
 pub(super) fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }

@@ -66,7 +66,7 @@ pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::Depth
     }
 }
 
-/// A buffer of so many bytes, without content.
+/// An uninitialised buffer of this many bytes.
 pub(super) fn buffer(
     device: &wgpu::Device,
     label: &str,

@@ -1,8 +1,8 @@
 use osp::occlusion::TryBudget;
 
-/// Frames before the first try, so that what is measured is not the start.
+/// Frames before the first try, which skips the slow start.
 const FIRST_TRY: u32 = 16;
-/// Each way is measured by the fastest of this many frames: a disturbance only makes a frame longer.
+/// Each way is measured by the fastest of this many frames, because disturbances only make frames longer.
 const MEASURED: usize = 4;
 /// Frames of a try. The first one has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
@@ -14,7 +14,7 @@ const PAUSE: [u32; 2] = [64, 8192];
 const TRY_SHARE: f64 = 0.01;
 /// The other way has to be faster by this factor to be taken.
 const FASTER: f64 = 0.98;
-/// Fewer polygons in view are drawn in less time than any test takes.
+/// With fewer polygons in view, drawing takes less time than any test.
 const LEAST_POLYGONS: usize = 2000;
 
 /// Decides for every frame whether the GPU culls hidden polygons. Now and then a few frames are drawn the other way, and
@@ -23,7 +23,7 @@ const LEAST_POLYGONS: usize = 2000;
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, except during a try.
     culls: bool,
-    /// Times of the last frames that were drawn the way that is kept, nanoseconds; infinite where there is none yet.
+    /// Times of the last frames drawn in the kept way, nanoseconds; infinite before the first ones.
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
     budget: TryBudget,
@@ -120,7 +120,8 @@ impl DrawSwitch {
 mod tests {
     use super::*;
 
-    /// Draws frames whose times come back `late` frames later; nanoseconds of all, and how many were culled at the end.
+    /// Draws frames whose times come back `late` frames later. Returns the time of all, nanoseconds, and the number of
+    /// culled frames at the end.
     fn play(
         switch: &mut DrawSwitch,
         frames: usize,
@@ -177,7 +178,7 @@ mod tests {
 
     #[test]
     fn it_is_within_two_per_cent_of_the_better_way() {
-        // Frames take up to a tenth longer by whatever else goes on.
+        // Other programs make frames up to a tenth longer.
         let noise = |frame: usize| (frame * 7919 % 101) as f64 / 1000.0;
         for culled in [0.5, 0.9, 0.97, 1.0, 1.03, 1.1, 2.0] {
             let (mut switch, frames) = (DrawSwitch::default(), 20_000);

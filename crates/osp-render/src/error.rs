@@ -10,7 +10,7 @@ pub enum RenderError {
         "no graphics adapter was found: is a driver installed? (on Linux, mesa-vulkan-drivers has one in software)"
     )]
     NoAdapter,
-    /// The driver cannot do what is needed.
+    /// The driver lacks a required capability.
     #[error("the graphics adapter {adapter} cannot be used: it lacks {lacks}")]
     Lacks {
         /// Name of the adapter.
@@ -18,7 +18,7 @@ pub enum RenderError {
         /// The missing capability.
         lacks: &'static str,
     },
-    /// The driver cannot do what culling while drawing needs.
+    /// The driver lacks a capability for culling while drawing.
     #[error("the graphics adapter {adapter} cannot find what is hidden while it draws: it lacks {lacks}")]
     NoOcclusion {
         /// Name of the adapter.
@@ -37,7 +37,7 @@ pub enum RenderError {
     /// The device was lost (driver restarted, adapter unplugged). A new [`super::Gpu`] can take over.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
-    /// The driver reported an error, out of memory for one.
+    /// The driver reported an error, such as lack of memory.
     #[error("the graphics driver reported: {0}")]
     Device(String),
     /// A picture of this size cannot be made.
@@ -50,7 +50,7 @@ pub enum RenderError {
         /// Most pixels in one direction.
         limit: u32,
     },
-    /// There is a window but nothing to draw on in it.
+    /// There is a window but no surface to draw on.
     #[error("the window has no drawable surface: {0}")]
     Surface(String),
     /// The picture could not be written.

@@ -2,8 +2,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::{RenderError, formats::COLOR_FORMAT};
 
-/// Chunks of polygons that are bound at once; with the draw list they fill the eight storage buffers that every adapter
-/// has.
+/// Chunks of polygons that are bound at once. With the draw list they fill the eight storage buffers that every
+/// adapter has.
 pub(super) const CHUNKS_A_PAGE: usize = 7;
 
 /// Storage buffers that the vertex shader reads: the draw list and the chunks of one page.
@@ -20,7 +20,7 @@ pub struct Gpu {
     pub(super) samples_in_place: OnceLock<bool>,
 }
 
-/// The first thing that went wrong on a device.
+/// The first fault of a device.
 #[derive(Clone, Debug)]
 enum Fault {
     Lost(String),
@@ -40,7 +40,7 @@ impl Gpu {
             pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
         };
         let best = open(wgpu::Backends::PRIMARY);
-        // OpenGL only where it can do better: asking for it makes some drivers complain on standard error.
+        // OpenGL only with a display: without one, requesting it makes some drivers print errors.
         let has_display = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
         match &best {
             Ok(gpu) if !gpu.is_software() || !has_display => best,
@@ -83,7 +83,7 @@ impl Gpu {
                 ..Default::default()
             })
         };
-        // A software adapter is found by the first request too, where nothing is better.
+        // Without a better adapter, the first request finds a software adapter, too.
         let adapter = match request(false).await {
             Ok(adapter) => adapter,
             Err(_) => request(true).await.map_err(|_| RenderError::NoAdapter)?,
@@ -95,7 +95,7 @@ impl Gpu {
         let description = wgpu::DeviceDescriptor {
             label: Some("osp"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            // What the adapter has: the defaults stop buffers at 256 MiB.
+            // The adapter's own limits: the defaults limit buffers to 256 MiB.
             required_limits: adapter.limits(),
             ..Default::default()
         };
@@ -107,7 +107,7 @@ impl Gpu {
         Ok(Self { instance, adapter, device, queue, fault, samples_in_place: OnceLock::new() })
     }
 
-    /// Name of the adapter and how it is driven, for people.
+    /// Name of the adapter and of its driver interface, as text.
     pub fn name(&self) -> String {
         describe(&self.adapter.get_info())
     }
@@ -117,7 +117,7 @@ impl Gpu {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether a browser stands between this program and the driver.
+    /// Whether the program runs in a browser.
     pub fn is_in_browser(&self) -> bool {
         self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
     }
@@ -127,7 +127,7 @@ impl Gpu {
         self.adapter.get_info().backend != wgpu::Backend::Gl
     }
 
-    /// Whether the samples of a pixel are at their usual places, if that is known.
+    /// Whether the samples of a pixel are at their standard places, if that is known.
     pub(super) fn samples_in_place(&self) -> Option<bool> {
         self.samples_in_place.get().copied()
     }
@@ -155,7 +155,7 @@ impl Gpu {
     /// Checks whether the device still works.
     ///
     /// # Errors
-    /// The first fault since the device was opened: it was lost, or the driver refused something.
+    /// The first fault since the device was opened: a lost device, or an error of the driver.
     pub fn check(&self) -> Result<(), RenderError> {
         match &*self.fault.lock().unwrap_or_else(PoisonError::into_inner) {
             None => Ok(()),
@@ -167,7 +167,7 @@ impl Gpu {
     /// Waits until everything submitted is done.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn wait(&self) -> Result<(), RenderError> {
         let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;
@@ -203,7 +203,7 @@ fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
 }
 
 fn describe(info: &wgpu::AdapterInfo) -> String {
-    // A browser does not tell.
+    // A browser hides the name.
     let name = if info.name.is_empty() { "the browser's adapter" } else { &info.name };
     format!("{name} ({})", info.backend)
 }

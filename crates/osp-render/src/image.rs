@@ -3,7 +3,7 @@ use std::{io, path::Path};
 use super::RenderError;
 use osp_session::atomic_file::write_atomically;
 
-/// By how much, of 255, the mean of some colours may be beyond them.
+/// Tolerance of a colour component, of 255, for the mean of some colours.
 const ROUNDING: u8 = 2;
 
 /// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
@@ -53,8 +53,8 @@ impl Image {
         self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)).filter(|(a, b)| a != b).count()
     }
 
-    /// Number of pixels whose colour lies beyond those of `other`'s pixel and its eight neighbours: between them, a little
-    /// more or less of each surface at an edge explains the difference.
+    /// Number of pixels whose colour lies beyond the colours of `other`'s pixel and its eight neighbours. A colour
+    /// between them can come from the edge of a surface, which covers a little more or less of the pixel.
     ///
     /// All pixels if the sizes differ.
     pub fn unlike_pixels(&self, other: &Self) -> usize {
@@ -80,7 +80,7 @@ impl Image {
         (0..width * height).filter(is_unlike).count()
     }
 
-    /// Number of pixels that are not of the colour of the first one (the upper left corner).
+    /// Number of pixels whose colour differs from the first one's (the upper left corner).
     pub fn drawn_pixels(&self) -> usize {
         let mut pixels = self.rgba.chunks_exact(4);
         let first = pixels.next();

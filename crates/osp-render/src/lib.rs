@@ -1,22 +1,23 @@
 //! Drawing on a GPU with wgpu: a scene that only grows, pictures to a file, frames to a surface.
 //!
-//! * [`Gpu`] is an adapter and its device, or one clear line with the reason why there is none.
+//! * [`Gpu`] is an adapter and its device; without an adapter, one clear line states the reason.
 //! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it
 //!   has moved. A frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]). The vertex shader
 //!   fetches the corners itself.
-//! * [`Target`] is what is drawn into, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s and
-//!   measures.
+//! * [`Target`] holds the images of a pass, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s
+//!   and measures.
 //!
 //! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
 //! * [`PaintList`] is the painter's algorithm, to compare with: back to front by a BSP tree, without a test of depth.
 //!
-//! Polygons are seen from both sides: flat-shaded, or as the brush that painted them says ([`Renderer::set_environment`] is
-//! its light). Opaque ones and those whose light is added go by number, transparent ones back to front; these orders
-//! depend on the view and the polygons alone, not on the index that found them nor on what is left out, and of two at the
-//! same depth the later is seen, so that two pictures of the same visible surface are equal to the last bit.
+//! Polygons are seen from both sides: flat-shaded, or with the look of their brush ([`Renderer::set_environment`] sets
+//! its light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front.
+//! The later of two polygons at the same depth is seen. These orders depend on the view and the polygons alone:
+//! not on the index that found them, nor on culled polygons. So two pictures of the same visible surface are equal to
+//! the last bit.
 //!
-//! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter the tree of
-//! [`Bsp`](osp_rivals::Bsp), and nothing of how polygons were found.
+//! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter on the
+//! tree of [`Bsp`](osp_rivals::Bsp), and on no index.
 
 mod backdrop;
 mod descriptors;

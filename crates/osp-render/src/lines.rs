@@ -27,7 +27,7 @@ struct Vertex {
     color: LineColor,
 }
 
-/// Lines and see-through faces of a frame, world space. Emptied and filled every frame.
+/// Lines and transparent faces of a frame, world space. Emptied and filled every frame.
 #[derive(Clone, Debug, Default)]
 pub struct LineBatch {
     hidden: Vec<Vertex>,
@@ -142,7 +142,7 @@ impl LinePass {
         }
     }
 
-    /// Sends the lines of a frame.
+    /// Uploads the lines of a frame.
     pub fn prepare(&mut self, gpu: &Gpu, view: &View, batch: &LineBatch) {
         let from_eye = View { eye_in_world: Vec3::ZERO, ..*view };
         let uniforms = Uniforms {
@@ -164,7 +164,7 @@ impl LinePass {
         }
     }
 
-    /// Draws what was sent.
+    /// Draws the uploaded lines.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         let mut first = 0;
         for (pipeline, count) in [&self.faces, &self.hidden, &self.through].into_iter().zip(self.counts) {

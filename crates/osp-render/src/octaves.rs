@@ -1,4 +1,4 @@
-/// Heights of the octaves, pixels: a quarter, a twelfth and so on of a picture of 256.
+/// Heights of the octaves, pixels: a quarter of a picture of 256 pixels, a twelfth and so on.
 pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 
 /// Resources for finishing the picture of one target.
@@ -11,7 +11,7 @@ pub(super) struct Octaves {
     pub(super) samples: Option<wgpu::BindGroup>,
 }
 
-/// A small picture, and another for half of its blur.
+/// A small picture, and another for the first half of its blur.
 #[derive(Debug)]
 pub(super) struct Octave {
     pub(super) size: (u32, u32),

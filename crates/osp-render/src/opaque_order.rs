@@ -8,12 +8,12 @@ use osp_session::scene::Scene;
 /// gives the same picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OpaqueOrder {
-    /// By number, as they came: the renderer's own.
+    /// By number, in order of arrival: the renderer's default.
     #[default]
     None,
-    /// The nearest first, by the middles of their boxes: later polygons behind are rejected unshaded.
+    /// The nearest first, by the centres of their boxes: later polygons behind are rejected unshaded.
     FrontToBack,
-    /// The farthest first: the most samples are shaded without effect.
+    /// The farthest first: most samples are shaded without effect.
     BackToFront,
     /// By material, then by number: the fewest changes of state, if each material has its own.
     Material,
@@ -38,7 +38,7 @@ impl OpaqueOrder {
     }
 
     fn key(self, scene: &Scene, id: PolygonId, eye_in_world: Vec3) -> u32 {
-        // The bits of a distance sort as the distance does.
+        // The bits of a non-negative float sort in the order of its value.
         let distance = || scene.bounds(id).center().distance_squared(eye_in_world).to_bits();
         match self {
             Self::None | Self::ZPrepass => 0,
@@ -56,12 +56,12 @@ pub struct OrderCounts {
     pub draw_calls: u64,
     /// Pipelines that are bound, of all passes.
     pub pipelines: u64,
-    /// Ranges of opaque polygons of one material in the order of drawing: the number of state changes of a renderer with
-    /// a state for each material. This one reads the material with the polygon.
+    /// Ranges of opaque polygons of one material in the order of drawing: the number of state changes of a renderer
+    /// with a state for each material. This renderer reads the material with the polygon.
     pub material_runs: u64,
 }
 
-/// A number for each material; 0 is what no brush has painted.
+/// Number of a polygon's material; 0 without a brush.
 fn material_of(scene: &Scene, id: PolygonId) -> u32 {
     scene.stroke_of(id).brush().map_or(0, |brush| 1 + u32::from(brush.number()))
 }

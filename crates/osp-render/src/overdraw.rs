@@ -3,7 +3,7 @@ use super::{Gpu, RenderError, Target, descriptors, read_back::read_buffer, shade
 /// Pixels of a workgroup each way.
 const SIDE: u32 = 8;
 
-/// How often opaque polygons were drawn over each other. A count ends at 2,048 a sample.
+/// Overdraw of opaque polygons. Counts are limited to 2,048 a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overdraw {
     /// Samples that passed the test of depth and were shaded, four a pixel.
@@ -13,13 +13,13 @@ pub struct Overdraw {
 }
 
 impl Overdraw {
-    /// Times that a covered sample was shaded; 1 is the least, and 0 stands for nothing drawn.
+    /// Number of times that a covered sample was shaded on average, at least 1; 0 if nothing was drawn.
     pub fn factor(&self) -> f64 {
         if self.covered == 0 { 0.0 } else { self.shaded as f64 / self.covered as f64 }
     }
 }
 
-/// Adds up what a pass has counted in a target's samples.
+/// Adds up the counts of a pass in a target's samples.
 pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError> {
     if !gpu.reads_samples() {
         let lacks = "shaders that read each sample of a pixel (drive it by Vulkan, not OpenGL)";

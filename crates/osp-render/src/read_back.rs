@@ -27,7 +27,7 @@ pub struct ComingImage {
 }
 
 impl ComingImage {
-    /// The picture, once it is there.
+    /// The picture, once it has arrived.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.
@@ -38,7 +38,7 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
-    /// The picture; waits for it, which a page in a browser cannot.
+    /// Waits for the picture and returns it; a page in a browser cannot wait.
     ///
     /// # Errors
     /// The device is lost or the driver reported something.
@@ -56,7 +56,7 @@ impl ComingImage {
     }
 }
 
-/// Has a texture of four bytes a pixel copied to memory.
+/// Starts to copy a texture of four bytes a pixel to memory.
 pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage {
     let (width, height) = (texture.width(), texture.height());
     let row_bytes = width * 4;
@@ -83,7 +83,7 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     gpu.queue().submit([encoder.finish()]);
     let is_here = Arc::new(AtomicBool::new(false));
     let tell = Arc::clone(&is_here);
-    // The outcome shows in `get_mapped_range`.
+    // `get_mapped_range` reports a failure.
     buffer.slice(..).map_async(wgpu::MapMode::Read, move |_| tell.store(true, Ordering::Release));
     ComingImage { buffer, width, height, padded_row_bytes, is_here }
 }
@@ -94,7 +94,7 @@ pub(super) fn read_buffer(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> Result<
         return Ok(Vec::new());
     }
     let buffer = copy_to_read(gpu, from, bytes);
-    // The outcome shows in `get_mapped_range`.
+    // `get_mapped_range` reports a failure.
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
     gpu.wait()?;
     mapped(&buffer)

@@ -8,7 +8,7 @@ use super::{Gpu, descriptors};
 /// Frames whose results may be on their way at once.
 pub(super) const SLOTS: usize = 4;
 
-/// Small results of frames on their way back from the GPU. A frame for which there is no room goes without.
+/// Small results of frames on their way back from the GPU. Without a free slot, a frame has no result.
 #[derive(Debug)]
 pub(super) struct ReadRing {
     slots: Vec<Slot>,
@@ -19,14 +19,14 @@ pub(super) struct ReadRing {
 #[derive(Debug)]
 struct Slot {
     buffer: wgpu::Buffer,
-    /// Bytes of it that the frame uses.
+    /// Bytes of the slot that the frame uses.
     bytes: u64,
     is_busy: bool,
     is_mapped: Arc<AtomicBool>,
 }
 
 impl ReadRing {
-    /// A ring for results of so many bytes.
+    /// A ring for results of this many bytes.
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
             buffer: descriptors::buffer(
@@ -47,7 +47,7 @@ impl ReadRing {
         self.slots.first().map_or(0, |slot| slot.buffer.size())
     }
 
-    /// Takes a free slot for the frame being encoded: its number.
+    /// Takes a free slot for the frame being encoded; returns its number.
     pub(super) fn begin(&mut self) -> Option<usize> {
         self.current = self.slots.iter().position(|slot| !slot.is_busy);
         self.current
@@ -68,7 +68,7 @@ impl ReadRing {
         }
     }
 
-    /// To be called after submission.
+    /// Call it after submission.
     pub(super) fn submitted(&mut self) {
         if let Some(at) = self.current.take() {
             let slot = &mut self.slots[at];
@@ -80,7 +80,7 @@ impl ReadRing {
         }
     }
 
-    /// Gives each result that has come back since the last call, with the number of its slot.
+    /// Calls `give` with each result that has arrived since the last call, and the number of its slot.
     pub(super) fn take(&mut self, mut give: impl FnMut(usize, &[u8])) {
         for (number, slot) in self.slots.iter_mut().enumerate() {
             if !slot.is_mapped.swap(false, Ordering::Acquire) {

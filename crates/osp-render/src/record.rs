@@ -9,10 +9,13 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// A polygon as the vertex shader reads it: four corners (a triangle repeats its last), and how they are painted.
+/// A polygon in the layout of the vertex shader: four corners (a triangle repeats its last), and their paint.
 ///
-/// The spare words of the corners: the colour, as red, green, blue, opacity from the lowest byte; the corners' alpha, a byte
-/// each; the material and the flags; how far a square that is turned to the eye may go by itself, metres.
+/// The spare words of the four corners are, in this order:
+/// - the colour: red, green, blue, opacity from the lowest byte;
+/// - the corners' alpha, a byte each;
+/// - the material and the flags;
+/// - the range of animation of a square that faces the eye, metres.
 ///
 /// Words, not floats: a colour read as a float could be a signalling NaN, which some drivers quieten.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -23,18 +26,18 @@ pub(super) struct PolygonRecord {
     normals: [u32; 4],
 }
 
-/// Flag of a square that is turned to the eye; above the material's number.
+/// Flag of a square that faces the eye; above the material's number.
 const FACING: u32 = 1 << 16;
 /// Flag of a polygon whose corners have normals of their own.
 const SMOOTH: u32 = 1 << 17;
 
-/// Which colours polygons are drawn in.
+/// Colours of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// Those that they were painted in.
+    /// Colours that they were painted in.
     #[default]
     Own,
-    /// Those of their authors ([`Scene::author_color`]), with the opacity that they were painted with.
+    /// Colours of their authors ([`Scene::author_color`]), with the painted opacity.
     Authors,
 }
 
@@ -50,14 +53,14 @@ impl Colors {
     }
 }
 
-/// How a polygon is drawn.
+/// Blending of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DrawClass {
-    /// It hides what is behind it, at least where it is solid.
+    /// It hides the background, at least where it is solid.
     Solid,
-    /// Its light is added.
+    /// Its light is added to the background.
     Additive,
-    /// It covers what is behind it in part.
+    /// It covers the background in part.
     Transparent,
 }
 
@@ -92,7 +95,7 @@ impl PolygonRecord {
         (record.normals, record.uv) = surface.words();
         record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, stroke)));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
-        // Number 0 is what no brush has painted.
+        // Number 0 is for polygons without a brush.
         let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));
         let facing = if surface.is_facing() { FACING } else { 0 };
         let smooth = if surface.is_smooth() { SMOOTH } else { 0 };
@@ -104,13 +107,13 @@ impl PolygonRecord {
     }
 }
 
-/// How far the ball around a square can be moved along each axis without leaving the box.
+/// Distance by which the ball around a square can move along each axis within the box, metres.
 fn room_m(square: &ConvexPolygon, bounds: &Aabb) -> f32 {
     let around = square.bounds();
     let middle = around.center();
     let radius = square.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
     let half = (bounds.max - middle).min(middle - bounds.min).min_element();
-    // Less by what the shader may round.
+    // Reduced by the shader's possible rounding.
     (half - radius * 1.001) * 0.999
 }
 

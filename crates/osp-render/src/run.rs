@@ -6,23 +6,23 @@ use bytemuck::{Pod, Zeroable};
 
 use osp::polygon::{PolygonId, bits};
 
-/// Whether polygons hide what is behind them.
+/// Blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They do, at least where they are solid.
+    /// They hide it, at least where they are solid.
     Opaque,
-    /// Their light is added to what is behind.
+    /// Their light is added to it.
     Additive,
-    /// What is behind shines through.
+    /// It shines through.
     Transparent,
 }
 
-/// How 64 polygons are drawn, a bit each; what is neither is opaque.
+/// Blending of 64 polygons, a bit each; polygons in neither mask are opaque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Classes {
-    /// Those that can be seen through.
+    /// Polygons that the background shines through.
     pub transparent: u64,
-    /// Those whose light is added.
+    /// Polygons whose light is added.
     pub additive: u64,
 }
 
@@ -31,14 +31,14 @@ pub struct Classes {
 pub struct Run {
     /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or numbers of polygons.
     pub range: Range<u32>,
-    /// Whether the range is of places in the list. If not, it is of numbers: of the polygons from the first to the last
-    /// those are drawn whose bit is set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits).
+    /// Whether the range is of places in the list. If not, it is of polygon numbers: the polygons in it whose bit is
+    /// set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
     pub is_listed: bool,
-    /// Which polygons of the scene it reaches: those from `page` times the page's length.
+    /// Page of the scene's polygons: it begins at `page` times the page's length.
     pub page: u32,
-    /// Which style they are drawn in.
+    /// Number of the style.
     pub style: u32,
-    /// How they are blended.
+    /// Blending.
     pub blend: Blend,
 }
 
@@ -91,7 +91,7 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
-/// Lists one more polygon, in the last run if that is like it.
+/// Lists one more polygon: in the last run if its properties are the same.
 pub(super) fn push(
     ids: &mut Vec<PolygonId>,
     runs: &mut Vec<Run>,

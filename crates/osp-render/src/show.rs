@@ -1,6 +1,6 @@
 use super::{Gpu, Target, descriptors, pipelines::of_whole_picture, shaders};
 
-/// Which channels of a window a picture goes to.
+/// Channels of a window that a picture is drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// All of them.
@@ -24,7 +24,7 @@ pub struct Area {
     pub height: f32,
 }
 
-/// Puts finished pictures onto a window.
+/// Draws finished pictures on a window.
 #[derive(Debug)]
 pub struct ShowPass {
     layout: wgpu::BindGroupLayout,
@@ -67,7 +67,7 @@ impl ShowPass {
         Self { layout, all, red, cyan }
     }
 
-    /// Makes a target's picture showable; to be made again with the target.
+    /// Prepares a target's picture; a new target needs a new call.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
         Shown(descriptors::bind_group(
             gpu.device(),

@@ -3,7 +3,7 @@ use super::backdrop::srgb_from_linear;
 /// Styles that a frame can use.
 pub(super) const MAX_STYLES: usize = 8;
 
-/// How the polygons of a list look.
+/// Look of the polygons of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// Red, green, blue, linear, that replaces the polygon's own colour …

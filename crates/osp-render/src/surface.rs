@@ -1,6 +1,6 @@
 use super::{Gpu, RenderError};
 
-/// The drawable part of a window, kept in step with the window's size and with what the system does to it.
+/// The drawable surface of a window: follows the window's size and changes by the system.
 #[derive(Debug)]
 pub struct WindowSurface {
     surface: wgpu::Surface<'static>,
@@ -10,14 +10,14 @@ pub struct WindowSurface {
     is_stale: bool,
 }
 
-/// What to do about a frame.
+/// Result of a request for a frame.
 #[derive(Debug)]
 pub enum Acquired {
     /// Draw into this and present it.
     Frame(wgpu::SurfaceTexture),
-    /// Nothing can be shown now (minimised, covered, busy): leave the frame out.
+    /// Nothing can be shown now (minimised, covered, busy): skip the frame.
     Nothing,
-    /// The surface is gone: make a new one for the window. What was drawn is not affected.
+    /// The surface is lost: make a new one for the window. Pictures drawn so far are not affected.
     Lost,
 }
 
@@ -33,7 +33,7 @@ impl WindowSurface {
         height: u32,
     ) -> Result<Self, RenderError> {
         let capabilities = surface.get_capabilities(gpu.adapter());
-        // The user interface is blended as it is stored: formats that convert would make it paler.
+        // The user interface blends stored values: formats that convert would make it paler.
         let format = capabilities
             .formats
             .iter()
@@ -48,7 +48,7 @@ impl WindowSurface {
         };
         config.format = format;
         config.present_mode = wgpu::PresentMode::AutoVsync;
-        // One frame on its way at most: what is drawn should be seen at once.
+        // At most one frame is queued, for low latency.
         config.desired_maximum_frame_latency = 1;
         Ok(Self { surface, config, size: (width, height), is_stale: true })
     }
@@ -71,7 +71,7 @@ impl WindowSurface {
         }
     }
 
-    /// Whether a frame waits for the display, so that none is torn; at first each does.
+    /// Sets whether a frame waits for the display, so that none is torn; initially each does.
     pub fn set_waits(&mut self, waits: bool) {
         let mode = if waits { wgpu::PresentMode::AutoVsync } else { wgpu::PresentMode::AutoNoVsync };
         if self.config.present_mode != mode {

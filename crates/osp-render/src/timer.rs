@@ -7,9 +7,9 @@ use super::{
 
 /// Most passes of a frame.
 const MAX_PASSES: usize = 3;
-/// Time stamps of a frame: when each pass began and ended.
+/// Time stamps of a frame: the beginning and the end of each pass.
 const STAMPS: u32 = 2 * MAX_PASSES as u32;
-/// Where a query result goes has to be a multiple of this.
+/// Alignment of a query result in its buffer, bytes.
 const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 
 /// GPU times of the passes of a frame, nanoseconds.
@@ -28,7 +28,7 @@ pub struct PassTimes {
 impl Add for PassTimes {
     type Output = Self;
 
-    /// Of several views together.
+    /// Sum of two views' times.
     fn add(self, other: Self) -> Self {
         Self {
             total_ns: self.total_ns + other.total_ns,
@@ -39,7 +39,7 @@ impl Add for PassTimes {
     }
 }
 
-/// Measures the passes of a frame by time stamps of the GPU; gives no times where the adapter has no time stamps.
+/// Measures the passes of a frame by time stamps of the GPU; returns no times if the adapter has no time stamps.
 #[derive(Debug)]
 pub struct GpuTimer {
     queries: Option<Queries>,
@@ -51,11 +51,11 @@ struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     ring: ReadRing,
-    /// The slot of the frame being encoded.
+    /// Slot of the frame that is being encoded.
     current: Option<usize>,
 }
 
-/// Where a pass writes its time stamps.
+/// Time stamps that a pass writes.
 pub(super) struct Stamps<'a> {
     set: &'a wgpu::QuerySet,
     begin: Option<u32>,
@@ -80,12 +80,12 @@ impl<'a> Stamps<'a> {
     }
 }
 
-/// Which ends of a pass are stamped.
+/// Stamped ends of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// When it begins.
+    /// Its beginning.
     Begin,
-    /// When it ends.
+    /// Its end.
     End,
     /// Both.
     Both,
@@ -125,7 +125,7 @@ impl GpuTimer {
         }
     }
 
-    /// What a pass of the frame needs to be timed; `None` where that is not possible now.
+    /// The time stamps of a pass of the frame; `None` if none are available now.
     pub(super) fn stamps(&self, pass: u32, ends: Ends) -> Option<Stamps<'_>> {
         let queries = self.queries.as_ref()?;
         let first = queries.current? as u32 * STAMPS + pass * 2;
@@ -136,7 +136,7 @@ impl GpuTimer {
         })
     }
 
-    /// To be called after the frame's passes, before submission.
+    /// Call it after the frame's passes, before submission.
     pub(super) fn end(&mut self, encoder: &mut wgpu::CommandEncoder, passes: u32) {
         if let Some(queries) = &mut self.queries
             && let Some(at) = queries.current
@@ -148,7 +148,7 @@ impl GpuTimer {
         }
     }
 
-    /// To be called after submission.
+    /// Call it after submission.
     pub fn submitted(&mut self) {
         if let Some(queries) = &mut self.queries {
             queries.current = None;
@@ -175,7 +175,8 @@ fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
         Some((ticks as f64 * period_ns) as u64)
     };
     let stamps = bytes.len() / 8;
-    // The first pass is the same whatever order the others come in. An adapter that begins to count anew has no time.
+    // The first pass is always the same, the order of the others varies. If the adapter's counter was reset, there is
+    // no time.
     let end = (1..stamps).step_by(2).max_by_key(|&i| stamp(i))?;
     let total_ns = between(0, end)?;
     let of = |pass: usize| between(pass * 2, pass * 2 + 1);

@@ -1,16 +1,16 @@
-//! What the trees of the OSP paper do as it is printed, and what that costs.
+//! Options and counts of the OSP paper's trees as they are printed.
 
-/// What becomes of the polygons of a node that the frustum's planes cut.
+/// Treatment of the polygons of a node that the frustum's planes cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutNodes {
-    /// Each is tested by its box, so that the answer is the same as that of every other index.
+    /// Each is tested by its box: the answer is the same as that of every other index.
     #[default]
     Tested,
     /// All of them are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.
     Drawn,
 }
 
-/// What filing polygons into a tree took, since the beginning.
+/// Work of inserting polygons into a tree, since the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilingCounts {
     /// Number of polygons; in a tree that is rebuilt, each one again in every build.

@@ -7,13 +7,13 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// One wide pass over flat boxes, sixteen at a time, in order of arrival. No structure at all: the rival that a tree
+/// One wide pass over flat boxes, sixteen at a time, in order of arrival. It has no structure: the rival that a tree
 /// has to beat.
 #[derive(Clone, Debug)]
 pub struct BruteSimd {
     backend: Backend,
     blocks: Vec<Boxes<16>>,
-    /// Per block the ids that are filed.
+    /// For each block, a bit for each inserted id.
     filed: Vec<u16>,
     len: usize,
 }

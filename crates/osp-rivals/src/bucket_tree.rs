@@ -1,5 +1,5 @@
-//! A tree that grows in place, whatever way it partitions space: polygons lie in the leaf of their centre, leaves split
-//! when they are full and join when they have become empty, every node has the tight box of what is below.
+//! A tree that grows in place, with any way to partition space. A polygon lies in the leaf of its centre. Leaves split
+//! when they are full and join when they have become empty. Every node has the tight box of the polygons below.
 
 mod cull;
 mod edit;
@@ -38,18 +38,18 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// Children of an inner node, at most four.
     const ARITY: usize;
 
-    /// Where a node lies and, in an inner node, where it is split.
+    /// Extent of a node and, in an inner node, its split.
     type Cell: Copy + Send + Sync + std::fmt::Debug;
 
     /// The cell of the first node.
     fn root_cell(&self) -> Self::Cell;
 
-    /// The cell around `root` that is nearer to holding `center`, and which of its children `root` is; [`None`] if
-    /// `root` holds it, or if there is no larger cell.
+    /// The cell around `root` that is larger towards `center`, and the number of its child that `root` is. [`None`] if
+    /// `root` holds `center`, or if there is no larger cell.
     fn grow(&self, root: &Self::Cell, center: Vec3) -> Option<(Self::Cell, usize)>;
 
-    /// The cell, with a split, of a leaf that becomes an inner node; [`None`] if `items`, its polygons, cannot be told
-    /// apart. Every child gets at least one of them, or all children have smaller cells.
+    /// The cell, with a split, of a leaf that becomes an inner node. [`None`] if no split separates `items`, its
+    /// polygons. Every child gets at least one of them, or all children have smaller cells.
     fn split(&self, cell: &Self::Cell, items: &mut [Item]) -> Option<Self::Cell>;
 
     /// The cell of a child of an inner node.
@@ -74,10 +74,10 @@ struct TreeNode<C> {
     first_child: u32,
     /// A leaf's chain of buckets.
     chain: u32,
-    /// Here and below.
+    /// Polygons in it and below.
     polygons: u32,
-    /// A leaf is split when it holds more; doubled when its polygons cannot be told apart. An inner node is looked at
-    /// for lopsidedness when it holds more: half as many again as when it was built.
+    /// A leaf with more polygons is split; the number is doubled if no split separates them. An inner node with more
+    /// is tested for lopsidedness: half as many again as when it was built.
     rebuild_at: u32,
 }
 
@@ -91,7 +91,7 @@ impl<C> TreeNode<C> {
 #[derive(Debug)]
 pub(super) struct BucketTree<P: Partition> {
     partition: P,
-    /// Polygons of a leaf before it is split; a subtree with half as many becomes a leaf again.
+    /// Most polygons of a leaf; a subtree with half as many becomes a leaf again.
     leaf_capacity: u32,
     /// The first one is the root.
     nodes: Vec<TreeNode<P::Cell>>,
@@ -100,7 +100,7 @@ pub(super) struct BucketTree<P: Partition> {
     buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
     spot: ById<Spot>,
-    /// Filled and emptied within a change.
+    /// Scratch of a change.
     items: Vec<Item>,
     pending: Vec<(u32, u32, u32)>,
     upkeep: Upkeep,

@@ -17,7 +17,7 @@ use osp::{
 /// No bucket.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Where a polygon is: its bucket times the polygons of a bucket plus its lane.
+/// Place of a polygon: its bucket times the polygons of a bucket, plus its lane.
 pub(super) type Spot = u32;
 
 /// No spot.
@@ -108,7 +108,7 @@ impl<const B: usize> Buckets<B> {
         at
     }
 
-    /// Takes a polygon out of its chain. If another one had to move to its spot, that one's id is returned.
+    /// Removes a polygon from its chain. If another one had to move to its spot, returns that one's id.
     pub(super) fn remove(&mut self, head: &mut u32, spot: Spot) -> Option<PolygonId> {
         let first = *head as usize;
         let last_lane = self.buckets[first].len as usize - 1;
@@ -131,7 +131,7 @@ impl<const B: usize> Buckets<B> {
         self.first_free = at;
     }
 
-    /// Takes all polygons of a chain out.
+    /// Removes all polygons of a chain.
     pub(super) fn drain(&mut self, head: &mut u32, into: &mut Vec<Item>) {
         into.extend(self.items(*head).map(|(_, item)| item));
         while *head != NONE {
@@ -141,7 +141,7 @@ impl<const B: usize> Buckets<B> {
         }
     }
 
-    /// Says that a chain belongs to another node.
+    /// Assigns a chain to another node.
     pub(super) fn set_owner(&mut self, head: u32, owner: u32) {
         let mut at = head;
         while let Some(bucket) = self.buckets.get_mut(at as usize) {

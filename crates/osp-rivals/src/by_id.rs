@@ -1,7 +1,7 @@
-//! What indexes keep by a polygon's number.
+//! Values that indexes store by a polygon's number.
 
 use osp::polygon::PolygonId;
 pub(super) use osp::{index::kernels::FiledBoxes, polygon::ById};
 
-/// Stands for "no polygon" where an array has a hole; it is beyond [`PolygonId::LIMIT`].
+/// Stands for "no polygon" in a hole of an array; it is beyond [`PolygonId::LIMIT`].
 pub(super) const NO_POLYGON: PolygonId = PolygonId(u32::MAX);

@@ -1,13 +1,13 @@
 //! A k-d tree that takes polygons one at a time.
 //!
 //! Source: Jon Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975), with polygons in
-//! leaves; kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993), and, for moving points, Yixi
-//! Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021): the highest subtree that has become lopsided is built again. Leaves are
-//! split at the median of the longest axis.
+//! leaves. The tree is kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993). For moving
+//! points, Yixi Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021) do the same: the highest subtree that has become lopsided
+//! is built again. Leaves are split at the median of the longest axis.
 //!
-//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box of what is below; a
-//! polygon that moves within its leaf's cell stays there. An unbalanced tree without rebuilds would grow one level for
-//! every few polygons of a stroke that runs in one direction.
+//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box of all polygons
+//! below. A polygon that moves within its leaf's cell stays there. An unbalanced tree without rebuilds would grow one
+//! level for every few polygons of a stroke that runs in one direction.
 
 use glam::Vec3;
 
@@ -25,7 +25,7 @@ use osp::{
 pub struct KdTreeConfig {
     /// A leaf with more polygons is split.
     pub leaf_capacity: usize,
-    /// A child may have this share of its parent's polygons, 0.5 to 1. Larger: fewer rebuilds, deeper trees.
+    /// Greatest share of its parent's polygons in a child, 0.5 to 1. Larger: fewer rebuilds, deeper trees.
     pub max_share: f32,
 }
 
@@ -82,7 +82,7 @@ impl Partition for KdPartition {
         let (_, median, after) = items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
         let mut at = center(median);
         if at == centers.min[axis] {
-            // At least half lie at the least place of all: split above them.
+            // At least half of them have the least coordinate: split above it.
             at = after.iter().map(center).filter(|&x| x > at).fold(f32::INFINITY, f32::min);
         }
         Some(KdSplit { axis, at })

@@ -4,7 +4,7 @@
 //! regular form with polygons in leaves (Hanan Samet, "The Quadtree and Related Hierarchical Data Structures", 1984).
 //!
 //! Differences: polygons are stored by the centres of their boxes, and every node has the tight box, in three
-//! dimensions, of what is below; the root doubles towards polygons that come from outside.
+//! dimensions, of all polygons below. The root doubles towards polygons that come from outside.
 
 use glam::Vec3;
 
@@ -36,7 +36,7 @@ impl Default for QuadtreeConfig {
 pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     let Aabb { min, max } = index.root;
     let size = f64::from(max.x - min.x).max(f64::from(max.z - min.z));
-    // Any first root will do, because it grows.
+    // Any valid first root will do, because it grows.
     let usable = index.root.is_valid() && size > 0.0 && size.is_finite();
     let (center, half_m) = if usable { (index.root.center(), size * 0.5) } else { (Vec3::ZERO, 2.0) };
     let origin_m = [f64::from(center.x), f64::from(center.z)];
@@ -45,8 +45,8 @@ pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn Spatial
     Box::new(BucketTree::new(partition, config.leaf_capacity, index))
 }
 
-/// Farthest place that the root grows to, in units: all whole numbers up to there, and a half more, are `f64`s, so that
-/// no border moves by rounding. Polygons farther out are stored as if they lay there.
+/// Farthest place that the root grows to, in units. All whole numbers and halves up to there are exact in `f64`, so no
+/// border moves by rounding. Polygons farther out are stored as if they lay there.
 const FARTHEST: f64 = (1u64 << 50) as f64;
 
 /// Squares are measured in units of half the first root's edge, from its middle.
@@ -83,7 +83,7 @@ impl Partition for QuadPartition {
 
     fn grow(&self, root: &Square, center: Vec3) -> Option<(Square, usize)> {
         let p = self.on_ground(center);
-        // The borders as they become splits below, and the same side of them: what is inside stays in the old root.
+        // The same borders and sides as in later splits: polygons inside stay in the old root.
         let is_inside = |i: usize| {
             let (center, half) = (root.center[i], root.half);
             p[i] >= center - half && p[i] < center + half

@@ -56,8 +56,8 @@ impl Destination {
             Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => return Ok(Self::StandardError),
             _ => {}
         }
-        // What these lead to is open already, and need not have a name. A file that has one is replaced under it: that
-        // somebody has opened it, perhaps only to read, does not make it ours to write into.
+        // These paths lead to open files, which need not have a name. A file that has a name is replaced under it:
+        // another program that has opened it, perhaps to read, must not see it change.
         if (path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd")) && !is_link_to_file(path) {
             return Ok(Self::Special(path.to_owned()));
         }
@@ -123,7 +123,8 @@ impl AtomicFile {
         Ok(Self { out: BufWriter::with_capacity(1 << 16, sink), unfinished })
     }
 
-    /// Another handle to what is written to, for a writer that must own a file. It begins where this one ends so far.
+    /// Another handle of the open output, for a writer that must own a file. It begins at the end of what was written
+    /// so far.
     ///
     /// # Errors
     /// The system gives no further handle, or what was written before cannot be.
@@ -206,7 +207,7 @@ pub fn open_stream(path: &Path) -> io::Result<File> {
     }
 }
 
-/// An open file. Whoever reads a pipe may have seen enough; that is no error.
+/// An open file. A reader may close its end of a pipe early; that is no error.
 #[derive(Debug)]
 struct Sink {
     file: File,
@@ -251,13 +252,13 @@ impl Unfinished {
         if old.as_ref().is_some_and(Metadata::is_dir) {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
-        // Renaming would not ask.
+        // Renaming ignores write protection.
         if old.as_ref().is_some_and(|data| data.permissions().readonly()) {
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
         }
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX);
-        // The system's error: that of the crate speaks of a name that means nothing to the reader.
+        // The system's error: the crate's own message names the temporary file, which a user has never seen.
         let mut code = None;
         let make = |path: &Path| {
             let made = File::options().read(true).write(true).create_new(true).open(path);
@@ -283,7 +284,7 @@ impl Drop for Unfinished {
         if let Some(path) = self.path.take() {
             let mut all = unfinished();
             all.remove::<Path>(&path);
-            // That it is gone already is as well.
+            // A failure is fine if the file no longer exists.
             let _ = path.close();
         }
     }
@@ -301,7 +302,7 @@ fn keep_permissions(file: &File, old: &Metadata) -> io::Result<()> {
 
 /// A renamed file is on the disk once its folder is.
 fn sync_folder(folder: &Path) -> io::Result<()> {
-    // A folder that may not be listed cannot be opened, and not every file system knows what is asked for.
+    // A folder that may not be listed cannot be opened, and not every file system can flush a folder.
     #[cfg(unix)]
     if let Ok(opened) = File::open(folder) {
         match opened.sync_all() {
@@ -348,8 +349,8 @@ pub fn remove_unfinished_on_signals() -> io::Result<()> {
         iterator::Signals,
         low_level::emulate_default_handler,
     };
-    // Whoever started the program with a signal ignored (`nohup`, a shell's background) wants it ignored.
-    // The last one comes where a file becomes larger than the system lets it.
+    // A program that was started with a signal ignored (`nohup`, a shell's background) keeps ignoring it. The last
+    // signal is sent when a file exceeds the system's size limit.
     let wanted =
         [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXFSZ].into_iter().filter(|&signal| !is_ignored(signal));
     let mut signals = Signals::new(wanted)?;

@@ -226,7 +226,7 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
         Destination::File(target) => target,
     };
     let is_misnamed = !kind.fits_name(path) && !kind.fits_name(&target);
-    // What is text may have any name that its owner insists on.
+    // Text may have any name that its owner insists on.
     if is_misnamed && (kind.needs_ending() || !force) {
         let expected = kind.endings().join(" or ");
         return Err(OutputError::Ending { path: path.to_owned(), expected });

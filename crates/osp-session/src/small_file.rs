@@ -1,5 +1,5 @@
-//! Reading files that a person names and that are not sessions: regular files only, up to a stated size, so that a pipe
-//! that nobody writes to, a device without end or a file of gigabytes is one clear error.
+//! Reads small files that a user names and that are not sessions. Only regular files up to a stated size are read: a
+//! pipe without a writer, a device without end and a file of gigabytes each give one clear error.
 
 use std::{
     io::{self, Read},
@@ -14,7 +14,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Whether it is a regular file, for those who let others open it.
+/// Checks that a path names a regular file, for callers that pass the path to another reader.
 pub fn check_regular(path: &Path) -> io::Result<()> {
     let data = fs::metadata(path)?;
     if data.is_file() {

@@ -130,7 +130,7 @@ pub fn views(bounds: &Aabb, count: usize, from: Place, seed: u64) -> Vec<Frustum
         .collect()
 }
 
-/// Where a view looks from.
+/// Position of a view's eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Round the model.

@@ -57,12 +57,12 @@ pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }
 
-/// Bytes that this thread has allocated and not freed; what it freed of others counts, too.
+/// Bytes that this thread has allocated, less those that it has freed, of other threads too.
 pub fn held_bytes() -> i64 {
     HELD_BYTES.with(Cell::get)
 }
 
-/// Runs something, and gives the most bytes that this thread held for it at a time.
+/// Runs a function; returns its result and the most bytes that this thread held for it at a time.
 pub fn peak_of<T>(run: impl FnOnce() -> T) -> (T, i64) {
     let before = HELD_BYTES.get();
     PEAK_BYTES.set(before);

@@ -41,7 +41,7 @@ impl Editor {
         Vec3::new(self.between(-0.5, 0.5), self.between(-0.5, 0.5), self.between(-0.3, 0.3))
     }
 
-    /// The strokes that there are at the start.
+    /// The strokes at the start of the session.
     pub fn start(&mut self) -> Vec<Event> {
         (0..STROKES).flat_map(|_| self.stroke()).collect()
     }
@@ -75,7 +75,7 @@ impl Editor {
         events
     }
 
-    /// One edit of something, or of nothing.
+    /// An edit of a stroke or group, which need not exist.
     pub fn edit(&mut self) -> Vec<Event> {
         let t = 0.0;
         let some = |editor: &mut Self| {
@@ -98,7 +98,7 @@ impl Editor {
             10..=12 => Event::Undo { author: Author::SOLE, t },
             13..=14 => Event::Redo { author: Author::SOLE, t },
             15 => return self.stroke(),
-            // Nobody sees it move, and only the erasure may be taken back.
+            // The move is invisible, and only the erasure may be undone.
             16 => {
                 return vec![
                     Event::Move { author: Author::SOLE, t, strokes: vec![a], by: self.way() },
@@ -116,7 +116,7 @@ impl Editor {
         }]
     }
 
-    /// What happens in a frame: mostly a few edits.
+    /// The events of a frame: mostly a few edits.
     pub fn frame(&mut self) -> Vec<Event> {
         let edits = 1 + self.below(4);
         (0..edits).flat_map(|_| self.edit()).collect()

@@ -1,4 +1,4 @@
-//! Events of a session, without the fields that a test does not care for.
+//! Events of a session, with defaults for the fields that a test does not need.
 
 use glam::{Quat, Vec3};
 use osp_session::{
@@ -9,7 +9,7 @@ use osp_session::{
 /// The beginning of a stroke: `Begin { width: 0.2, ..Begin::of(stroke) }.event()`.
 #[derive(Clone, Debug)]
 pub struct Begin {
-    /// Who draws; the only author.
+    /// The author; default: the only one.
     pub author: Author,
     /// The stroke's number.
     pub stroke: StrokeId,
@@ -28,7 +28,7 @@ pub struct Begin {
 }
 
 impl Begin {
-    /// Of a plain ribbon.
+    /// The beginning of a plain ribbon.
     pub fn of(stroke: StrokeId) -> Self {
         Self {
             author: Author::SOLE,
@@ -63,7 +63,7 @@ pub fn polygon(
     Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices: vertices.into(), color }
 }
 
-/// What a session comes to.
+/// The scene after these events.
 pub fn scene_of<'a>(events: impl IntoIterator<Item = &'a Event>) -> Scene {
     let mut scene = Scene::new();
     scene.apply_all(events, &mut Vec::new());

@@ -1,5 +1,5 @@
-//! What tests and benches of several crates share: boxes and views, random edits, counted memory, the program and its
-//! files.
+//! Shared parts of the tests and benches of several crates: boxes and views, random edits, counted memory, the program
+//! and its files.
 
 pub mod boxes;
 mod counting;
@@ -13,8 +13,8 @@ pub use editor::{Editor, STROKES};
 pub use program::{Program, json, shipped_session, stderr, stdout, temp};
 pub use repository::{ROOT, at, packages};
 
-/// Whether a missing graphics adapter, display or tool is a failure and not a reason to leave a test out: on machines
-/// that are meant to have them all.
+/// Whether a test without a graphics adapter, display or tool fails instead of being skipped: on machines that have
+/// them all.
 pub fn nothing_may_be_skipped() -> bool {
     std::env::var_os("CI").is_some_and(|ci| !ci.is_empty())
         && std::env::var("OSP_GPU_TESTS").as_deref() == Ok("1")

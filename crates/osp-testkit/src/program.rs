@@ -33,7 +33,7 @@ impl Program {
         self.command_in(ROOT, args)
     }
 
-    /// How it ends and what it prints.
+    /// Exit status and output.
     ///
     /// # Panics
     ///
@@ -51,11 +51,11 @@ impl Program {
         self.run_in(ROOT, args)
     }
 
-    /// What it prints where it has to succeed.
+    /// Output of a successful run.
     ///
     /// # Panics
     ///
-    /// Panics with its complaint if it fails.
+    /// Panics with the error message if the program fails.
     pub fn done_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
@@ -72,7 +72,7 @@ impl Program {
         self.done_in(ROOT, args)
     }
 
-    /// What it complains of where it has to refuse, with the exit code 2.
+    /// Error message of a run that ends with exit code 2.
     ///
     /// # Panics
     ///
@@ -93,11 +93,11 @@ impl Program {
         self.refused_in(ROOT, args)
     }
 
-    /// The JSON that it prints where it has to succeed.
+    /// The JSON that a successful run prints.
     ///
     /// # Panics
     ///
-    /// Panics if it fails, and if that is not one JSON value.
+    /// Panics if the program fails, and if the output is not one JSON value.
     pub fn json_in<S: AsRef<OsStr>>(
         self,
         folder: impl AsRef<Path>,
@@ -112,27 +112,27 @@ impl Program {
     }
 }
 
-/// What a program printed.
+/// Text that a program has printed.
 pub fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// What a program complained of.
+/// Text that a program has printed to standard error.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The JSON that a program printed where it has to succeed.
+/// The JSON that a successful program has printed.
 ///
 /// # Panics
 ///
-/// Panics with its complaint if it failed, and if that is not one JSON value.
+/// Panics with the error message if the program has failed, and if the output is not one JSON value.
 pub fn json(output: &Output) -> Value {
     assert!(output.status.success(), "{}", stderr(output));
     serde_json::from_slice(&output.stdout).expect("one JSON value")
 }
 
-/// A folder that is gone after the test.
+/// A folder that is removed after the test.
 ///
 /// # Panics
 ///

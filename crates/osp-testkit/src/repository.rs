@@ -13,7 +13,7 @@ pub fn at(path: impl AsRef<Path>) -> PathBuf {
     Path::new(ROOT).join(path)
 }
 
-/// The folders of all packages of the program, that of the culler first.
+/// The folders of all packages of the program; the root package comes first.
 pub fn packages() -> Vec<PathBuf> {
     let crates = fs::read_dir(at("crates")).expect("packages");
     let crates = crates.map(|package| package.expect("an entry").path());

@@ -25,9 +25,9 @@ use super::WithKernel;
 pub enum Backend {
     /// Plain Rust, as the compiler vectorises it for the target.
     Scalar,
-    /// x86-64 with SSE2, which all have: four boxes an instruction.
+    /// x86-64 with SSE2, which every such processor has: four boxes an instruction.
     Sse2,
-    /// ARM with NEON, which all of 64 bits have: four boxes an instruction.
+    /// ARM with NEON, which every 64-bit processor has: four boxes an instruction.
     Neon,
     /// WebAssembly built with `simd128`: four boxes an instruction.
     Simd128,
@@ -37,7 +37,7 @@ pub enum Backend {
     Avx512,
 }
 
-/// Names a backend that is taken instead of the best one.
+/// Environment variable with the backend that replaces the best one.
 const OVERRIDE: &str = "OSP_SIMD";
 
 impl Backend {
@@ -96,7 +96,7 @@ impl Backend {
         Self::ALL.iter().copied().find(|backend| backend.name() == name)
     }
 
-    /// Runs `work` on this kernel; on the plain one if the processor does not have it.
+    /// Runs `work` on this kernel, or on the plain one if the processor does not have it.
     #[inline]
     pub fn run<W: WithKernel>(self, work: W) -> W::Output {
         match self {

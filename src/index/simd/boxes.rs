@@ -38,7 +38,7 @@ impl<const N: usize> Boxes<N> {
         self.set(lane, &bounds.to_box());
     }
 
-    /// Widens a lane so that it holds `bounds`; false if it did already.
+    /// Widens a lane so that it contains `bounds`; false if it did already.
     #[inline]
     pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
@@ -102,7 +102,7 @@ impl Halves {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
-    /// Widens a lane so that it holds `bounds`; false if it did already.
+    /// Widens a lane so that it contains `bounds`; false if it did already.
     #[inline]
     pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         self.0[lane / 8].widen(lane % 8, bounds)
@@ -140,7 +140,7 @@ impl Wide {
         Aabb { min: self.min.truncate(), max: self.max.truncate() }
     }
 
-    /// Whether an index takes it; see [`Aabb::is_valid`].
+    /// Whether an index accepts it; see [`Aabb::is_valid`].
     #[inline]
     pub(crate) fn is_valid(self) -> bool {
         let limit = Vec4::INFINITY;

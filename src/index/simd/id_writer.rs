@@ -16,7 +16,7 @@ pub(crate) struct PageRuns<'a> {
     pub(crate) single: u32,
 }
 
-/// Appends ids to a list, up to sixteen at a time. Keeps the list's length to itself until [`IdWriter::finish`].
+/// Appends ids to a list, up to sixteen at a time. The list gets its new length in [`IdWriter::finish`].
 #[derive(Debug)]
 pub struct IdWriter<'a> {
     list: &'a mut Vec<PolygonId>,
@@ -25,8 +25,8 @@ pub struct IdWriter<'a> {
     capacity: usize,
 }
 
-/// Room that a page takes at most, and that is kept free behind the ids that a list gets: they are written in steps that
-/// are longer than what they write.
+/// Most room for a page. It is kept free behind the ids of a list, because ids are written in steps that are longer
+/// than the ids.
 pub(crate) const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
@@ -50,14 +50,14 @@ impl<'a> IdWriter<'a> {
         self.len
     }
 
-    /// The list is complete.
+    /// Sets the length of the complete list.
     #[inline(always)]
     pub fn finish(self) {
         // SAFETY: the first `len` places were filled, each within the capacity.
         unsafe { self.list.set_len(self.len) };
     }
 
-    /// Makes room for sixteen runs of sixteen, some that are clobbered, and so many more.
+    /// Makes room for sixteen runs of sixteen, for overwritten places, and for this many more.
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
         if self.capacity - self.len < more + ROOM_BEHIND {
@@ -83,7 +83,7 @@ impl<'a> IdWriter<'a> {
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
     }
 
-    /// Blocks that [`IdWriter::push_blocks`] takes at most.
+    /// Most blocks of a call of [`IdWriter::push_blocks`].
     pub(crate) const BLOCKS: usize = 16;
 
     /// Appends the ids of the masks of neighbouring blocks; `first` is the first id of the first block.
@@ -134,7 +134,7 @@ impl<'a> IdWriter<'a> {
         self.len += ids.len();
     }
 
-    /// Appends those of sixteen ids that are in `lanes`.
+    /// Appends the ids in `lanes` among sixteen.
     #[inline(always)]
     pub fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
         self.make_room(0);
@@ -173,7 +173,7 @@ impl<'a> IdWriter<'a> {
         self.len += at;
     }
 
-    /// Appends those of a page's runs that are in `lanes`.
+    /// Appends the runs in `lanes` of a page.
     #[inline(always)]
     pub(crate) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
         self.make_room(0);
@@ -202,7 +202,7 @@ impl<'a> IdWriter<'a> {
     }
 }
 
-/// Publishes `len` entries and makes room for as many again, and for `more`.
+/// Sets the length to `len`, and makes room for as many again, and for `more`.
 #[cold]
 #[inline(never)]
 fn grow(list: &mut Vec<PolygonId>, len: usize, more: usize) -> (*mut MaybeUninit<u32>, usize) {

@@ -4,7 +4,7 @@ use super::{Boxes, EyeBoxes, PreparedPlane};
 
 /// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
 pub trait Kernel: Copy {
-    /// The lanes whose box lies wholly behind the plane. Lanes without a box answer anything.
+    /// The lanes whose box lies wholly behind the plane. Lanes without a box have unspecified results.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
     /// The lanes behind one of six planes.
@@ -13,8 +13,8 @@ pub trait Kernel: Copy {
     /// Lanes wholly behind the plane, and lanes wholly on its inner side, among the eight from `at` (at most `N - 8`).
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
-    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out`;
-    /// returns how many. Overwrites the rest of `out`.
+    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out`; returns their
+    /// number. Overwrites the rest of `out`.
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
     /// Writes the sixteen ids from `first` on.
@@ -23,17 +23,17 @@ pub trait Kernel: Copy {
     /// Copies sixteen numbers.
     fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
 
-    /// Writes the numbers of `mask`'s lanes to the front of `out`; returns how many. Overwrites the rest of `out`.
+    /// Writes the numbers of `mask`'s lanes to the front of `out`; returns their number. Overwrites the rest of `out`.
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
-    /// The lanes of 8 or 16 whose number is 0 or more; not those of NaN.
+    /// The lanes of 8 or 16 whose number is 0 or more; NaN does not count.
     #[inline(always)]
     fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
         numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
     }
 
-    /// The lanes that lie wholly beyond a plane by their slack, and those wholly before it by theirs. The plane has a unit
-    /// normal and this distance from the eye.
+    /// The lanes that lie wholly beyond a plane by at least their slack, and the lanes wholly before it by theirs. The
+    /// plane has a unit normal and this distance from the eye.
     #[inline(always)]
     fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;

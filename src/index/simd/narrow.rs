@@ -12,10 +12,10 @@ pub(super) trait Four: Copy {
     fn mul(self, other: Self) -> Self;
     fn add(self, other: Self) -> Self;
 
-    /// Lanes below 0; not those of NaN.
+    /// Lanes below 0; NaN does not count.
     fn negative(self) -> Self::Mask;
 
-    /// Lanes not below 0; not those of NaN.
+    /// Lanes not below 0; NaN does not count.
     fn not_negative(self) -> Self::Mask;
 
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
@@ -90,7 +90,7 @@ impl<V: Four> Kernel for Narrow<V> {
             for (quarter, at) in behind.iter_mut().zip([0, 4, 8, 12]) {
                 *quarter = V::or(*quarter, Self::far(plane, boxes, at));
             }
-            // Two planes at a time: a look at the result costs as much as a plane.
+            // Two planes at a time: reading the result costs as much as a plane.
             if i % 2 == 1 && bits(&behind) == 0xFFFF {
                 return 0xFFFF;
             }

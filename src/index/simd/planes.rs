@@ -1,7 +1,7 @@
 use super::{Boxes, Halves, Kernel, PreparedPlane};
 use crate::math::{Aabb, Frustum};
 
-/// The six planes of a frustum, made ready.
+/// The six planes of a frustum, prepared for wide tests.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneSet {
     planes: [PreparedPlane; 6],
@@ -74,7 +74,7 @@ impl PlaneSet {
         all
     }
 
-    /// Whether all of eight boxes that are in `used` lie inside every plane.
+    /// Whether all used boxes of eight lie inside every plane.
     #[inline(always)]
     pub(crate) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
         for plane in &self.planes {
@@ -125,8 +125,8 @@ impl PlaneSet {
     }
 }
 
-/// The planes of a frustum side by side, to test one box against all of them at once. The fields of a plane that is not
-/// there are 0: everything is on its inner side.
+/// The planes of a frustum side by side, to test one box against all of them at once. The fields of unused lanes are
+/// 0: everything is on the inner side.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneLanes {
     normal: [[f32; 8]; 3],

@@ -19,7 +19,7 @@ impl PreparedPlane {
         self.normal.map(f32::to_bits) == other.normal.map(f32::to_bits)
     }
 
-    /// This plane where another one with the same normal lies.
+    /// This plane at the place of another one with the same normal.
     #[inline(always)]
     pub(crate) fn moved_to(self, other: &Self) -> Self {
         Self { d: other.d, ..self }

@@ -2,7 +2,7 @@ use std::mem::MaybeUninit;
 
 use super::{Boxes, Kernel, PreparedPlane};
 
-/// Plain Rust; the form that the others are tested against.
+/// Plain Rust; the other kernels are tested against it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scalar;
 

@@ -70,7 +70,7 @@ impl Four for v128 {
     }
 }
 
-/// Writes the lanes of `mask` of four registers one after the other; returns how many.
+/// Writes the lanes of `mask` of four registers one after the other; returns their number.
 #[inline(always)]
 fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(usize) -> v128) -> usize {
     let mut count = 0;

@@ -48,8 +48,8 @@ unsafe fn distance<const N: usize>(
     }
 }
 
-/// The same number. The compiler sees three loads that follow each other and computes the three addresses in a vector,
-/// to take it apart again; here it cannot.
+/// The same number. The compiler would turn three consecutive loads into a vector of addresses, and then split it
+/// again; this prevents it.
 #[inline(always)]
 fn in_register(number: usize) -> usize {
     let mut same = number;
@@ -58,8 +58,8 @@ fn in_register(number: usize) -> usize {
     same
 }
 
-/// The sign bits of eight lanes. Written as an instruction: the compiler rewrites the intrinsic, and two masks that
-/// become one number then cost nine instructions instead of four.
+/// The sign bits of eight lanes. Inline assembly, because the compiler rewrites the intrinsic: joining two masks then
+/// costs nine instructions instead of four.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn sign_bits(lanes: __m256) -> u32 {
@@ -109,7 +109,7 @@ impl Kernel for Avx2 {
                 low = _mm256_or_ps(low, below);
                 let below = _mm256_cmp_ps::<_CMP_LT_OQ>(distance(plane, plane.far, boxes, 8), zero);
                 high = _mm256_or_ps(high, below);
-                // Two planes at a time: a look at the result costs as much as a plane.
+                // Two planes at a time: reading the result costs as much as a plane.
                 if i % 2 == 1 && sign_bits(_mm256_and_ps(low, high)) == 0xFF {
                     return 0xFFFF;
                 }

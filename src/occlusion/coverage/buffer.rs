@@ -31,7 +31,7 @@ const PIXEL_SLACK: f64 = 1.0e-6;
 /// Rounding of a box's depth.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
-/// A window that shows something farther to the side than by this tangent is not decided in pixels at all.
+/// Largest tangent to the side for which pixels decide.
 const LARGEST_TANGENT: f64 = 1.0e4;
 
 /// See [`super::super::depth`]: the same bound, with twice as many roundings.
@@ -53,7 +53,8 @@ pub struct CoverageBuffer {
 }
 
 impl CoverageBuffer {
-    /// An empty buffer of so many pixels, rounded up to multiples of 8; at most 8,192 each way. Takes its memory now.
+    /// An empty buffer of this many pixels, rounded up to multiples of 8; at most 8,192 each way. Allocates its memory
+    /// now.
     pub fn new(width: u32, height: u32) -> Self {
         let tiles = |pixels: u32| (pixels.clamp(1, 8192) as usize).div_ceil(SIDE);
         Self {
@@ -75,7 +76,7 @@ impl CoverageBuffer {
         Some((self.raster.as_ref()?, self.facets.picture()?, &self.tiles))
     }
 
-    /// Makes room for surfaces of so many polygons, of which so many are filled in a frame.
+    /// Makes room for surfaces of this many polygons, and for `filled` polygons in a frame.
     pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
         self.facets.reserve(polygons, filled);
         self.tiles.reserve(2 * filled);
@@ -96,7 +97,7 @@ impl CoverageBuffer {
         BuildCounts { occluders: facets as u32, nodes: self.tiles.covered() as u32, ..BuildCounts::default() }
     }
 
-    /// Replaces what was built before by polygons of the surfaces.
+    /// Replaces the last picture by polygons of the surfaces.
     pub(in crate::occlusion) fn build_of(
         &mut self,
         window: &ViewWindow,
@@ -108,7 +109,7 @@ impl CoverageBuffer {
         self.fill()
     }
 
-    /// The polygons of the last build that had a part in the picture, each with whether it hides anything.
+    /// The polygons of the last build with a part in the picture, each with whether it hides anything.
     pub(in crate::occlusion) fn filled(&self) -> impl Iterator<Item = (PolygonId, bool)> + '_ {
         self.facets.taken().iter().enumerate().map(|(i, facet)| {
             let half = facet.half as usize;
@@ -130,13 +131,14 @@ impl CoverageBuffer {
         let (width, height) = ((self.tiles.columns * SIDE) as i32, (self.tiles.rows * SIDE) as i32);
         for lane in 0..count {
             let verdict = |verdict, steps| Tested { verdict, steps };
-            // What reaches back to the eye's plane has no outline, nor has what is not finite. NaN ends here, too.
+            // A box that reaches back to the eye's plane has no outline, nor has one that is not finite. NaN ends
+            // here, too.
             if !(seen.near[lane] > self.nearest_sine * seen.size[lane] && seen.far[lane].is_finite()) {
                 each(lane, verdict(Verdict::PartlyHidden, 0));
                 continue;
             }
             let near = (1.0 / seen.near[lane] * (1.0 + DEPTH_SLACK)) as f32;
-            // Most polygons that are tested are visible, and so is the middle of their boxes, or what is next to it.
+            // Most tested polygons are visible, and so is the middle of their boxes, or a pixel next to it.
             if asked == Asked::Hidden
                 && !self.tiles.hides_pixel(seen.pixel(lane, raster, [width, height]), near)
             {
@@ -227,7 +229,7 @@ impl WithKernel for TestPolygon<'_> {
         for ((eye, seen), p) in eyes.iter_mut().zip(&mut seen).zip(corners) {
             *eye = raster.in_axes(p.as_dvec3() - raster.eye_in_world);
             let (at, nearness) = picture.project(*eye);
-            // Most polygons that are tested are visible, and so is one of their corners.
+            // Most tested polygons are visible, and so is one of their corners.
             if nearness == 0.0 || !tiles.may_hide_corner(at, nearness) {
                 return false;
             }
@@ -281,8 +283,8 @@ impl SeenBoxes {
         seen
     }
 
-    /// A pixel of a picture of this size that a box before the eye touches, if it touches any: the pixel of its middle, or the
-    /// nearest one.
+    /// A pixel of a picture of this size that a box before the eye touches: the pixel of its middle, or the nearest
+    /// one in the picture.
     #[inline(always)]
     fn pixel(&self, lane: usize, raster: &Raster, size: [i32; 2]) -> [usize; 2] {
         let [x, y, z] = [0, 1, 2].map(|axis| self.middle[axis][lane]);
@@ -292,7 +294,7 @@ impl SeenBoxes {
         [within(at.x, size[0]), within(at.y, size[1])]
     }
 
-    /// Between which pixels the corners of a box before the eye lie: the low ends, and the high ones.
+    /// Range of pixels of the corners of a box before the eye: the low ends, and the high ones.
     #[inline(always)]
     fn outline(&self, lane: usize, raster: &Raster) -> [[f64; 2]; 2] {
         const CORNERS: usize = 8;

@@ -13,10 +13,10 @@ use super::{
 /// Most sides of a facet: four of a quad, and one at the near plane.
 pub(super) const FACET_SIDES: usize = SIDES + 1;
 
-/// Rounding of depths in `f32`, and what it takes to stay clear of it.
+/// Rounding of depths in `f32`, with a margin.
 const DEPTH_SLACK: f64 = 1.0e-6;
 
-/// A facet smaller than this both ways is given the depth of its farthest corner, pixels.
+/// A facet smaller than this in both directions has the depth of its farthest corner, pixels.
 const SMALL_PX: i32 = 4;
 
 /// The code of a line between two parts of one polygon.
@@ -31,29 +31,30 @@ pub(super) struct Facet {
     /// In steps.
     pub(super) at: [[i32; 2]; FACET_SIDES],
     pub(super) len: u8,
-    /// Whether the picture turns the other way than the polygon.
+    /// Whether its orientation in the picture is the reverse of the polygon's.
     pub(super) is_turned: bool,
     pub(super) polygon: u32,
     /// The facet of the polygon's other part, if it is cut into two.
     pub(super) half: u32,
     /// By edge, that from corner `i` to `i + 1`: the polygon's edge, [`SHARED`], or [`NONE`] at the near plane.
     pub(super) edges: [EdgeCode; FACET_SIDES],
-    /// By edge: the facet on its other side, if there is one.
+    /// By edge: the facet on its other side, if any.
     pub(super) mates: [u32; FACET_SIDES],
     /// Its plane's reciprocal depth `[0] + [1] x + [2] y`, pushed back to its farthest corner.
     pub(super) plane: [f64; 3],
-    /// The reciprocal depth of its farthest corner, or less; of a polygon that is tested that of its nearest, or more.
+    /// The reciprocal depth of its farthest corner, or less; for a tested polygon, that of its nearest corner, or
+    /// more.
     pub(super) end: f64,
     pub(super) has_plane: bool,
 }
 
-/// An outline in the picture, before it is looked at which way it turns.
+/// An outline in the picture, of unknown orientation.
 #[derive(Default)]
 pub(super) struct Outline {
     at: [[i32; 2]; FACET_SIDES],
     pub(super) edges: [EdgeCode; FACET_SIDES],
     len: usize,
-    /// Whether there were more corners than a convex polygon leaves.
+    /// Whether there were more corners than a convex polygon can have.
     is_full: bool,
     farthest: Option<f64>,
 }
@@ -146,8 +147,8 @@ impl Facet {
         }
     }
 
-    /// A polygon that is to be tested, given by its corners from the eye in the axes of the view, and their pictures. `None` if
-    /// it has no convex outline in the picture.
+    /// A tested polygon, by its corners from the eye in the axes of the view, and their pictures. `None` if it has no
+    /// convex outline in the picture.
     #[inline(always)]
     pub(super) fn of_tested(eyes: &[DVec3], seen: &[([i32; 2], f64)], picture: &Picture) -> Option<Self> {
         let mut outline = Outline::default();
@@ -215,7 +216,7 @@ impl Facet {
         }
     }
 
-    /// An upper bound of the reciprocal depth of a polygon that is tested.
+    /// An upper bound of the reciprocal depth of a tested polygon.
     #[inline(always)]
     pub(super) fn before(&self, x: f64, y: f64) -> Slope {
         let [base, by_x, by_y] = self.plane;
@@ -233,7 +234,7 @@ impl Facet {
         }
     }
 
-    /// Terms may cancel: the slack is that of the largest.
+    /// Terms may cancel, so the slack follows the largest one.
     #[inline(always)]
     fn slack(&self, x: f64, y: f64) -> f64 {
         let [base, by_x, by_y] = self.plane;
@@ -241,7 +242,7 @@ impl Facet {
     }
 }
 
-/// Bounds of a facet's depth, with what is the same in all tiles.
+/// Bounds of a facet's depth, with the values that are the same in all tiles.
 pub(super) struct Depths<'a> {
     facet: &'a Facet,
     /// From a tile's corner to its lowest value, across and up; and from that to the middle.

@@ -1,4 +1,5 @@
-//! Occluders as a frame's picture has them: cut at the near plane, in pixels, turned one way round, each with its neighbours.
+//! Occluders in the form of a frame's picture: cut at the near plane, in pixels, counterclockwise, each with its
+//! neighbours.
 
 use glam::DVec3;
 
@@ -22,7 +23,7 @@ struct Seen {
     nearness: f64,
 }
 
-/// The facets of a frame; keeps its memory.
+/// The facets of a frame; reused for their memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facets {
     seen: Vec<Seen>,
@@ -37,7 +38,7 @@ pub(super) struct Facets {
 }
 
 impl Facets {
-    /// Makes room for surfaces of so many polygons, of which so many are taken in a frame.
+    /// Makes room for surfaces of this many polygons, and for `taken` polygons in a frame.
     pub(super) fn reserve(&mut self, polygons: usize, taken: usize) {
         let corners = SIDES * taken;
         self.seen.reserve(corners);
@@ -57,7 +58,7 @@ impl Facets {
         &self.facets
     }
 
-    /// The first one of each polygon.
+    /// The first facet of each polygon.
     pub(super) fn taken(&self) -> &[Facet] {
         &self.facets[..self.taken]
     }
@@ -131,7 +132,8 @@ impl Facets {
             let edge = |i: u32| first_edge + i;
             match (places, eyes) {
                 (&[a, b, c, d], &[at_a, at_b, at_c, at_d]) => {
-                    // Where a bent polygon ends at the near plane is known only for the triangles that it is drawn by.
+                    // The end of a bent polygon at the near plane is certain only for the triangles that it is drawn
+                    // as.
                     let half = self.facets.len();
                     self.facets[facet].half = half as u32;
                     self.facets.push(Facet { polygon: self.facets[facet].polygon, ..Facet::NONE });
@@ -194,7 +196,7 @@ impl Facets {
         }
     }
 
-    /// The part of a triangle beyond the near plane. `false` if it is not known well enough.
+    /// The part of a triangle beyond the near plane. `false` if its precision is insufficient.
     fn cut(&self, places: [u32; 3], edges: [EdgeCode; 3], picture: &Picture, outline: &mut Outline) -> bool {
         for (i, edge) in edges.into_iter().enumerate() {
             let (from, to) = (places[i], places[(i + 1) % 3]);

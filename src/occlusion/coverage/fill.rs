@@ -113,7 +113,7 @@ impl<'a> Strips<'a> {
             let rise = to[1] - from[1];
             let slope = if rise == 0.0 { 0.0 } else { (to[0] - from[0]) / rise };
             let line = Line { x: from[0], y: from[1], slope };
-            // Counterclockwise: what goes down is on the left.
+            // Counterclockwise: edges that go down are on the left.
             if rise < 0.0 {
                 strips.left.push(line);
             } else if rise > 0.0 {
@@ -257,7 +257,7 @@ impl<'a> Strips<'a> {
             }
             let (from, to) = &mut spans.open[spans.open_count];
             spans.open_count += 1;
-            // Of a level line no row has a part of its own.
+            // A level line has no part in any row.
             let (level_left, level_right) =
                 if top == bottom { (left, right) } else { (f64::INFINITY, f64::NEG_INFINITY) };
             for k in 0..SIDE {
@@ -302,7 +302,7 @@ impl<'a> Strips<'a> {
         rows
     }
 
-    /// Whether all that it touches is covered before it.
+    /// Whether all pixels that it touches are covered before it.
     #[inline(always)]
     pub(super) fn is_hidden(&self, tiles: &Tiles) -> bool {
         const SIZE: f64 = SIDE as f64;

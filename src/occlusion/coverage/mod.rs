@@ -1,4 +1,4 @@
-//! A picture of connected surfaces that counts only what they cover wholly.
+//! A picture of connected surfaces, in which only wholly covered pixels count.
 //!
 //! A building or a sketch is made of small polygons that share edges. One by one, they cover few pixels wholly; together they do.
 //! So a pixel counts as covered if its sample is covered and no border or silhouette of the surface passes through the pixel:

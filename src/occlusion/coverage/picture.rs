@@ -1,4 +1,4 @@
-//! The picture that corners are projected to, and how exactly.
+//! The picture that corners are projected to, and its precision.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ const FARTHEST_PX: f64 = (1 << 23) as f64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Picture {
     pub(super) raster: Raster,
-    /// Nothing nearer is drawn; positive.
+    /// Nearest depth that is drawn; positive.
     pub(super) near: f64,
     /// Largest size of a corner, by its depth, for which its picture is [`KNOWN`].
     pub(super) most_tangent: f64,
@@ -36,7 +36,7 @@ impl Picture {
         let pixels = raster.pixels_a_unit().max_element();
         let known = (KNOWN / (96.0 * U * pixels)).sqrt() - 1.0;
         let most_tangent = known.min(FARTHEST_PX / pixels);
-        // What is cut off is only less that occludes.
+        // A cut only makes less occlude.
         let near = window.near_m() * (1.0 + 1.0e-9);
         let near = if near > 0.0 { near } else { usual_m / most_tangent };
         Self { raster: *raster, near, most_tangent }

@@ -25,14 +25,14 @@ impl Slope {
         self.from + self.across[0] * x + self.across[1] * y
     }
 
-    /// By how much this one is larger at most, if it is.
+    /// Largest amount by which this one exceeds the other, if it does.
     #[inline(always)]
     fn excess(&self, other: &Self) -> f32 {
         let [x, y] = [0, 1].map(|axis| (self.across[axis] - other.across[axis]).max(0.0));
         (self.from - other.from) + x + y
     }
 
-    /// Whether what this lower bound is of lies before what the other, an upper bound, is of.
+    /// Whether the object with this lower bound lies before the object with the other, an upper bound.
     #[inline(always)]
     pub(super) fn is_before(&self, other: &Self) -> bool {
         self.end >= other.end || other.excess(self) <= 0.0
@@ -45,7 +45,7 @@ impl Slope {
         let end = self.end.min(other.end);
         let from = self.from - lower;
         let least = from + self.across[0].min(0.0) + self.across[1].min(0.0);
-        // What is better in the middle.
+        // The bound that is better in the middle.
         if from + 0.5 * (self.across[0] + self.across[1]) > end {
             Self { from, across: self.across, end: end.max(least) }
         } else {

@@ -8,7 +8,7 @@ use crate::polygon::{ConvexPolygon, Geometry, PolygonId};
 /// Most corners of a polygon.
 pub(super) const SIDES: usize = 4;
 
-/// Most polygons that are linked at one edge; more stay unlinked there, as if the edge were a border.
+/// Most polygons that are linked at one edge; further ones stay unlinked there, as if the edge were a border.
 const MOST_AT_AN_EDGE: usize = 16;
 
 /// An edge of a polygon: the polygon's number times four, plus the number of the corner at which the edge begins.
@@ -24,7 +24,7 @@ struct Face {
 }
 
 impl Face {
-    /// The numbers of its corners; none of what is no occluder.
+    /// The numbers of its corners; none if it is no occluder.
     #[inline]
     fn corners(&self) -> &[u32] {
         let corners = &self.corners;
@@ -54,7 +54,7 @@ pub(in crate::occlusion) struct Surfaces {
 }
 
 impl Surfaces {
-    /// No surfaces, with room for so many polygons.
+    /// No surfaces, with room for this many polygons.
     pub(in crate::occlusion) fn with_capacity(polygons: usize) -> Self {
         Self {
             faces: Vec::with_capacity(polygons),
@@ -205,7 +205,7 @@ impl Surfaces {
         }
     }
 
-    /// The corners of a polygon; none of one that does not occlude.
+    /// The corners of a polygon; none if it is no occluder.
     #[inline]
     pub(super) fn corners_of(&self, id: PolygonId) -> &[u32] {
         self.faces.get(id.index()).map_or(&[], Face::corners)
@@ -216,7 +216,7 @@ impl Surfaces {
         !self.corners_of(id).is_empty()
     }
 
-    /// About the solid angle at which a polygon is seen, steradians; infinite from nearby.
+    /// Approximate solid angle of a polygon, steradians; infinite from nearby.
     pub(in crate::occlusion) fn solid_angle(&self, id: PolygonId, eye: Vec3) -> f32 {
         let corners = self.corners_of(id);
         let [Some(&a), Some(&b), Some(&c)] = [0, 1, 2].map(|i| corners.get(i)) else { return 0.0 };

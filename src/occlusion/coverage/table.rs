@@ -6,7 +6,7 @@ pub(super) const NONE: u32 = u32::MAX;
 /// Fewest places.
 const LEAST: usize = 16;
 
-/// A set of numbers, each found by the hash of what it stands for; the caller compares the keys. Open addressing with linear
+/// A set of numbers, each found by the hash of its key; the caller compares the keys. Open addressing with linear
 /// probing, at most two thirds full: 6 bytes a number or more.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Table {
@@ -23,7 +23,7 @@ pub(super) fn hash_of(words: [u32; 4]) -> u64 {
 }
 
 impl Table {
-    /// An empty set with room for so many numbers.
+    /// An empty set with room for this many numbers.
     pub(super) fn with_capacity(numbers: usize) -> Self {
         Self { places: vec![NONE; (numbers * 3 / 2 + 1).next_power_of_two().max(LEAST)], len: 0 }
     }
@@ -75,7 +75,7 @@ impl Table {
         self.places[at] = number;
     }
 
-    /// Puts another number in the place of one; both have this hash.
+    /// Replaces a number by another one with the same hash.
     pub(super) fn replace(&mut self, number: u32, by: u32, hash: u64) {
         if let Some(at) = self.place(hash, |there| there == number) {
             self.places[at] = by;
@@ -93,7 +93,7 @@ impl Table {
             if there == NONE {
                 break;
             }
-            // How far it lies from where its search starts, and from the hole.
+            // Distances from the start of its search, and from the hole.
             let from_start = at.wrapping_sub(self.start(hash_of(there))) & last;
             if from_start >= (at.wrapping_sub(hole) & last) {
                 self.places[hole] = there;

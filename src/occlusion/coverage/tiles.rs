@@ -8,14 +8,14 @@ use super::{
 };
 use crate::occlusion::Asked;
 
-/// Most entries of a frame, 48 bytes each, and those that room is made for from the start.
+/// Most entries of a frame, 48 bytes each, and the number with room from the start.
 const MOST_ENTRIES: usize = 1 << 18;
 const RESERVED_ENTRIES: usize = 1 << 15;
 
-/// Facets in a tile that room is made for from the start.
+/// Facets in a tile with room from the start.
 const RESERVED_LOCALS: usize = 1 << 10;
 
-/// Bits of a corner's place below the pixel, and those within a tile.
+/// Bits of a corner's coordinate below the pixel, and within a tile.
 const STEP_BITS: u32 = (STEPS as u32).trailing_zeros();
 const TILE_STEPS: i32 = SIDE as i32 * STEPS as i32 - 1;
 
@@ -47,7 +47,7 @@ pub(super) struct Tiles {
     pub(super) rows: usize,
     /// By tile, row by row from below: the reciprocal depth before which all of it is covered; 0 if it is not.
     all: Vec<f32>,
-    /// The same more closely.
+    /// The same as a linear bound, which is more precise.
     slopes: Vec<Slope>,
     /// By tile: the nearest depth at which any pixel is covered.
     nearest: Vec<f32>,
@@ -56,16 +56,16 @@ pub(super) struct Tiles {
     /// By tile: its last entry.
     last: Vec<u32>,
     entries: Vec<Entry>,
-    /// Tiles for whose entries there was no room: their entries are incomplete.
+    /// Tiles with too many entries: their lists are incomplete.
     broken: Vec<bool>,
     is_broken: bool,
-    /// The facets in the tile that is being joined: each one's surface begins with another one, or itself.
+    /// The facets in the tile that is being joined; each one refers to a facet of its surface, or to itself.
     locals: Vec<Entry>,
     parents: Vec<u32>,
     /// By facet: its place in `locals`, if the entry there has its number.
     local_of: Vec<u32>,
     surfaces: Vec<(Layer, u32)>,
-    /// By tile: the facet that gave `all`, if it fills the tile alone.
+    /// By tile: the facet of `all`, if it fills the tile alone.
     whole: Vec<u32>,
     /// By facet: whether it hides anything.
     useful: Vec<bool>,
@@ -92,7 +92,7 @@ impl Tiles {
         }
     }
 
-    /// Makes room for so many facets.
+    /// Makes room for this many facets.
     pub(super) fn reserve(&mut self, facets: usize) {
         self.local_of.reserve(facets);
         self.useful.reserve(facets);
@@ -111,12 +111,12 @@ impl Tiles {
         }
     }
 
-    /// Tiles of which any pixel is covered.
+    /// Number of tiles with a covered pixel.
     pub(super) fn covered(&self) -> usize {
         self.nearest.iter().filter(|depth| **depth > 0.0).count()
     }
 
-    /// A facet covers all of a tile.
+    /// Notes that a facet covers all of a tile.
     #[inline(always)]
     pub(super) fn fill_whole(&mut self, tile: usize, facet: u32, depth: &Slope) {
         if depth.end > self.all[tile] {
@@ -129,7 +129,7 @@ impl Tiles {
         self.useful[facet]
     }
 
-    /// A facet does something in a tile.
+    /// Adds a facet's entry to a tile.
     #[inline(always)]
     pub(super) fn push(&mut self, tile: usize, entry: Entry) {
         if self.entries.len() == MOST_ENTRIES {
@@ -161,7 +161,7 @@ impl Tiles {
                         self.add_surfaces(tile);
                     }
                 }
-                // What is no nearer than what covers all is of no use.
+                // A surface no nearer than the one that covers everything is useless.
                 let all = self.all[tile];
                 for layer in &mut self.layers[tile] {
                     if layer.depth.end <= all {
@@ -188,7 +188,7 @@ impl Tiles {
     /// Joins the only two entries of a tile, the last one first: as [`Tiles::join_locals`] and [`Tiles::add_surfaces`] do.
     #[inline(always)]
     fn join_two(&mut self, tile: usize, facets: &[Facet], [a, b]: [Entry; 2]) {
-        // Neighbours have each other.
+        // Neighbours refer to each other.
         if facets[a.facet as usize].mates.contains(&b.facet) {
             let pixels = (a.covered | b.covered) & !(a.open | b.open);
             let layer = Layer { pixels, depth: a.depth.behind_both(&b.depth) };
@@ -231,7 +231,7 @@ impl Tiles {
         }
     }
 
-    /// Makes surfaces of facets that are neighbours, and of each surface the pixels that it covers wholly.
+    /// Joins neighbouring facets to surfaces, and finds the pixels that each surface covers wholly.
     #[inline(always)]
     fn join_locals(&mut self, facets: &[Facet]) {
         let (locals, parents) = (&mut *self.locals, &mut *self.parents);
@@ -239,8 +239,8 @@ impl Tiles {
             let own = locals[i].facet;
             let facet = &facets[own as usize];
             for &mate in &facet.mates[..usize::from(facet.len)] {
-                // Neighbours have each other: once is enough. The other facet's place says so itself, or the facet is not in
-                // this tile.
+                // Neighbours refer to each other: once is enough. The other facet's place confirms it, or the facet is
+                // not in this tile.
                 if mate < own
                     && let place = self.local_of[mate as usize]
                     && locals.get(place as usize).is_some_and(|local| local.facet == mate)
@@ -270,7 +270,7 @@ impl Tiles {
         }
     }
 
-    /// Adds the surfaces of a tile to what hides in it.
+    /// Adds the surfaces of a tile to its layers.
     #[inline(always)]
     fn add_surfaces(&mut self, tile: usize) {
         if self.surfaces.len() > 1 {
@@ -288,7 +288,7 @@ impl Tiles {
         }
     }
 
-    /// Adds a surface of a tile that is no nearer than those before it. Whether it hides anything more.
+    /// Adds a surface of a tile that is no nearer than those before it. Returns whether it hides anything more.
     #[inline(always)]
     fn add_surface(&mut self, tile: usize, surface: &Layer) -> bool {
         let [first, second] = &mut self.layers[tile];
@@ -324,7 +324,8 @@ impl Tiles {
         self.all[tile] > 0.0 && (self.all[tile] >= near.end || self.slopes[tile].is_before(near))
     }
 
-    /// Whether these pixels of a tile, not all of which is covered before a reciprocal depth, are.
+    /// Whether these pixels of a tile are covered before a reciprocal depth; for tiles that are not covered as a
+    /// whole.
     #[inline(always)]
     pub(super) fn hides(&self, tile: usize, pixels: u64, near: &Slope) -> bool {
         let covered = |layer: &Layer| if layer.depth.is_before(near) { layer.pixels } else { 0 };
@@ -332,11 +333,12 @@ impl Tiles {
         pixels & !(covered(first) | covered(second)) == 0
     }
 
-    /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal depth.
+    /// Whether the pixel of a corner may be covered before it. The corner is given in steps, with its reciprocal
+    /// depth.
     ///
-    /// The polygon touches this pixel. If the whole test passes, a bound that hides the pixel is nowhere in the tile farther than
-    /// the polygon. So it is no farther than the corner. Only a corner that was rounded into the tile may lie beside that: then
-    /// the polygon is taken for visible.
+    /// The polygon touches this pixel. If the whole test passes, a bound that hides the pixel is nowhere in the tile
+    /// farther than the polygon. So it is no farther than the corner. Only a corner that was rounded into the tile may
+    /// lie beside that: then the polygon counts as visible.
     #[inline(always)]
     pub(super) fn may_hide_corner(&self, at: [i32; 2], nearness: f64) -> bool {
         let [x, y] = at.map(|v| v >> STEP_BITS);
@@ -360,8 +362,9 @@ impl Tiles {
         self.all[tile] >= near || self.hides(tile, 1 << (y % SIDE * SIDE + x % SIDE), &Slope::level(near))
     }
 
-    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. If `asked` includes it, whether any
-    /// may hide something at the other depth. The number of tiles read. Both ranges lie in the picture and are not empty.
+    /// Whether the pixels of these columns and rows are all covered before a reciprocal depth. If `asked` includes it,
+    /// also whether any may hide something at the other depth. Also returns the number of tiles read. Both ranges lie
+    /// in the picture and are not empty.
     #[inline(always)]
     pub(super) fn test(
         &self,
@@ -401,7 +404,7 @@ impl Tiles {
     }
 }
 
-/// The pixels of a tile, whose first one is given, that lie in these columns and rows.
+/// The pixels of a tile, given by its first pixel, that lie in these columns and rows.
 #[inline(always)]
 fn pixels_within(x: [i32; 2], y: [i32; 2], left: i32, low: i32) -> u64 {
     let within = |v: i32, at: i32| (v - at).clamp(0, SIDE as i32) as u32;

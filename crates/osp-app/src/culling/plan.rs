@@ -10,7 +10,7 @@ use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::scene::Scene;
 
-/// How a model is indexed and culled.
+/// Settings by which a model is indexed and culled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CullingPlan {
     pub(super) kind: IndexKind,
@@ -21,7 +21,7 @@ pub struct CullingPlan {
     pub(super) auto_basis: AutoBasis,
 }
 
-/// A model in an index, which another thread may have made.
+/// An indexed model, which another thread may have made.
 #[derive(Debug)]
 pub struct Indexed {
     pub(super) plan: CullingPlan,
@@ -31,7 +31,7 @@ pub struct Indexed {
 }
 
 impl CullingPlan {
-    /// With this index and this method of occlusion culling.
+    /// A plan with this index and this method of occlusion culling.
     pub fn new(kind: IndexKind, occlusion: Method) -> Self {
         Self {
             kind,
@@ -75,7 +75,7 @@ impl CullingPlan {
     }
 
     fn pipeline(&self, root: Aabb, polygons: usize) -> Pipeline {
-        // Twice the size, so that the model can grow without new root levels within a frame.
+        // Twice the number of polygons, so that no frame of a growing model has to enlarge the index.
         let capacity = IndexConfig::default().capacity.max(polygons * 2);
         let index = self.kind.create(&IndexConfig { root, capacity });
         let pass = PassConfig {
@@ -91,7 +91,7 @@ impl CullingPlan {
     }
 }
 
-/// A model on its way into an index.
+/// A model during its insertion into an index.
 #[derive(Debug)]
 pub(crate) struct Indexing {
     indexed: Indexed,
@@ -108,13 +108,13 @@ impl Indexing {
         goes_on
     }
 
-    /// The model in the index.
+    /// Returns the indexed model.
     pub(crate) fn finish(self) -> Indexed {
         self.indexed
     }
 }
 
-/// The usual root cube if everything is in it, else one around everything.
+/// The default root cube if everything is in it, else one around everything.
 fn root_for(bounds: &Aabb) -> Aabb {
     let usual = IndexConfig::default().root;
     if bounds.is_empty() || usual.contains(bounds) {

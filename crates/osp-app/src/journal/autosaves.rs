@@ -16,7 +16,7 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Bytes of another session's name that the name of a copy begins with.
+/// Most bytes of the original session's name in the name of a copy.
 const MOST_STEM_BYTES: usize = 100;
 
 /// Longest first line of an autosave file that is read for the session's source.
@@ -47,7 +47,7 @@ pub(super) fn name_of_origin(header: &Header) -> Option<String> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Autosave {
     path: PathBuf,
-    /// The sketch that its session comes from.
+    /// Name of the sketch that its session comes from.
     of: String,
     changed: SystemTime,
 }
@@ -58,12 +58,12 @@ impl Autosave {
         &self.path
     }
 
-    /// The sketch that its session comes from: the name of a file, or the beginning of its own name.
+    /// Name of the sketch that its session comes from: the name of a file, or the beginning of its own name.
     pub fn of(&self) -> &str {
         &self.of
     }
 
-    /// When it was written last, for people.
+    /// Time of its last change, as text.
     pub fn time(&self) -> String {
         Moment::of(self.changed).for_people()
     }
@@ -94,7 +94,7 @@ impl Autosaves {
 
     /// A new file with an unused name. It is made with the first event.
     pub(super) fn new_file(&self, stem: &str) -> SessionFile {
-        // Without a folder the lock cannot be taken; the file says why when the first event comes.
+        // Without a folder the lock cannot be taken; the file reports why when the first event comes.
         let _ = fs::create_dir_all(&self.folder);
         let stamp = Moment::now().for_file_name();
         let stem = shortened(stem);
@@ -109,7 +109,7 @@ impl Autosaves {
                 continue;
             }
             match SessionLock::take(&path) {
-                // Another window may have had it, drawn and gone in the meantime.
+                // Another window may have taken the name, drawn and closed in the meantime.
                 Ok(lock) if fs::is_there(&path) => lock.leave(),
                 Ok(lock) => return SessionFile::new(path, Some(lock)),
                 Err(NotTaken::Held(_)) => {}
@@ -119,13 +119,13 @@ impl Autosaves {
         SessionFile::new(self.folder.join(format!("{stem}-{stamp}-{}.ron", process_id())), None)
     }
 
-    /// Whether a file is one of them, by its folder and its name.
+    /// Whether a file is an autosave file, by its folder and its name.
     pub(crate) fn has(&self, path: &Path) -> bool {
         name_without_time(path).is_some()
             && true_path(path).parent().is_some_and(|folder| folder == true_path(&self.folder))
     }
 
-    /// All that are regular files with something in them, the one that was written last first, with their names without time.
+    /// All regular files among them that are not empty, the last written first, with their names without time.
     fn files(&self) -> Vec<Autosave> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let found = entries.flatten().filter_map(|entry| {
@@ -139,8 +139,7 @@ impl Autosaves {
         found
     }
 
-    /// The last written autosave files, the last one first, at most `most`. A file with an unreadable beginning has its file
-    /// name.
+    /// At most `most` autosave files, the last written first. A file with an unreadable beginning has its file name.
     pub fn last(&self, most: usize) -> Vec<Autosave> {
         let mut found = self.files();
         found.truncate(most);
@@ -153,7 +152,7 @@ impl Autosaves {
         found
     }
 
-    /// The edits of a copy of this session that were written last.
+    /// The last written edits of a copy of this session.
     pub(crate) fn edits_of(&self, session: &Path) -> Option<Autosave> {
         let stem = session.file_stem().unwrap_or_default().to_string_lossy();
         let from = format!("{}: ", true_path(session).display());
@@ -166,7 +165,7 @@ impl Autosaves {
         Some(Autosave { of, ..edits })
     }
 
-    /// The sessions that were left open, the newest first: by programs that are gone, or that live and have them.
+    /// The sessions that are marked as open, the newest first: their programs have ended, or still have them open.
     pub(crate) fn marked(&self) -> Vec<PathBuf> {
         let Ok(entries) = fs::read_dir(&self.folder) else { return Vec::new() };
         let mut found: Vec<(SystemTime, PathBuf)> = Vec::new();
@@ -192,7 +191,7 @@ impl Autosaves {
     }
 }
 
-/// Its program may have drawn its first stroke and died since we looked.
+/// Releases the lock of an empty session. Its program may have drawn a first stroke and ended since the check.
 fn release_if_empty(lock: SessionLock, session: &Path) {
     match fs::metadata(session) {
         Ok(data) if data.len() > 0 => lock.leave(),
@@ -200,7 +199,7 @@ fn release_if_empty(lock: SessionLock, session: &Path) {
     }
 }
 
-/// The beginning of a name, so that with the time behind it and a mark's ending it is not too long for any disk.
+/// The beginning of a name, short enough for any disk even with the time and a mark's ending behind it.
 fn shortened(stem: &str) -> &str {
     &stem[..stem.floor_char_boundary(MOST_STEM_BYTES)]
 }

@@ -16,7 +16,7 @@ impl Moment {
         Self::of(platform::time::now())
     }
 
-    /// The date from the number of days: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", 2013.
+    /// The date for a number of days: Howard Hinnant, "chrono-Compatible Low-Level Date Algorithms", 2013.
     pub(super) fn of(time: SystemTime) -> Self {
         let secs = time.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs());
         // Eras of 400 years that begin in March, so that the leap day is the last of a year.

@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::Xxh3Default;
 
 use osp_session::platform::fs::{File, Metadata};
 
-/// A 128-bit hash of a file's contents: enough to notice that another program has written to it.
+/// A 128-bit hash of a file's contents, to notice changes by other programs.
 #[derive(Clone, Default)]
 pub(super) struct Contents {
     bytes: u64,
@@ -31,7 +31,7 @@ impl Contents {
         }
     }
 
-    /// Adds the bytes after them.
+    /// Adds the bytes that follow.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         self.hash.update(bytes);
@@ -50,10 +50,10 @@ impl fmt::Debug for Contents {
     }
 }
 
-/// When a file was last changed, by the system's clock. Two writes within one tick have the same time.
+/// Time of a file's last change, by the system's clock. Two writes within one tick have the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamp {
-    /// A program may set the time of the last change back, but not this one.
+    /// The time of the last change of status, which no program can set back.
     #[cfg(unix)]
     seconds_and_nanoseconds: (i64, i64),
     #[cfg(not(unix))]

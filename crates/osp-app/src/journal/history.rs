@@ -13,13 +13,13 @@ use osp_session::{
 
 /// Bytes of text that are compressed at once: about a quarter of a millisecond on the window's thread.
 const BLOCK_BYTES: usize = 1 << 16;
-/// Longest line that is kept in the words of its file, bytes.
+/// Longest line that is kept as the file had it, bytes.
 const KEPT_LINE_BYTES: usize = 512;
-/// The fastest of those that compress a session to less than half.
+/// The fastest level that compresses a session to less than half.
 const COMPRESSION_LEVEL: i32 = 1;
 
-/// The lines of all of a session's events in memory, the same as in its file. If the file is lost or damaged, the session can
-/// be written again from it.
+/// The lines of all events of a session in memory, the same as in its file. If the file is lost or damaged, the
+/// session is written again from them.
 #[derive(Debug)]
 pub(super) struct History {
     lines: RonWriter<Text>,
@@ -51,7 +51,7 @@ impl History {
         self.append(event, |lines| lines.write(event))
     }
 
-    /// Appends events that were read, in the words of their file where it has any.
+    /// Appends events that were read, with their lines if the file has lines.
     ///
     /// # Errors
     /// No recording can hold one of them; those before it were appended.
@@ -79,7 +79,7 @@ impl History {
             Event::Begin { stroke, .. } | Event::Polygon { stroke: Some(stroke), .. } => {
                 self.strokes.entry(*stroke).or_insert((start, end)).1 = end;
             }
-            // Those of strokes that never began, as damaged files have them by the million, take no memory.
+            // Strokes that never began, of which damaged files have millions, take no memory.
             Event::Point { stroke, .. } | Event::End { stroke, .. } => {
                 if let Some(lines) = self.strokes.get_mut(stroke) {
                     lines.1 = end;
@@ -90,7 +90,7 @@ impl History {
         Ok(())
     }
 
-    /// The events that made these strokes, in their order. Unpacks the parts of the text that they lie in.
+    /// The events that made these strokes, in their order. Unpacks the parts of the text with these events.
     ///
     /// # Errors
     /// There is no memory for a block.
@@ -98,7 +98,7 @@ impl History {
         let mut ranges: Vec<(u64, u64)> =
             strokes.iter().filter_map(|stroke| self.strokes.get(stroke)).copied().collect();
         ranges.sort_unstable();
-        // Those in the same block are read together: it is unpacked once.
+        // Ranges in the same block are read together, so the block is unpacked once.
         ranges.dedup_by(|next, last| {
             let is_near = next.0 <= last.1 + BLOCK_BYTES as u64;
             if is_near {
@@ -179,8 +179,8 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from. A very long line is written again: it may consist of a remark, which
-    /// no limit counts.
+    /// Adds an event, and the line that it was read from. A very long line is replaced by a new one: it may consist of
+    /// a comment, which no limit counts.
     pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
         self.bytes += line.map_or(0, str::len);
@@ -240,7 +240,7 @@ impl Write for Text {
         if self.open.len() >= BLOCK_BYTES {
             let plain_bytes = self.open.len();
             self.sealed_bytes += plain_bytes as u64;
-            // Nothing is lost where there is no memory to compress in.
+            // Without memory for compression the text stays as it is.
             let packed = match zstd::bulk::compress(&self.open, COMPRESSION_LEVEL) {
                 Ok(packed) => Packed::Zstd(packed),
                 Err(_) => Packed::Plain(self.open.clone()),

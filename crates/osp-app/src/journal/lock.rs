@@ -38,12 +38,12 @@ impl Word {
 
     fn parse(text: &str) -> Option<Self> {
         let word: Self = ron::from_str(text.trim()).ok()?;
-        // It goes to a terminal and into a window.
+        // The text is shown in a terminal and in a window.
         let is_printable = |text: &str| text.len() <= 255 && !text.chars().any(char::is_control);
         (is_printable(&word.host) && is_printable(&word.since)).then_some(word)
     }
 
-    /// Whether it is certain that the process is gone.
+    /// Whether the process has certainly ended.
     fn is_gone(&self) -> bool {
         cfg!(target_os = "linux")
             && self.host == host()
@@ -52,7 +52,7 @@ impl Word {
     }
 }
 
-/// The number of this program among those that run.
+/// The process id of this program.
 pub(super) fn process_id() -> u32 {
     if cfg!(target_arch = "wasm32") { 0 } else { std::process::id() }
 }
@@ -70,7 +70,7 @@ pub struct OpenElsewhere {
 }
 
 impl OpenElsewhere {
-    /// A session whose own lock is taken, but not that of its lock file.
+    /// A session that is locked itself, while its lock file is free.
     pub(super) fn by_somebody(session: &Path) -> Self {
         Self { session: session.to_owned(), word: None }
     }
@@ -89,7 +89,7 @@ impl OpenElsewhere {
     }
 }
 
-/// Why a session's lock was not taken.
+/// Reason why a session's lock was not taken.
 #[derive(Debug)]
 pub(crate) enum NotTaken {
     Held(OpenElsewhere),
@@ -99,12 +99,14 @@ pub(crate) enum NotTaken {
 
 /// The right to write a session. One program has it, from opening to closing.
 ///
-/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The lock is not on the session
-/// itself: the session need not exist yet, and a program that replaces it (a rename over it) leaves the lock on the old
-/// file, where no other program finds it. The mark's name comes from the session's true name, so symbolic links to one
-/// session share it; hard links do not, so a session that exists is locked, too (see
-/// [`SessionFile`](super::session_file::SessionFile)). The mark says who has the session. It is removed when the session
-/// is closed on purpose; after a crash it stays, without its lock.
+/// It is an advisory lock on a lock file beside the session, `NAME.ron.open` (the mark). The lock is not on the
+/// session itself, because the session need not exist yet. Also, a program that replaces the session (by a rename)
+/// would leave the lock on the old file, where no other program finds it.
+///
+/// The mark's name comes from the session's true name, so symbolic links to one session share it. Hard links do not;
+/// therefore a session that exists is locked, too (see [`SessionFile`](super::session_file::SessionFile)). The mark
+/// names the program that has the session. Closing the session on purpose removes it; after a crash it stays, without
+/// its lock.
 ///
 /// If the file system has no locks (some network shares), the mark's text counts. Then two programs that start within
 /// the same instant may both take the session.
@@ -119,7 +121,7 @@ struct Mark {
     path: PathBuf,
     /// Holds the lock.
     file: File,
-    /// It is not our file, it only has the mark's name: it is locked, but neither written to nor removed.
+    /// Another file with the mark's name: it is locked, but neither written to nor removed.
     is_foreign: bool,
 }
 
@@ -138,9 +140,9 @@ impl Content {
         if file.rewind().is_err() || file.take(MOST_MARK_BYTES + 1).read_to_end(&mut bytes).is_err() {
             return Self::Foreign;
         }
-        // After a power failure a file may be there without its contents: empty, or of zeros.
+        // After a power failure a file may exist without its contents: empty, or with zeros only.
         let is_blank = bytes.iter().all(|&byte| byte == 0);
-        // A picture of a disk begins with zeros, too.
+        // A disk image begins with zeros, too.
         let is_short = bytes.len() as u64 <= MOST_MARK_BYTES;
         let is_ours = is_short && (is_blank || bytes.starts_with(WORD_START));
         match is_ours {
@@ -170,8 +172,8 @@ impl SessionLock {
         Self::take_or_make(session, true)
     }
 
-    /// Takes the lock of a session that was left open by a program that has ended. None if another program has
-    /// taken it before us, or has taken and closed it since.
+    /// Takes the lock of a session that an ended program has left open. None if another program has taken it before
+    /// us, or has taken and closed it since.
     pub(crate) fn take_over(session: &Path) -> Option<Self> {
         Self::take_or_make(session, false).ok().filter(|lock| lock.mark.is_some())
     }
@@ -208,8 +210,8 @@ impl SessionLock {
                 let word = Some(word);
                 return Err(NotTaken::Held(OpenElsewhere { session: session.to_owned(), word }));
             }
-            // Whoever had the mark may have removed it between our opening and our locking it: then we hold a file
-            // without a name, and the next one to come makes a new mark.
+            // The former holder may have removed the mark between our opening and our locking it. Then we hold a file
+            // without a name, and the next program makes a new mark.
             if !is_at(&file, &mark) {
                 continue;
             }
@@ -227,7 +229,7 @@ impl SessionLock {
         if let Some(Mark { path, file, is_foreign: false }) = self.mark
             && is_at(&file, &path)
         {
-            // If it stays, the session is offered once more: nothing is lost.
+            // If the mark stays, the session is offered again: nothing is lost.
             let _ = fs::remove_file(path);
         }
     }
@@ -250,7 +252,7 @@ fn write_word(file: &mut File) -> io::Result<()> {
     let text = ron::to_string(&Word::ours()).map_err(io::Error::other)?;
     file.set_len(0)?;
     file.rewind()?;
-    // The type's name tells our marks from others' files; `ron` leaves it out.
+    // The type's name marks our files; `ron` leaves it out.
     file.write_all(format!("Open{text}\n").as_bytes())
 }
 
@@ -288,8 +290,8 @@ impl Identity {
     }
 }
 
-/// Locks a file. A program that is just being started from this one has our open files for a moment, with their locks:
-/// so a lock that is taken is tried again before it is reported.
+/// Locks a file. A child process shares our open files and their locks for a moment at its start. So a taken lock is
+/// tried again before it is reported.
 fn try_lock_patiently(file: &File) -> Result<(), TryLockError> {
     const TRIES: u32 = 10;
     const PAUSE: Duration = Duration::from_millis(10);
@@ -349,7 +351,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let session = folder.path().join("a.ron");
         let first = SessionLock::take(&session).expect("free");
-        // Somebody tidies up.
+        // Another program removes the mark.
         fs::remove_file(SessionLock::mark_of(&session)).expect("a mark");
         let second = SessionLock::take(&session).expect("a mark of its own");
         first.release();

@@ -25,37 +25,37 @@ use osp_session::{
     recording::{LastLine, RecordingError},
 };
 
-/// A pause: if nothing is written for this long, the file is flushed to the disk.
+/// Time without writes after which the file is flushed to the disk.
 const PAUSE: Duration = Duration::from_secs(1);
-/// A file that may have been changed is read again at most this often.
+/// Least interval between two readings of a file that may have been changed.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
-/// Without a pause, the file is flushed to the disk this often.
+/// Longest time between flushes if there is no pause.
 const LONGEST_UNSYNCED: Duration = Duration::from_secs(10);
 
 /// Why events could not be written to a session's file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Trouble {
-    /// Nothing lies at its place any more.
+    /// No file exists at its path any more.
     #[error("it was removed, or its folder was")]
     Removed,
-    /// Another file lies there.
+    /// Another file exists at its path.
     #[error("another file was put in its place")]
     Replaced,
     /// Another program has written to it.
     #[error("another program has changed it: it has {found} bytes, not {expected}")]
     Changed {
-        /// Bytes that we have written.
+        /// Expected length, bytes.
         expected: u64,
-        /// Bytes that it has.
+        /// Length found, bytes.
         found: u64,
     },
     /// Another program has written over a part of it.
     #[error("another program has written over a part of it")]
     Overwritten,
-    /// Another program has made it since the session was begun.
+    /// Another program has created it since the session began.
     #[error("another program has made a file of this name")]
     Appeared,
-    /// Another window has taken it since the session was begun.
+    /// Another window has opened it since the session began.
     #[error("{0}")]
     Held(OpenElsewhere),
     /// It cannot be written: the disk is full or broken.
@@ -68,7 +68,7 @@ impl Trouble {
         Self::CannotWrite(error.to_string())
     }
 
-    /// Whether the file that lies at the place, if any, is not the session's.
+    /// Whether the file at the path, if any, is another one than the session's.
     pub fn is_lost(&self) -> bool {
         !matches!(self, Self::CannotWrite(_))
     }
@@ -83,19 +83,19 @@ impl From<NotTaken> for Trouble {
     }
 }
 
-/// A file with the text of a [`History`] up to some byte, written by this program only.
+/// A file with the text of a [`History`] up to some byte; only this program writes it.
 ///
-/// Before every write the file at the path is compared with the one that is open: the same file, as long as we left it.
+/// Before every write the file at the path is compared with the open one, to find changes by other programs.
 #[derive(Debug)]
 pub(crate) struct SessionFile {
     path: PathBuf,
-    /// None if it could not be taken yet: the folder is made with the first event.
+    /// None if it could not be taken yet: the first event makes the folder.
     lock: Option<SessionLock>,
-    /// None until the first event makes it.
+    /// None until the first event creates it.
     open: Option<OpenFile>,
-    /// Bytes of the history that it holds.
+    /// Bytes of the history in it.
     held: u64,
-    /// Lines of the history that it holds.
+    /// Lines of the history in it.
     lines: u64,
     /// The end of the file when the session was opened. None if there was no file.
     before: Option<Before>,
@@ -107,11 +107,11 @@ struct OpenFile {
     identity: Identity,
     /// Its length in bytes, unless another program has changed it.
     bytes: u64,
-    /// Bytes of its whole lines: the next one is written there.
+    /// Bytes of its whole lines; the next line is written behind them.
     whole_bytes: u64,
     /// A hash of its whole lines.
     contents: Contents,
-    /// When we changed it last.
+    /// Time of our last change.
     touched: Stamp,
     /// Another program may have changed it, and it has not been compared since.
     is_suspect: bool,
@@ -120,13 +120,13 @@ struct OpenFile {
     lacks_newline: bool,
     /// A write has failed, and the torn line that it left could not be removed.
     is_torn: bool,
-    /// The last flush to the disk failed: written events may not be there.
+    /// The last flush to the disk failed: written events may be lost.
     is_doubtful: bool,
     unsynced: Option<Unsynced>,
     syncing: Option<Receiver<io::Result<()>>>,
 }
 
-/// Since when there are writes that are not flushed to the disk.
+/// Time of the first write that is not flushed to the disk.
 #[derive(Clone, Copy, Debug)]
 struct Unsynced {
     first: Instant,
@@ -140,17 +140,17 @@ struct Before {
     lines: u64,
     whole_bytes: u64,
     lacks_newline: bool,
-    /// A torn line behind them.
+    /// A torn line behind the whole ones.
     torn: Vec<u8>,
 }
 
 impl SessionFile {
-    /// A file that the first event will make.
+    /// A file that the first event will create.
     pub(crate) fn new(path: PathBuf, lock: Option<SessionLock>) -> Self {
         Self { path, lock, open: None, held: 0, lines: 0, before: None }
     }
 
-    /// Opens a session to continue it. The lock comes first: no other program changes the file afterwards.
+    /// Opens a session to continue it. The lock is taken first: no other program changes the file afterwards.
     ///
     /// # Errors
     /// Another program has the file, or it cannot be opened for writing; the lock comes back.
@@ -163,7 +163,7 @@ impl SessionFile {
         }
     }
 
-    /// The file's contents have been read into the history: new events are appended from here.
+    /// Notes that the file's contents were read into the history: new events are appended from here.
     ///
     /// # Errors
     /// It cannot be read.
@@ -205,7 +205,7 @@ impl SessionFile {
         Ok(file)
     }
 
-    /// Everything written so far is kept, even if the session is discarded.
+    /// Makes the present end of the file the state to which a discarded session returns.
     fn start_here(&mut self) {
         self.before = self.open.as_ref().map(|open| Before {
             held: self.held,
@@ -230,7 +230,7 @@ impl SessionFile {
         true_path(path) == true_path(&self.path)
     }
 
-    /// Lines of the history, its header not counted, that it does not hold.
+    /// Lines of the history, without its header, that the file lacks.
     pub(super) fn missing(&self, history: &History) -> u64 {
         if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
             return history.events();
@@ -238,12 +238,12 @@ impl SessionFile {
         (history.events() + 1).saturating_sub(self.lines.max(1))
     }
 
-    /// Whether it is on the disk as far as it was written.
+    /// Whether all written data are flushed to the disk.
     pub(super) fn is_synced(&self) -> bool {
         self.open.as_ref().is_none_or(|open| open.unsynced.is_none() && open.syncing.is_none())
     }
 
-    /// Whether there is a file, and it is the one that we left.
+    /// Whether the file exists and is unchanged since our last write.
     pub(super) fn check(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let found = match fs::metadata(&self.path) {
@@ -259,8 +259,8 @@ impl SessionFile {
         if found.len() != open.bytes && !open.is_torn {
             return Err(Trouble::Changed { expected: open.bytes, found: found.len() });
         }
-        // The same length does not mean the same contents. To read a file costs more than to ask for its metadata, so it is
-        // read only when these (times, permissions) have changed.
+        // The same length does not mean the same contents. Reading a file costs more than reading its metadata. So it
+        // is read only if these (times, permissions) have changed.
         let now = Instant::now();
         open.is_suspect |= Stamp::of(&found) != open.touched;
         let was_just_compared =
@@ -272,13 +272,13 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Whether the file is the one that we left, byte by byte.
+    /// Whether the file is unchanged since our last write, byte by byte.
     pub(super) fn check_all(&mut self) -> Result<(), Trouble> {
         self.check()?;
         self.open.as_mut().map_or(Ok(()), |open| open.compare(Instant::now()))
     }
 
-    /// Writes the part of the history that the file does not hold yet.
+    /// Writes the part of the history that the file lacks.
     pub(super) fn catch_up(&mut self, history: &History) -> Result<(), Trouble> {
         self.check()?;
         if self.open.as_ref().is_some_and(|open| open.is_doubtful) {
@@ -302,7 +302,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Makes the file, which must not be there.
+    /// Creates the file, which must not exist.
     fn make(&mut self) -> Result<(), Trouble> {
         if let Some(folder) = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder).map_err(|error| Trouble::io(&error))?;
@@ -310,7 +310,7 @@ impl SessionFile {
         if self.lock.is_none() {
             self.lock = Some(SessionLock::take(&self.path)?);
         }
-        // A link to a file that is not there yet is not a file that is.
+        // A link to a missing file is not an existing file.
         let place = match Destination::of(&self.path) {
             Ok(Destination::File(place)) => place,
             _ => self.path.clone(),
@@ -327,7 +327,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Writes the whole session to the place again.
+    /// Writes the whole session to the path again.
     fn rewrite(&mut self, history: &History) -> Result<(), Trouble> {
         let place = true_path(&self.path);
         write_atomically(&place, |out| history.write_to(out)).map_err(|error| Trouble::io(&error))?;
@@ -352,7 +352,7 @@ impl SessionFile {
             let (sender, receiver) = channel();
             let (file, path) = (Arc::clone(&open.file), self.path.clone());
             let started = threads::beside("sync", move || {
-                // Nobody listens any more if the session was closed meanwhile.
+                // There is no receiver any more if the session was closed meanwhile.
                 let _ = sender.send(sync(&file, &path));
             });
             if started.is_ok() {
@@ -378,7 +378,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Takes the file back to what it was when the session was opened. A file that another program has changed is left
+    /// Restores the file to its state when the session was opened. A file that another program has changed is left
     /// alone; if that program undoes its change, the file is written again.
     pub(super) fn revert(&mut self) -> Result<(), Trouble> {
         let Some(open) = &mut self.open else { return Ok(()) };
@@ -406,7 +406,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Closes the session on purpose: no program has it any more.
+    /// Closes the session on purpose: it is no longer marked as open.
     pub(crate) fn release(mut self) {
         self.open = None;
         if let Some(lock) = self.lock.take() {
@@ -422,17 +422,17 @@ impl SessionFile {
         }
     }
 
-    /// Takes its lock, for another file under the same name.
+    /// Takes the lock out of it, for another file under the same name.
     pub(super) fn take_lock(&mut self) -> Option<SessionLock> {
         self.lock.take()
     }
 
-    /// Gives it a lock, such as that of the file before it.
+    /// Gives it a lock, such as the lock of the former file.
     pub(super) fn put_lock(&mut self, lock: Option<SessionLock>) {
         self.lock = lock;
     }
 
-    /// Removes it, if it is what we have written, and closes it.
+    /// Removes the file if it has only our data, and closes it.
     pub(super) fn remove(mut self) {
         if self.open.is_some() && self.check().is_ok() {
             // A copy too many does no harm.
@@ -443,7 +443,7 @@ impl SessionFile {
 }
 
 impl OpenFile {
-    /// A file of nothing but whole lines.
+    /// A file with whole lines only.
     fn new(file: File, data: &Metadata) -> Self {
         Self {
             file: Arc::new(file),
@@ -470,23 +470,23 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Whether the whole lines are what we have read and written.
+    /// Compares the whole lines with the data that we have read and written.
     fn compare(&mut self, now: Instant) -> Result<(), Trouble> {
         let found = Contents::read(&self.file, self.whole_bytes).map_err(|error| Trouble::io(&error))?;
         self.is_suspect = found != self.contents;
-        // A file that differs is read each time: it may have been restored.
+        // A file that differs is read each time, because it may be restored.
         self.compared_at = (!self.is_suspect).then_some(now);
         if self.is_suspect { Err(Trouble::Overwritten) } else { Ok(()) }
     }
 
-    /// We have written to it.
+    /// Notes that we have written to it.
     fn note_touch(&mut self) {
         if let Ok(data) = self.file.metadata() {
             self.touched = Stamp::of(&data);
         }
     }
 
-    /// Cuts off a torn line, and ends one that is whole but for its newline.
+    /// Cuts off a torn line, or completes one that lacks only its newline.
     fn prepare(&mut self) -> io::Result<()> {
         let mut file = &*self.file;
         if self.is_torn || self.bytes != self.whole_bytes {
@@ -505,8 +505,8 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Writes whole lines, in one write if the system can. Returns how many of them the file holds now; of a line
-    /// that was torn, nothing is left.
+    /// Writes whole lines, in one write if the system can. Returns the lines that the file has now; a torn line is
+    /// removed.
     fn append<'p>(&mut self, lines: &'p [u8]) -> (&'p [u8], io::Result<()>) {
         let mut file = &*self.file;
         let mut written = 0;
@@ -550,7 +550,7 @@ impl OpenFile {
         self.note_sync(result)
     }
 
-    /// A file whose flush failed may have lost any part: it is written again.
+    /// Writes the file again after a failed flush, which may have lost any part.
     fn note_sync(&mut self, result: io::Result<()>) -> Result<(), Trouble> {
         result.map_err(|error| {
             self.is_doubtful = true;
@@ -574,7 +574,7 @@ fn open_for_writing(path: &Path) -> Result<OpenFile, Trouble> {
 /// Flushes a file's contents and its name to the disk.
 fn sync(file: &File, path: &Path) -> io::Result<()> {
     match file.sync_all() {
-        // A file that cannot be flushed (on some network and virtual file systems) is as safe as it can be.
+        // If a file cannot be flushed (on some network and virtual file systems), nothing more can be done for it.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {}
         result => result?,
     }
@@ -582,14 +582,14 @@ fn sync(file: &File, path: &Path) -> io::Result<()> {
         && let Some(folder) = true_path(path).parent()
         && let Ok(folder) = File::open(folder)
     {
-        // Not every file system can, and the file itself is there.
+        // Not every file system can flush a folder.
         let _ = folder.sync_all();
     }
     Ok(())
 }
 
-/// Two names of one file without a symbolic link (hard links, a folder mounted twice) have marks of their own; the file
-/// has one lock. Elsewhere than on Unix such a lock would keep readers out.
+/// Locks the file itself. Two names of one file without a symbolic link (hard links, a folder mounted twice) have
+/// different marks, but the file has one lock. On systems other than Unix such a lock would keep readers out.
 fn lock_itself(file: &File, path: &Path) -> Result<(), Trouble> {
     if cfg!(unix) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
         return Err(Trouble::Held(OpenElsewhere::by_somebody(path)));

@@ -1,4 +1,4 @@
-//! Positions at which the others of a shared session draw, as the window shows them.
+//! Pens of the other authors of a shared session, in the window.
 
 use glam::{Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use crate::session::Live;
 use osp::view::View;
 use osp_session::recording::Author;
 
-/// The ring where somebody draws has this part of the camera's distance as its radius.
+/// Radius of the ring around another author's pen, as a part of the camera's distance.
 const RING_PART: f32 = 0.01;
 /// Most authors whose pens are shown: more would hide the model.
 const MOST_SHOWN: usize = 100;
@@ -15,7 +15,7 @@ const MOST_SHOWN: usize = 100;
 /// An author's pen in the model's part of the window. Places there are 0 to 1 from its left and lower border.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherInView {
-    /// Whose it is.
+    /// Its author.
     pub author: Author,
     /// The author's name; empty if there is none.
     pub name: String,
@@ -23,13 +23,13 @@ pub struct OtherInView {
     pub at: Vec2,
     /// Radius of the ring around it, in parts of the height.
     pub radius: f32,
-    /// Left and lower corner of the view that it is seen in.
+    /// Left and lower corner of the view that shows it.
     pub from: Vec2,
     /// Right and upper corner of that view.
     pub to: Vec2,
 }
 
-/// A point on a view's screen, -1 to 1, and how far away it is along the view, metres; none if it cannot be seen there.
+/// Position of a point on a view's screen, -1 to 1, and its depth, metres; none if the view does not show it.
 fn on_screen(view: &View, p: Vec3) -> Option<(Vec2, f32)> {
     let distance_m = (p - view.eye_in_world).dot(view.forward_in_world());
     if distance_m.partial_cmp(&view.projection.near_m) != Some(std::cmp::Ordering::Greater) {
@@ -41,7 +41,7 @@ fn on_screen(view: &View, p: Vec3) -> Option<(Vec2, f32)> {
 }
 
 impl Studio {
-    /// The shared session's pens of others, and the radius of the rings around them, metres.
+    /// The pens of others in the shared session, and the radius of the rings around them, metres.
     pub(super) fn others(&self) -> (impl Iterator<Item = (Author, Vec3)> + '_, f32) {
         let pens = self.session.live().into_iter().flat_map(Live::pens).take(MOST_SHOWN);
         (pens.map(|pen| (pen.author, pen.at)), self.navigator.distance_m() * RING_PART)
@@ -57,7 +57,7 @@ impl Studio {
         }
         let hands = self.hands_before_screens();
         let mut views = self.room.views(&self.navigator, &hands, aspect, &self.session.bounds());
-        // Where two eyes share a part of the window, one of them has the name.
+        // If two eyes share a part of the window, one of them shows the name.
         views.dedup_by_key(|view| (view.from, view.to));
         let mut found = Vec::new();
         for (author, p) in others {

@@ -9,7 +9,7 @@ use osp_render::{Depth, LineBatch};
 use osp_session::recording::Motion;
 
 impl Studio {
-    /// Culled polygons, to be drawn tinted: only while the eye is elsewhere than the culling camera.
+    /// Finds culled polygons, to be drawn tinted: only while the eye and the culling camera differ.
     pub(super) fn find_culled(&mut self) {
         self.shown.culled.clear();
         self.shown.hidden.clear();
@@ -98,7 +98,7 @@ impl Studio {
         }
     }
 
-    /// Draws a ring in each author's colour where the others draw.
+    /// Draws a ring around each other author's pen, in the author's colour.
     #[cfg(feature = "live")]
     fn draw_others(&mut self, view: &View) {
         let mut lines = std::mem::take(&mut self.shown.lines);

@@ -31,7 +31,7 @@ use osp_render::{DrawnCounts, LineBatch, PassTimes};
 pub struct FrameReport {
     /// Times and counts of the index.
     pub record: FrameRecord,
-    /// Time to make polygons of the input since the last frame, nanoseconds.
+    /// Time to turn the input since the last frame into polygons, nanoseconds.
     pub strokes_ns: u64,
     /// Number of input samples in this frame.
     pub samples: u64,

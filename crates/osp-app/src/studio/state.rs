@@ -22,7 +22,7 @@ use osp_session::{platform::time::Instant, recording::Limits, scene::Scene};
 
 /// Settings from outside, and values for the panels.
 impl Studio {
-    /// Sets the tracker to listen to.
+    /// Sets the tracker to read.
     pub fn set_tracker(&mut self, tracker: Tracker) {
         self.input.senders = (tracker.listening() == Listening::Authors).then(Senders::default);
         self.input.tracker = Some(tracker);
@@ -45,8 +45,8 @@ impl Studio {
         self.culling.set_tests(node_test, score);
     }
 
-    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are measured
-    /// here; by counts it decides the same on every machine.
+    /// Sets the measure by which `auto` finds the cheapest method of occlusion culling, before it is chosen. Times are
+    /// measured here; counts give the same decision on every machine.
     pub fn set_auto_basis(&mut self, basis: AutoBasis) {
         self.culling.set_auto_basis(basis);
     }
@@ -61,7 +61,7 @@ impl Studio {
         self.room = room;
     }
 
-    /// The tracker, if one is listened to.
+    /// The tracker, if there is one.
     pub fn tracker(&self) -> Option<&Tracker> {
         self.input.tracker.as_ref()
     }
@@ -71,7 +71,7 @@ impl Studio {
         &self.input.watch
     }
 
-    /// While the tracker is calibrated, its hands do not draw.
+    /// Sets whether the tracker is being calibrated; its hands then do not draw.
     pub fn set_calibrating(&mut self, is_calibrating: bool) {
         self.input.is_calibrating = is_calibrating;
     }
@@ -81,7 +81,7 @@ impl Studio {
         self.room.screens_behind(&self.shown.views)
     }
 
-    /// The last frame's picture was handed to the display.
+    /// Notes that the last frame's picture was passed to the display.
     pub fn note_shown(&mut self) {
         self.input.watch.note_shown(Instant::now());
     }
@@ -121,18 +121,18 @@ impl Studio {
         self.input.snap
     }
 
-    /// Numbers of polygons in the first view that lie wholly in the frustum, and that its planes cut; only while that is
-    /// shown.
+    /// Numbers of polygons in the first view that lie wholly in the frustum, and that its planes cut; `None` while
+    /// this is not shown.
     pub fn inside_and_cut(&self) -> Option<(u64, u64)> {
         self.shown.cut
     }
 
-    /// The moment at which brushes that move by themselves stand still, seconds; `None` if they move.
+    /// The moment at which animated brushes stand still, seconds; `None` if they move.
     pub fn moment_s(&self) -> Option<f32> {
         self.moment_s
     }
 
-    /// Pictures of the structures that are shown.
+    /// The structures that are drawn over the model.
     pub fn layers(&self) -> LayerChoice {
         self.layers
     }
@@ -167,14 +167,14 @@ impl Studio {
         self.follows_replay_camera = follow;
     }
 
-    /// Messages to the person, oldest first.
+    /// Messages to the user, oldest first.
     pub fn messages(&self) -> &[String] {
         &self.messages
     }
 
     /// Adds a message.
     pub fn say(&mut self, message: String) {
-        /// Messages kept.
+        /// Most messages that are kept.
         const KEPT: usize = 50;
         if self.messages.len() >= KEPT {
             self.messages.remove(0);
@@ -200,7 +200,7 @@ impl Studio {
         self.shown.while_drawing
     }
 
-    /// The painter reports what the GPU culled.
+    /// Stores the painter's counts of culling on the GPU.
     pub(crate) fn note_drawn(&mut self, counts: Option<(DrawnCounts, Option<PassTimes>)>) {
         self.shown.while_drawing = counts;
     }
@@ -220,12 +220,12 @@ impl Studio {
         self.shown.patterns.get(view).filter(|_| self.room.shows_pattern()).unwrap_or(&self.shown.lines)
     }
 
-    /// Polygons outside of the views of the last frame; empty unless they are to be shown.
+    /// Polygons outside of the views of the last frame; empty unless they are shown.
     pub fn culled(&self) -> &VisibleBlocks {
         &self.shown.culled
     }
 
-    /// Polygons that were left out of the last frame because others hide them; empty unless they are to be shown.
+    /// Polygons that occlusion culling left out of the last frame; empty unless they are shown.
     pub fn hidden(&self) -> &VisibleBlocks {
         &self.shown.hidden
     }

@@ -3,38 +3,38 @@ use std::{collections::BTreeMap, net::SocketAddr, str::FromStr, time::Duration};
 use super::osc::osc_key;
 use osp_session::platform::time::Instant;
 
-/// Datagrams of one second that are read; later ones are dropped and counted. Ten trackers at a thousand poses a second
-/// stay below.
+/// Most datagrams that are read in a second; later ones are dropped and counted. Ten trackers at a thousand poses a
+/// second stay below.
 const DATAGRAMS_A_SECOND: u32 = 10_000;
 
-/// Senders that are authors at the same time, at most.
+/// Most senders that are authors at the same time.
 const MOST_AUTHORS: usize = 16;
 
 /// Accepted senders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Listening {
-    /// The sender that was first, until it falls silent.
+    /// The first sender, until it falls silent.
     #[default]
     First,
-    /// Everybody, as if all were one.
+    /// All senders, as if they were one.
     Everybody,
-    /// Everybody, each of them an author of the session: 16 at a time.
+    /// All senders, each as an author of the session: 16 at a time.
     Authors,
 }
 
-/// Whose datagrams are read.
+/// Options for accepting datagrams.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrackerOptions {
     /// Accepted senders.
     pub listening: Listening,
-    /// Only those that begin with this key.
+    /// Key that a datagram has to begin with, if any.
     pub key: Option<TrackerKey>,
     /// DTrack's room was calibrated with z up.
     pub z_up: bool,
 }
 
-/// A word that a sender and a listener share. It is sent as it is: it keeps out who does not know it, not who listens on
-/// the network.
+/// A word that a sender and a listener share. It is sent unencrypted: it keeps out senders without it, but not
+/// eavesdroppers on the network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrackerKey(String);
 
@@ -47,7 +47,7 @@ impl TrackerKey {
         &self.0
     }
 
-    /// Whether another word is the same, found out in a time that does not depend on where they differ.
+    /// Compares two words in a time that does not depend on the place of their difference.
     fn is(&self, other: &str) -> bool {
         let differing = self.0.bytes().zip(other.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
         self.0.len() == other.len() && differing == 0
@@ -72,24 +72,25 @@ impl FromStr for TrackerKey {
 pub(super) enum Admission {
     /// It is read.
     Read,
-    /// It came from another sender than those that are listened to, or without the key.
+    /// It came from a sender that is not accepted, or without the key.
     Refused,
-    /// There were too many this second.
+    /// There were too many in this second.
     TooMany,
 }
 
-/// Looks at every datagram before it is read.
+/// Tests every datagram before it is read.
 #[derive(Debug)]
 pub(super) struct Door {
     options: TrackerOptions,
-    /// The senders that are listened to, and when each was last understood.
+    /// The accepted senders, and the time of each one's last valid message.
     heard: BTreeMap<SocketAddr, Instant>,
     second_began: Option<Instant>,
     this_second: u32,
 }
 
 impl Door {
-    /// Silence of a sender after which another one may replace it: it was started again, on another port.
+    /// Silence of a sender after which another one may replace it, such as the same one after a restart on another
+    /// port.
     pub(crate) const SILENCE: Duration = Duration::from_secs(5);
 
     pub(super) fn new(options: TrackerOptions) -> Self {
@@ -109,7 +110,7 @@ impl Door {
             None => true,
             Some(key) => key_of(packet).is_some_and(|said| key.is(said)),
         };
-        // Before it is counted, so that refused packets take no place of accepted ones.
+        // Before it is counted, so that refused datagrams do not use up the limit.
         if is_stranger || !knows_key {
             return Admission::Refused;
         }
@@ -120,7 +121,7 @@ impl Door {
         if self.this_second > DATAGRAMS_A_SECOND { Admission::TooMany } else { Admission::Read }
     }
 
-    /// Marks an admitted sender whose message was valid: its messages are accepted from now on.
+    /// Notes that an admitted sender has sent a valid message: its messages are accepted from now on.
     pub(super) fn note_understood(&mut self, from: SocketAddr, now: Instant) {
         if self.options.listening != Listening::Everybody {
             self.heard.retain(|_, heard| now.duration_since(*heard) < Self::SILENCE);
@@ -129,12 +130,13 @@ impl Door {
     }
 }
 
-/// Whether a datagram is OSC: such begin with an address or with `#bundle` and a zero byte; a comment has no zero byte.
+/// Whether a datagram is OSC: it begins with an address, or with `#bundle` and a zero byte; a comment has no zero
+/// byte.
 pub(super) fn is_osc(packet: &[u8]) -> bool {
     packet.starts_with(b"/") || packet.starts_with(b"#bundle\0")
 }
 
-/// The key that a datagram begins with.
+/// The key at the beginning of a datagram.
 fn key_of(packet: &[u8]) -> Option<&str> {
     if is_osc(packet) {
         return osc_key(packet);
@@ -160,7 +162,7 @@ mod tests {
         let mut door = Door::new(TrackerOptions::default());
         let start = Instant::now();
         let at = |millis| start + Duration::from_millis(millis);
-        // A malformed packet adopts no sender.
+        // A malformed datagram does not make its sender the accepted one.
         assert_eq!(door.admit(sender(1), b"noise", at(0)), Admission::Read);
         assert_eq!(door.admit(sender(2), b"undo", at(1)), Admission::Read);
         door.note_understood(sender(2), at(1));

@@ -8,7 +8,7 @@ use glam::{Mat3, Quat, Vec3};
 
 use super::message::Message;
 
-/// Whether a datagram is DTrack's: the number of the frame comes first.
+/// Whether a datagram is DTrack's: it begins with the number of the frame.
 pub(super) fn is_dtrack(packet: &[u8]) -> bool {
     packet.starts_with(b"fr ")
 }
@@ -47,7 +47,7 @@ fn hand(id: f64, quality: f64, buttons: f64, (p, q): Pose) -> Option<Message> {
     is_hand.then_some(Message::Hand { hand: id as u8, p, q, pressure })
 }
 
-/// Takes the things of a line, so many blocks in brackets each; `None` if it is malformed.
+/// Parses the objects of a line, each with this many blocks in brackets; `None` if it is malformed.
 fn take(
     line: &str,
     blocks_each: usize,
@@ -63,7 +63,7 @@ fn take(
         let mut state = [0.0; 3];
         let said = thing[0].len().min(3);
         state[..said].copy_from_slice(&thing[0][..said]);
-        // What is not seen has a matrix of zeros.
+        // An object out of sight has a matrix of zeros.
         let Some(pose) = pose_of(&thing[1], &thing[2], z_up) else { continue };
         messages.extend(message(&state, pose).and_then(Message::checked));
     }
@@ -91,12 +91,12 @@ fn blocks_of(line: &str) -> Option<Vec<Vec<f64>>> {
     inside.map(|inside| numbers(inside?)).collect()
 }
 
-/// `None` if it is no pose.
+/// The pose, or `None` if the numbers are none.
 fn pose_of(place: &[f64], turn: &[f64], z_up: bool) -> Option<Pose> {
     let &[x, y, z, ..] = place else { return None };
     let turn: &[f64; 9] = turn.try_into().ok()?;
     let matrix = Mat3::from_cols_array(&turn.map(|part| part as f32));
-    // A rotation, but for what the three digits of older programs leave out.
+    // A rotation, except for the rounding to the three digits of older programs.
     let is_rotation = (matrix.determinant() - 1.0).abs() < 0.1
         && (0..3).all(|axis| (matrix.col(axis).length() - 1.0).abs() < 0.1);
     if !is_rotation {

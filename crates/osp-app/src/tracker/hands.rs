@@ -29,7 +29,7 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// Silence after which a drawing hand counts as stopped, seconds: its last message may be lost.
+    /// Silence after which a drawing hand counts as stopped, seconds: its last message may have been lost.
     pub const SILENCE_SECS: f64 = 1.0;
 
     /// Hands that draw with `first_brush` until a message chooses another brush.
@@ -48,15 +48,15 @@ impl Hands {
         self.state
     }
 
-    /// Follows the head where nothing is recorded.
+    /// Follows the head without recording it.
     pub fn look(&mut self, message: &Message) {
         if let Message::Head { p, q } = *message {
             self.state.head = Some((p, q));
         }
     }
 
-    /// Takes a message that came at `t` and appends the events that it makes. `next_stroke` gives a new number.
-    /// An erasure is not an event yet (the caller finds the stroke): it is returned.
+    /// Takes a message that came at `t` and appends its events. `next_stroke` returns a new number. An erasure is
+    /// returned instead, because only the caller can find the stroke.
     pub fn take(
         &mut self,
         t: f64,
@@ -103,7 +103,7 @@ impl Hands {
         None
     }
 
-    /// Ends the strokes of hands that have been silent too long.
+    /// Ends the strokes of hands that are silent for too long.
     pub fn rest(&mut self, t: f64, out: &mut Vec<Event>) {
         for hand in self.hands.values_mut() {
             if t - hand.heard_secs > Self::SILENCE_SECS

@@ -12,7 +12,7 @@ pub fn parse_line(line: &str) -> Result<Option<Message>, &'static str> {
     parse_line_telling(line, &mut |_| {})
 }
 
-/// The number of the frame that a packet is: `frame N`, DTrack's `fr N`; in the first line, or behind that of the key.
+/// The number of a packet's frame: `frame N`, or DTrack's `fr N`; in the first line, or in the second after a key.
 pub(super) fn frame_number(packet: &str) -> Option<u32> {
     packet.lines().take(2).find_map(|line| {
         let mut words = line.split_ascii_whitespace();
@@ -49,7 +49,7 @@ pub(super) fn parse_line_telling(
         "erase" => Message::Erase { p: words.point()? },
         "undo" => Message::Undo,
         "redo" => Message::Redo,
-        // It was counted before.
+        // The frame number was read before.
         "frame" => {
             let number = words.0.next().and_then(|word| word.parse::<u32>().ok());
             number.ok_or("the number of a frame")?;

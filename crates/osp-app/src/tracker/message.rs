@@ -56,15 +56,15 @@ pub enum Message {
     },
     /// Undo the last edit.
     Undo,
-    /// Make the edit last taken back again.
+    /// Redo the edit that was undone last.
     Redo,
 }
 
 impl Message {
-    /// The message with unit quaternions, if every number in it is one that a session can hold.
+    /// The message with unit quaternions, if a session can hold every number in it.
     pub(super) fn checked(self) -> Option<Self> {
         let point = |p: Vec3| (p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M).then_some(p);
-        // Trackers send rounded quaternions: lengths within a tenth are made one, others are no rotation.
+        // Trackers send rounded quaternions: lengths within a tenth of 1 are normalised, others are no rotation.
         let turn = |q: Quat| ((0.9..=1.1).contains(&q.length())).then(|| q.normalize());
         Some(match self {
             Self::Head { p, q } => Self::Head { p: point(p)?, q: turn(q)? },
@@ -101,11 +101,11 @@ impl BrushChoice {
         if paint.is_none() {
             unknown(name);
         }
-        // Brushes paint across the way of the hand.
+        // Brushes paint across the hand's direction of travel.
         (Tool::Ribbon, paint, NormalRule::Travel)
     }
 
-    /// The name of what it draws with, one word.
+    /// The name of its tool or brush, one word.
     pub(super) fn name(&self) -> &'static str {
         match self.paint {
             Some(brush) if brush.name.contains(' ') => &brush.guid,

@@ -1,7 +1,7 @@
 //! Poses from outside: a socket, a file or standard input, as lines of text or OSC messages.
 //!
-//! Every tracker has some way to print numbers; ten lines of script make them into this. One message a line, several
-//! lines in a packet if wanted, numbers in metres and unit quaternions `x y z w` (world from tracker), +y up:
+//! Every tracker has some way to print numbers; ten lines of script turn them into this format. One message a line,
+//! one or several lines in a packet, numbers in metres and unit quaternions `x y z w` (world from tracker), +y up:
 //!
 //! ```text
 //! head  X Y Z  QX QY QZ QW                        the eye moves here
@@ -23,15 +23,15 @@
 //! numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A key is `/osp/key` with a
 //! string, the first message of a bundle.
 //!
-//! Packets of ART's DTrack (ASCII) are understood on the same socket: body 0 is the head, Flysticks are the hands, and a hand
-//! draws while the first button is pressed ([`parse_dtrack`]).
+//! Packets of ART's DTrack (ASCII) are accepted on the same socket: body 0 is the head, Flysticks are the hands, and a
+//! hand draws while the first button is pressed ([`parse_dtrack`]).
 //!
-//! A socket accepts one sender: the first with a valid message, until it is silent for five seconds. The datagrams of others,
-//! and datagrams without a required key, are counted and not read. As an option, each sender is an author of its own instead
-//! ([`Senders`]), sixteen at a time.
+//! A socket accepts one sender: the first with a valid message, until it is silent for five seconds. Datagrams of
+//! other senders, and datagrams without a required key, are counted and not read. As an option, each sender is an
+//! author of its own instead ([`Senders`]), sixteen at a time.
 //!
-//! Every message stands for itself, so that a lost packet costs a sample and nothing else. Malformed messages are
-//! counted and dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
+//! Messages do not depend on each other: a lost packet costs only a sample. Malformed messages are counted and
+//! dropped. [`Hands`] turns messages into the events of a session; [`Teller`] does the opposite.
 
 mod door;
 mod dtrack;

@@ -1,13 +1,13 @@
 //! Matthew Wright, "The Open Sound Control 1.0 Specification", 2002.
 //!
-//! Read here rather than by a library: a datagram of bundles in bundles must not be read by recursion without a limit,
-//! since anybody on the network can send one.
+//! There is no library for it here: nested bundles must not be parsed by unlimited recursion, since anybody on the
+//! network can send them.
 
 use glam::{Quat, Vec3};
 
 use super::message::{BrushChoice, Message, normal_name, normal_of};
 
-/// Bundles in bundles, at most.
+/// Most levels of nested bundles.
 const MAX_DEPTH: u32 = 4;
 /// Beginning of a bundle. A time tag of 8 bytes follows, which is ignored: poses count when they arrive.
 const BUNDLE: &[u8] = b"#bundle\0";
@@ -16,8 +16,8 @@ const KEY: &str = "/osp/key";
 /// Everything is padded to this many bytes.
 const WORD: usize = 4;
 
-/// Reads a packet; appends its messages to `out` and returns how many were malformed. A brush that nobody knows is a plain
-/// ribbon.
+/// Parses a packet; appends its messages to `out` and returns the number of malformed ones. An unknown brush is a
+/// plain ribbon.
 pub fn parse_osc(bytes: &[u8], out: &mut Vec<Message>) -> u64 {
     parse_osc_telling(bytes, out, &mut |_| {})
 }
@@ -47,7 +47,7 @@ fn take_packet(bytes: &[u8], depth: u32, out: &mut Vec<Message>, unknown: &mut d
     malformed + u64::from(!rest.is_empty())
 }
 
-/// The key that a packet begins with, if it does.
+/// The key at the beginning of a packet, if any.
 pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     let first = match packet.strip_prefix(BUNDLE) {
         None => packet,
@@ -61,7 +61,7 @@ pub(super) fn osc_key(packet: &[u8]) -> Option<&str> {
     take_text(&mut bytes).filter(|_| is_key && bytes.is_empty())
 }
 
-/// Parses a message; a key gives nothing, because it was checked before.
+/// Parses a message; a key returns nothing, because it was checked before.
 fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> {
     if osc_key(bytes).is_some() {
         return Some(None);
@@ -69,7 +69,7 @@ fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> 
     let mut bytes = bytes;
     let address = take_text(&mut bytes)?;
     let tags = match bytes {
-        // Old senders leave the types out where there are no arguments.
+        // Old senders leave the types out if there are no arguments.
         [] => "",
         _ => take_text(&mut bytes)?.strip_prefix(',')?,
     };
@@ -101,7 +101,7 @@ fn read(bytes: &[u8], unknown: &mut dyn FnMut(&str)) -> Option<Option<Message>> 
     if values.tags.is_empty() && values.bytes.is_empty() { message.checked().map(Some) } else { None }
 }
 
-/// Text that ends with one to four zero bytes, so that what follows begins at a multiple of four.
+/// Text that ends with one to four zero bytes, so that the next value begins at a multiple of four.
 fn take_text<'a>(bytes: &mut &'a [u8]) -> Option<&'a str> {
     let length = bytes.iter().position(|&b| b == 0)?;
     let (text, rest) = bytes.split_at_checked((length / WORD + 1) * WORD)?;
@@ -109,7 +109,7 @@ fn take_text<'a>(bytes: &mut &'a [u8]) -> Option<&'a str> {
     str::from_utf8(&text[..length]).ok()
 }
 
-/// The arguments that are left: a type each, and their bytes.
+/// The remaining arguments: a type each, and their bytes.
 struct Values<'a> {
     tags: &'a [u8],
     bytes: &'a [u8],
@@ -152,7 +152,7 @@ impl<'a> Values<'a> {
         Some(Quat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
     }
 
-    /// The hand, or 0 where the message ends.
+    /// The hand, or 0 at the end of the message.
     fn hand(&mut self) -> Option<u8> {
         match self.tag() {
             None => Some(0),
@@ -200,14 +200,14 @@ pub fn osc_packet(message: &Message) -> Vec<u8> {
     bytes
 }
 
-/// A packet behind a key: a bundle of both, to be read at once.
+/// A packet with a key: a bundle of both, for immediate processing.
 pub fn osc_keyed(key: &str, packet: &[u8]) -> Vec<u8> {
     let mut said = Vec::new();
     put_text(KEY, &mut said);
     put_text(",s", &mut said);
     put_text(key, &mut said);
     let mut bytes = BUNDLE.to_vec();
-    // The time tag for "at once".
+    // The time tag for immediate processing.
     bytes.extend(1u64.to_be_bytes());
     for message in [&said[..], packet] {
         bytes.extend((message.len() as u32).to_be_bytes());

@@ -29,8 +29,9 @@ struct Sender {
 }
 
 impl Senders {
-    /// Takes, `at` that instant and `t` in the session, a message that `from` sent, as [`Hands::take`] does. Returns the
-    /// author and where it erases something; none if the session can have no more authors.
+    /// Takes a message of the sender `from`, as [`Hands::take`] does: `at` is its instant, `t` its time in the
+    /// session. Returns the author and the place where the message erases something; none if the session can have no
+    /// more authors.
     pub fn take(
         &mut self,
         (from, at): (SocketAddr, Instant),
@@ -40,7 +41,7 @@ impl Senders {
         out: &mut Vec<Event>,
     ) -> Option<(Author, Option<Vec3>)> {
         if self.present.get(&from).is_some_and(|sender| sender.author.number(sender.strokes).is_none()) {
-            // It has had all its numbers: what it draws now is another author's.
+            // It has used all its numbers: its further strokes are another author's.
             self.leave(from, t, out);
         }
         if !self.present.contains_key(&from) {
@@ -66,7 +67,7 @@ impl Senders {
         with_head.map(|sender| sender.author).min()
     }
 
-    /// Ends the strokes of hands that have been silent too long, and has senders leave that have been.
+    /// Ends the strokes of hands that are silent for too long, and removes senders that are.
     pub fn rest(&mut self, now: Instant, t: f64, out: &mut Vec<Event>) {
         for sender in self.present.values_mut() {
             sender.hands.rest(t, out);
@@ -74,13 +75,13 @@ impl Senders {
         self.leave_if(|sender| now.saturating_duration_since(sender.heard) >= Door::SILENCE, t, out);
     }
 
-    /// Makes all of them leave: later strokes are in another session.
+    /// Removes all senders: their later strokes are in another session.
     pub fn stop(&mut self, t: f64, out: &mut Vec<Event>) {
         self.leave_if(|_| true, t, out);
         self.last = Author::default();
     }
 
-    /// Whether nobody is there who may fall silent.
+    /// Whether no sender is present.
     pub fn is_empty(&self) -> bool {
         self.present.is_empty()
     }

@@ -27,16 +27,16 @@ use osp_session::{
     small_file::open_regular,
 };
 
-/// Messages that may wait for the next frame. Later ones of a socket are dropped and counted; a stream is read further
-/// once there is room.
+/// Most messages that wait for the next frame. Later ones of a socket are dropped and counted; a stream is read
+/// further once there is room.
 const WAITING: usize = 1 << 16;
-/// Messages of one datagram, at most; those behind are dropped and counted.
+/// Most messages of one datagram; the others are dropped and counted.
 const MESSAGES_A_DATAGRAM: usize = 1024;
 /// Longest line: longer ones are malformed. Bounds the memory that a stream without line ends can take.
 const MAX_LINE_BYTES: u64 = 4096;
-/// A stream that has no line end for so many bytes is no tracker's, and not read any further.
+/// A stream without a line end in this many bytes is no tracker's; reading it ends.
 const MAX_UNBROKEN_BYTES: u64 = 1 << 20;
-/// Unknown brushes that are named, at most.
+/// Most unknown brushes that are named.
 const MOST_UNKNOWN_BRUSHES: usize = 20;
 /// Interval at which a thread checks whether it should end, and whether a file has grown.
 const NAP: Duration = Duration::from_millis(20);
@@ -44,7 +44,7 @@ const NAP: Duration = Duration::from_millis(20);
 /// The source of a tracker's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackerAddress {
-    /// Datagrams sent to this address of ours.
+    /// Datagrams sent to this local address.
     Udp(SocketAddr),
     /// Standard input, lines.
     StandardInput,
@@ -83,7 +83,7 @@ impl TrackerAddress {
     }
 }
 
-/// Without an address only this machine is listened to.
+/// The default address is this machine only.
 fn parse_address(text: &str) -> Option<SocketAddr> {
     let text = text.trim_end_matches('/');
     match text.strip_prefix(':') {
@@ -93,7 +93,7 @@ fn parse_address(text: &str) -> Option<SocketAddr> {
     }
 }
 
-/// Why a tracker cannot be listened to.
+/// Why a tracker cannot be read.
 #[derive(Debug, Error)]
 #[error("tracker {what}: {cause}")]
 pub struct TrackerError {
@@ -106,16 +106,16 @@ pub struct TrackerError {
 pub struct Counts {
     /// Messages understood.
     pub messages: u64,
-    /// Lines or packets that were not.
+    /// Malformed lines or packets.
     pub malformed: u64,
-    /// Messages dropped because nobody took them in time, or because a datagram had too many; datagrams dropped because
-    /// there were too many in a second.
+    /// Messages dropped because too many waited for a frame, or because a datagram had too many. Also datagrams
+    /// dropped because there were too many in a second.
     pub dropped: u64,
     /// Missing frames of a sender that numbers them; `None` without numbers.
     pub lost: Option<u64>,
-    /// Datagrams not read: of a sender that is not accepted, or without the key.
+    /// Datagrams not read: from a sender that is not accepted, or without the key.
     pub refused: u64,
-    /// The stream is not read any further: it has no lines.
+    /// Whether reading the stream has ended, because it has no lines.
     pub has_given_up: bool,
 }
 
@@ -126,16 +126,16 @@ struct Shared {
     dropped: AtomicU64,
     refused: AtomicU64,
     lost: AtomicU64,
-    /// The number of the sender's last frame, and one more: 0 before the first.
+    /// One more than the number of the sender's last frame; 0 before the first.
     last_frame: AtomicU64,
     has_given_up: AtomicBool,
     is_over: AtomicBool,
     unknown: Mutex<UnknownBrushes>,
-    /// Somebody was woken and has not looked yet.
+    /// Whether `wake` was called since the last [`Tracker::take`].
     is_woken: AtomicBool,
 }
 
-/// Brushes that a tracker chose and nobody knows.
+/// Unknown brushes that a tracker has chosen.
 #[derive(Debug, Default)]
 struct UnknownBrushes {
     names: Vec<String>,
@@ -158,7 +158,7 @@ impl Shared {
     }
 }
 
-/// A message, and where it came from.
+/// A message, with its time and sender.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Came {
     /// When it came.
@@ -169,19 +169,19 @@ pub struct Came {
     pub message: Message,
 }
 
-/// A tracker being listened to on a thread of its own.
+/// A tracker that is read on a thread of its own.
 #[derive(Debug)]
 pub struct Tracker {
     messages: Receiver<Came>,
     shared: Arc<Shared>,
     local_address: Option<SocketAddr>,
     listening: Listening,
-    /// Not joined for standard input, where a read cannot be called off.
+    /// Not joined for standard input, because its read cannot be interrupted.
     thread: Option<JoinHandle<()>>,
 }
 
 impl Tracker {
-    /// Starts to listen. `wake` is called, on the thread, when something has come; not again before the next
+    /// Starts to read. `wake` is called on the thread when a message has come; then not again before the next
     /// [`Tracker::take`].
     ///
     /// # Errors
@@ -225,7 +225,7 @@ impl Tracker {
         self.local_address
     }
 
-    /// Accepted senders.
+    /// Sources that are accepted.
     pub fn listening(&self) -> Listening {
         self.listening
     }
@@ -235,13 +235,13 @@ impl Tracker {
         self.take_heard().map(|came| came.message)
     }
 
-    /// The next message, if one has come, and when and from where it came.
+    /// The next message, if one has come, with its time and sender.
     pub fn take_heard(&self) -> Option<Came> {
         self.shared.is_woken.store(false, Ordering::SeqCst);
         self.messages.try_recv().ok()
     }
 
-    /// The brushes that messages chose since the last call and nobody knows; a brush is named once.
+    /// The unknown brushes that messages have chosen since the last call; each is named once.
     pub fn unknown_brushes(&self) -> Vec<String> {
         let mut unknown = self.shared.unknown();
         let told = unknown.told;
@@ -267,7 +267,7 @@ impl Drop for Tracker {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It naps for a moment at most; that it panicked is of no interest any more.
+            // The thread sleeps for a moment at most; a panic of it has no effect any more.
             let _ = thread.join();
         }
     }
@@ -300,7 +300,7 @@ impl Output {
         self.shared.is_over.load(Ordering::Relaxed)
     }
 
-    /// Passes a message of a socket on, if there is room: later messages are newer.
+    /// Queues a message of a socket, if there is room: later messages are newer.
     fn pass_on(&self, from: SocketAddr, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
         if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
@@ -308,7 +308,7 @@ impl Output {
         }
     }
 
-    /// Passes a message of a stream on, once there is room: all of it is a drawing, and it can wait.
+    /// Queues a message of a stream, once there is room: all of it is a drawing, and the stream can wait.
     fn pass_on_patiently(&self, message: Message) {
         self.shared.messages.fetch_add(1, Ordering::Relaxed);
         let mut heard = Came { at: Instant::now(), from: None, message };
@@ -329,17 +329,17 @@ impl Output {
         self.shared.dropped.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Counts the frames between the last one and this. A late one no longer counts as lost; a restarted sender counts
-    /// nothing.
+    /// Counts the frames between the last one and this. A late frame no longer counts as lost; a restarted sender adds
+    /// no loss.
     fn note_frame(&self, number: u32) {
-        /// More are no loss but another count.
+        /// A larger gap is no loss but another count.
         const MOST_LOST: u64 = 100_000;
-        /// A sender farther behind has restarted.
+        /// A sender that is farther behind has restarted.
         const LATE: u64 = 1000;
         let Shared { lost, last_frame, .. } = &*self.shared;
         let (next, expected) = (u64::from(number) + 1, last_frame.load(Ordering::Relaxed));
         if next <= expected && expected - next < LATE {
-            // It was counted when a later one came.
+            // It was counted as lost when a later one came.
             let _ = lost.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |lost| lost.checked_sub(1));
             return;
         }
@@ -409,7 +409,7 @@ impl Output {
     }
 
     fn tail(&self, mut file: File, path: &std::path::Path) {
-        // A log that was begun anew is shorter than what was read of it: then it is read from its beginning.
+        // A log that was started again is shorter than the part read so far: it is read from its beginning.
         while self.read_lines(&mut file, AtEnd::Wait) == LinesEnd::Shorter {
             let rewound = file.seek(SeekFrom::Start(0)).is_ok();
             if !rewound || !path.exists() {

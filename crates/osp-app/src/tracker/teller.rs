@@ -8,14 +8,15 @@ use osp_session::{
     recording::{Event, StrokeId},
 };
 
-/// Turns the events of a session into the messages of a tracker. Strokes that overlap in time get a hand each.
+/// Turns the events of a session into the messages of a tracker. Each of several unfinished strokes gets a hand of its
+/// own.
 ///
-/// Events without a message for them (groups, moved strokes, finished polygons) are left out and counted.
+/// Events without a message (groups, moved strokes, finished polygons) are left out and counted.
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
     /// The stroke that each hand draws.
     hands: Vec<Option<Drawing>>,
-    /// The first point of each stroke, which names it when it is erased.
+    /// The first point of each stroke, by which an erasure names it.
     starts: HashMap<StrokeId, Vec3>,
     left_out: u64,
 }
@@ -29,7 +30,7 @@ struct Drawing {
 }
 
 impl Teller {
-    /// A teller at the beginning of a session.
+    /// A teller before the first event of a session.
     pub fn new() -> Self {
         Self::default()
     }
@@ -49,7 +50,7 @@ impl Teller {
                     return;
                 };
                 let paint = paint.as_ref().and_then(|paint| brush::find(&paint.brush));
-                // How a brush answers to pressure is its own.
+                // A brush has its own response to pressure.
                 let thinnest = if paint.is_some() { 0.0 } else { thinnest };
                 self.hands[usize::from(hand)] = Some(Drawing { stroke, thinnest, last: None });
                 out.push(Message::Brush {

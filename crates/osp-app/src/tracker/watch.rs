@@ -8,11 +8,11 @@ use glam::{Quat, Vec3};
 use super::Message;
 use osp_session::platform::time::Instant;
 
-/// Latencies that the median is of.
+/// Number of latencies in the median.
 const KEPT: usize = 64;
 /// A body that has been silent for longer has no rate.
 const SILENCE: Duration = Duration::from_millis(1500);
-/// The time over which poses are counted.
+/// Time over which poses are counted.
 const COUNTED: Duration = Duration::from_secs(1);
 
 /// Recent messages of a tracker, for its operator.
@@ -20,19 +20,19 @@ const COUNTED: Duration = Duration::from_secs(1);
 pub struct Watch {
     head: Body,
     hands: BTreeMap<u8, Body>,
-    /// The hand that spoke last.
+    /// The hand of the last message.
     last_hand: u8,
-    /// When the first pose came that no picture has shown yet.
+    /// Arrival of the first pose that no picture has shown yet.
     waiting: Option<Instant>,
     latencies: VecDeque<Duration>,
 }
 
-/// A pose that has come.
+/// A pose that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heard {
-    /// When.
+    /// Its arrival.
     pub at: Instant,
-    /// As it was sent: position, tracker from body.
+    /// In the tracker's space: position, tracker from body.
     pub in_tracker: (Vec3, Quat),
     /// In the room: position, room from body.
     pub in_room: (Vec3, Quat),
@@ -43,9 +43,9 @@ pub struct Heard {
 #[derive(Clone, Copy, Debug, Default)]
 struct Body {
     last: Option<Heard>,
-    /// When counting began, and the poses since.
+    /// The start of the count, and the poses since.
     counting: Option<(Instant, u32)>,
-    /// Poses a second, as counted last.
+    /// Poses a second at the last count.
     rate: f32,
 }
 
@@ -71,7 +71,7 @@ impl Body {
 }
 
 impl Watch {
-    /// Notes a message as it came and as it is in the room.
+    /// Notes a message in the tracker's space and in the room's.
     pub fn note(&mut self, at: Instant, in_tracker: &Message, in_room: &Message) {
         match (in_tracker, in_room) {
             (Message::Head { p, q }, &Message::Head { p: room_p, q: room_q }) => {
@@ -91,7 +91,7 @@ impl Watch {
         self.waiting.get_or_insert(at);
     }
 
-    /// A picture of all that was noted has been handed to the display.
+    /// Notes that a picture of all noted poses was passed to the display.
     pub fn note_shown(&mut self, now: Instant) {
         let Some(at) = self.waiting.take() else { return };
         if self.latencies.len() == KEPT {
@@ -105,7 +105,7 @@ impl Watch {
         self.head.last
     }
 
-    /// The last pose of the hand that spoke last.
+    /// The last pose of the hand of the last message.
     pub fn hand(&self) -> Option<Heard> {
         self.hand_of(self.last_hand)
     }
@@ -120,13 +120,13 @@ impl Watch {
         self.hands.keys().copied()
     }
 
-    /// Poses of the head, and of the hand that spoke last, a second, over the last second.
+    /// Poses a second of the head, and of the hand of the last message, over the last second.
     pub fn rates(&self, now: Instant) -> [f32; 2] {
         [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
     }
 
-    /// Median time from the first pose's arrival to the submission of the picture that shows it. The delays of the
-    /// tracker before, and of the display after, are not in it.
+    /// Median time from the first pose's arrival to the submission of the picture that shows it, without the tracker's
+    /// and the display's own delays.
     pub fn latency(&self) -> Option<Duration> {
         let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
         sorted.sort_unstable();

@@ -8,9 +8,9 @@ use osp_rivals::IndexKind;
 /// Action of a key, a menu entry or a button.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// A command without a question before it.
+    /// A command that needs no dialog before it.
     Do(Command),
-    /// Freeze the culling camera, or let it go.
+    /// Freeze the culling camera, or release it.
     ToggleFreeze,
     /// Build the next index of the list from the model.
     NextIndex,
@@ -34,22 +34,22 @@ pub enum Action {
     TogglePanel,
     /// Show the depth pyramid in place of the picture, or the picture again.
     TogglePyramid,
-    /// Draw straight lines, or by free hand again.
+    /// Draw straight lines, or freehand again.
     ToggleStraight,
-    /// Draw on both sides of a mirror, or no longer.
+    /// Switch the mirror on or off.
     ToggleMirror,
     /// Keep the width of the brush on the screen, or in the model.
     ToggleScreenWidth,
     /// Show or hide the list of shortcuts.
     ToggleHelp,
-    /// Fill the screen, or be a window again.
+    /// Switch the full screen on or off.
     ToggleFullscreen,
-    /// Close what is on top: the help; else end the work beside the window; else select nothing; else leave the full screen.
+    /// Close the topmost of these: the help, the background work, the selection, the full screen.
     Escape,
 }
 
 impl Action {
-    /// Whether it does anything now: its key and its menu entry are dead otherwise.
+    /// Whether it would have an effect now: its key and its menu entry are disabled otherwise.
     pub fn is_possible(&self, studio: &Studio) -> bool {
         match self {
             Self::Do(command) => studio.can(command),
@@ -64,7 +64,7 @@ impl Action {
         }
     }
 
-    /// Does it, or notes it for when all panels are laid out.
+    /// Performs it, or queues it until all panels are laid out.
     pub(super) fn perform(&self, studio: &Studio, wishes: &mut Wishes) {
         if !self.is_possible(studio) {
             return;

@@ -6,7 +6,7 @@ use osp_session::recording::Author;
 
 /// Most authors that the list shows.
 const MOST_SHOWN: usize = 100;
-/// Bytes of a name that are shown.
+/// Most bytes of a name that are shown.
 const MOST_BYTES: usize = 40;
 
 /// The authors of a shared session, with their colours; nothing for a session without authors.

@@ -14,7 +14,7 @@ use osp_session::brush::{self, Brush, Draw, Family};
 const SHOWN: Vec2 = vec2(80.0, 24.0);
 const LIST_WIDTH: f32 = 230.0;
 
-/// A heading of the list, and which brushes are under it.
+/// A heading of the list, and the test for the brushes under it.
 type Kind = (&'static str, fn(&Brush) -> bool);
 
 const KINDS: [Kind; 4] = [
@@ -42,7 +42,7 @@ pub struct PreviewGrid(());
 
 impl PreviewGrid {
     const COLUMNS: usize = 4;
-    /// Twice as fine as shown, for screens of small pixels.
+    /// Twice the displayed size, for screens with small pixels.
     const CELL_PX: (usize, usize) = (160, 48);
 
     /// The brushes, row by row.
@@ -70,7 +70,7 @@ impl PreviewGrid {
         ((self.columns() * Self::CELL_PX.0) as u32, (self.rows() * Self::CELL_PX.1) as u32)
     }
 
-    /// The part of the texture that shows the brush of this place.
+    /// The part of the texture that shows the brush at this place.
     fn part(&self, place: usize) -> Rect {
         let size = vec2(1.0 / self.columns() as f32, 1.0 / self.rows() as f32);
         let cell = vec2((place % self.columns()) as f32, (place / self.columns()) as f32);
@@ -81,13 +81,13 @@ impl PreviewGrid {
 /// The list of brushes, with a picture of each.
 #[derive(Default)]
 pub(super) struct BrushList {
-    /// It has been opened.
+    /// Whether it has been opened.
     is_asked: bool,
-    /// Whether the pictures have been drawn, or cannot be.
+    /// Whether the pictures are drawn, or have failed.
     is_answered: bool,
     previews: Option<TextureHandle>,
     is_open: bool,
-    /// Text above the list: the list shows brushes with such names.
+    /// The filter text: the list shows brushes whose names contain it.
     typed: String,
     /// The row that Return chooses.
     at: usize,
@@ -127,7 +127,7 @@ impl BrushList {
         });
         let response = response.labelled_by(label.id);
         let toggle = wishes.brushes && ui.is_enabled();
-        // A click into the line above the list leaves it open.
+        // A click into the filter text leaves the list open.
         let popup = Popup::from_toggle_button_response(&response)
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside);
         let popup = match toggle {
@@ -151,7 +151,7 @@ impl BrushList {
         self.is_asked |= self.is_open;
     }
 
-    /// The line in which one types, and the keys that move in the list. Whether they did.
+    /// The filter text, and the keys that move in the list. Returns whether the user has used them.
     fn take_keys(&mut self, ui: &mut Ui, chosen: Option<&'static Brush>, is_new: bool) -> bool {
         if is_new {
             self.typed.clear();
@@ -173,7 +173,8 @@ impl BrushList {
         down + up > 0 || response.changed()
     }
 
-    /// The rows of the list: under which heading, where in the grid, and the brush; the first is none.
+    /// The rows of the list: the number of the heading, the place in the grid, and the brush; the first row is for no
+    /// brush.
     fn entries(&self) -> impl Iterator<Item = (usize, usize, Option<&'static Brush>)> + use<> {
         let wanted = self.typed.trim().to_lowercase();
         let kinds = KINDS.iter().enumerate();
@@ -185,7 +186,7 @@ impl BrushList {
         all.filter(move |(_, _, brush)| name_of(*brush).to_lowercase().contains(&wanted))
     }
 
-    /// Returns what is chosen. `shows_row`: the row that Return chooses is scrolled to.
+    /// Returns the chosen brush. `shows_row`: scrolls to the row that Return chooses.
     fn rows(&self, ui: &mut Ui, studio: &Studio, shows_row: bool) -> Option<Option<&'static Brush>> {
         let chosen = studio.brush().paint();
         let tint = shining(studio.brush().color);
@@ -243,7 +244,7 @@ fn triangle(ui: &Ui, rect: Rect) {
     ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
 }
 
-/// The colour as bright as it can be: a picture in a dark one would show nothing.
+/// The colour at full brightness: a picture in a dark one would show nothing.
 fn shining([r, g, b, _]: [f32; 4]) -> Color32 {
     let most = r.max(g).max(b);
     if most <= 0.0 {

@@ -7,11 +7,10 @@ use crate::{
     studio::Studio,
 };
 
-/// Points of a smooth wheel for a step of a notched one.
+/// Points of a smooth wheel that equal one step of a notched wheel.
 const POINTS_A_STEP: f32 = 50.0;
 
-/// Passes the pointer's events over the model to the studio, in their order. All of them become part of
-/// the current frame.
+/// Passes the pointer's events over the model to the studio, in their order, as part of the current frame.
 pub(super) fn take_pointer(ui: &Ui, response: &Response, pixels_per_point: f32, studio: &mut Studio) {
     let area = response.rect;
     let size_px = Vec2::new(area.width(), area.height()) * pixels_per_point;

@@ -66,13 +66,14 @@ impl Ask {
     }
 }
 
-/// A name without an ending gets the usual one; that of a folder is left for the command to refuse.
+/// Adds the usual ending to a name without one; a folder's name is left for the command to refuse.
 fn with_ending(path: PathBuf, ending: &str) -> PathBuf {
     let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/") || fs::is_folder(&path);
     if is_folder || path.extension().is_some() { path } else { path.with_extension(ending) }
 }
 
-/// Suggested path of a file: the session's own file, or one of its name beside it; one without a name goes home.
+/// Suggested path of a file: the session's own file, or one with its name beside it; for a session without a name, in
+/// the home folder.
 fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     let ending = match ask {
         Ask::Open | Ask::SaveAs => "ron",
@@ -86,7 +87,7 @@ fn suggestion(ask: Ask, studio: &Studio) -> PathBuf {
     }
 }
 
-/// A path as it was typed; `~` is the home folder.
+/// A path from typed text; `~` is the home folder.
 fn at_home(text: &str) -> PathBuf {
     match (text.strip_prefix('~'), std::env::home_dir()) {
         (Some(rest), Some(home)) if rest.is_empty() || rest.starts_with(['/', '\\']) => {
@@ -96,7 +97,7 @@ fn at_home(text: &str) -> PathBuf {
     }
 }
 
-/// The whole text of an edit is selected, so that whoever types replaces it.
+/// Selects the whole text of an edit, so that typing replaces it.
 fn select_all(ctx: &Context, edit: egui::Id, text: &str) {
     let mut state = TextEdit::load_state(ctx, edit).unwrap_or_default();
     let end = CCursor::new(text.chars().count());
@@ -110,7 +111,7 @@ pub(super) struct PathDialog {
     ask: Ask,
     text: String,
     is_new: bool,
-    /// Why it did not work the last time.
+    /// Reason of the last failure.
     reason: Option<String>,
     chosen: Option<Receiver<Option<PathBuf>>>,
 }
@@ -124,7 +125,7 @@ pub(super) enum Answer {
 }
 
 impl PathDialog {
-    /// A dialog that suggests a path: the session's own name beside its file, or nothing for a session to open.
+    /// A dialog that suggests a path: the session's name beside its file, or nothing for opening a session.
     pub(super) fn new(ask: Ask, studio: &Studio) -> Self {
         let text = match ask {
             Ask::Open => String::new(),
@@ -133,12 +134,12 @@ impl PathDialog {
         Self { ask, text, is_new: true, reason: None, chosen: None }
     }
 
-    /// The keyboard is the path's in the next frame.
+    /// Gives the path's field the keyboard in the next frame.
     pub(super) fn take_keyboard(&mut self) {
         self.is_new = true;
     }
 
-    /// After a failure the dialog stays open and shows the reason.
+    /// Keeps the dialog open after a failure and shows the reason.
     pub(super) fn fail(&mut self, reason: String) {
         (self.reason, self.is_new) = (Some(reason), true);
     }
@@ -186,7 +187,7 @@ impl PathDialog {
         if is_open && !is_cancelled { Answer::StillOpen } else { Answer::Closed }
     }
 
-    /// The path chosen in the system's dialog; if that is cancelled, this one stays open.
+    /// The path chosen in the system's dialog; if the user cancels that, this dialog stays open.
     fn take_chosen(&mut self) -> Option<Answer> {
         match self.chosen.as_ref()?.try_recv() {
             Ok(Some(path)) => {
@@ -202,13 +203,13 @@ impl PathDialog {
         }
     }
 
-    /// The page has the browser's dialog, and opens what was chosen.
+    /// The page opens the browser's dialog, and then the chosen files.
     #[cfg(target_arch = "wasm32")]
     fn browse(&mut self, _: Context) {
         crate::page::ask_for_file();
     }
 
-    /// The system's dialog blocks: it gets a thread of its own.
+    /// The system's dialog blocks, so it runs on a thread of its own.
     #[cfg(not(target_arch = "wasm32"))]
     fn browse(&mut self, ctx: Context) {
         let (sender, chosen) = std::sync::mpsc::channel();
@@ -223,12 +224,12 @@ impl PathDialog {
                 Ask::Export => dialog.add_filter("binary glTF", &["glb"]).save_file(),
                 Ask::Picture => dialog.add_filter("picture", &["png"]).save_file(),
             };
-            // Nobody listens any more if the window was closed meanwhile.
+            // There is no receiver any more if the window was closed meanwhile.
             let _ = sender.send(path);
             ctx.request_repaint();
         };
         if cfg!(target_os = "macos") {
-            // There a dialog belongs to the main thread.
+            // On this system a dialog belongs to the main thread.
             dialog();
         } else {
             std::thread::spawn(dialog);

@@ -12,12 +12,12 @@ const MOST_SHOWN: usize = 200;
 /// Indentation of a level, points.
 const INDENT: f32 = 8.0;
 
-/// The list of groups, and what is being changed in it.
+/// The list of groups, and its unfinished changes.
 #[derive(Debug, Default)]
 pub(super) struct GroupList {
-    /// The name in the making.
+    /// The unfinished name.
     name: Option<(GroupId, String)>,
-    /// The place in the making.
+    /// The unfinished place.
     placing: Option<(GroupId, Placing)>,
 }
 

@@ -37,33 +37,33 @@ use crate::{
 use osp::frame::StageClock;
 use osp_render::PassTimes;
 
-/// A window of fewer points is narrow. One on a desktop has more.
+/// Width below which a window counts as narrow, points; a desktop's window is wider.
 const NARROW: f32 = 480.0;
 
-/// Everything on the window beside the model.
+/// Everything in the window except the model.
 #[derive(Debug, Default)]
 pub struct Interface {
     history: History,
     passes: PassHistory,
-    /// The step of the clock that they are measured by.
+    /// The clock's step in these measurements.
     clock_step_ns: u64,
     shows_panel: bool,
-    /// On a narrow window, such as a phone's, the tools leave no room for the model.
+    /// On a narrow window, such as a phone's, the tools would leave no room for the model.
     shows_tools: bool,
     shows_help: bool,
     is_fullscreen: bool,
     settings: Settings,
-    /// As they were written last.
+    /// The last written settings.
     kept: Settings,
-    /// Writes the settings, if they are kept.
+    /// Writes the settings, if they are stored.
     keeper: Option<SettingsKeeper>,
-    /// The session that was open in the last frame.
+    /// The session of the last frame.
     shown: PathBuf,
     dialog: Option<PathDialog>,
     adapter: String,
-    /// The question that was on the window in the last frame.
+    /// The question in the last frame.
     asked: Option<Question>,
-    /// Whether something was drawn: then the first hint is not shown any more.
+    /// Whether the user has drawn: then the first hint is no longer shown.
     has_drawn: bool,
     recent: RecentList,
     brushes: BrushList,
@@ -74,12 +74,12 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The interface of a window that is drawn by the adapter of this name.
+    /// The interface of a window that the adapter with this name draws.
     pub fn new(adapter: String) -> Self {
         Self { adapter, clock_step_ns: StageClock::default().step_ns(), ..Self::default() }
     }
 
-    /// Keeps settings in this file from now on, and takes those that are there.
+    /// Stores settings in this file from now on, and reads the existing ones.
     pub fn keep_settings(&mut self, path: PathBuf, ctx: &Context) {
         self.settings = Settings::read(&path);
         self.kept = self.settings.clone();
@@ -92,7 +92,7 @@ impl Interface {
         &self.settings
     }
 
-    /// Whether a person wants the window to fill the screen.
+    /// Whether the user has chosen the full screen.
     pub fn is_fullscreen(&self) -> bool {
         self.is_fullscreen
     }
@@ -102,12 +102,12 @@ impl Interface {
         self.history.push(times);
     }
 
-    /// Adds the GPU's times of a frame, if it has any.
+    /// Adds the GPU's times of a frame, if they are measured.
     pub fn note_passes(&mut self, times: Option<PassTimes>) {
         self.passes.push(times);
     }
 
-    /// The step in which the clock advances that frames are measured by, nanoseconds.
+    /// The step of the clock that measures frames, nanoseconds.
     pub fn clock_step_ns(&self) -> u64 {
         self.clock_step_ns
     }
@@ -117,7 +117,7 @@ impl Interface {
         &self.history
     }
 
-    /// Whether the list of brushes is open and has no pictures yet: once, and not before somebody looks.
+    /// Whether the list of brushes is open and needs its pictures. Returns `true` only once.
     pub fn wants_previews(&self) -> bool {
         self.brushes.wants_previews()
     }
@@ -238,11 +238,11 @@ impl Interface {
         (self.shows_panel, self.shows_help) = (wishes.panel, wishes.help);
         self.is_fullscreen = wishes.fullscreen;
         if let Some(ask) = wishes.ask {
-            // What was asked for before is no answer to this.
+            // An earlier outcome does not answer this dialog.
             studio.take_file_outcome();
             self.dialog = Some(PathDialog::new(ask, studio));
         }
-        // A question about its file is answered first; then the keyboard is the dialog's again.
+        // A question about the dialog's file is answered first; then the dialog gets the keyboard again.
         if let Some(dialog) = self.dialog.as_mut().filter(|_| studio.question().is_some()) {
             dialog.take_keyboard();
         }
@@ -265,25 +265,25 @@ impl Interface {
             studio.follow_replay_camera(follow);
         }
         for command in wishes.commands {
-            // The dialog was about the session that is left.
+            // The dialog belonged to the former session.
             if matches!(command, Command::New | Command::Open(_) | Command::OpenAs(..)) {
                 self.dialog = None;
             }
             if matches!(command, Command::Copy | Command::Cut) {
-                // An empty clipboard is never pasted. The strokes themselves are in no text.
+                // An empty clipboard is never pasted. The text does not contain the strokes.
                 ui.ctx().copy_text("strokes of osp".to_owned());
             }
             studio.command(command);
         }
     }
 
-    /// Follows the settings, and notes a session that was opened or saved under a name.
+    /// Stores changed settings, and notes a session that was opened or saved under a name.
     fn settle(&mut self, ctx: &Context, studio: &Studio) {
         let session = studio.session();
         let named = if session.journal().is_named() { session.path() } else { Path::new("") };
         if named != self.shown {
             named.clone_into(&mut self.shown);
-            // A name that is no text cannot be kept in one. An autosave file is listed as such.
+            // A path that is not valid text cannot be stored. An autosave file is in its own list.
             if named.to_str().is_some_and(|name| !name.is_empty()) && !studio.autosaves.has(named) {
                 self.settings.note_recent(named);
             }
@@ -317,12 +317,12 @@ impl Interface {
             // An open list, menu or dialog closes by itself.
             let is_taken = shortcut.action == Action::Escape
                 && (egui::Popup::is_any_open(ui.ctx()) || self.calibrating.is_some());
-            // Taken also if it cannot be done now: the same key with fewer keys held must not answer to it.
+            // Consumed even if it has no effect now: the same key with fewer modifiers must not act.
             if !is_taken && ui.input_mut(|input| input.consume_shortcut(&shortcut.keys)) {
                 shortcut.action.perform(studio, wishes);
             }
         }
-        // A desktop tells of these keys in its own way.
+        // A desktop reports these keys as events of their own.
         let clipped = ui.input(|input| {
             input.events.iter().find_map(|event| match event {
                 egui::Event::Copy => Some(Command::Copy),
@@ -348,7 +348,7 @@ impl Interface {
         let painter = ui.painter_at(area);
         let font = egui::FontId::proportional(22.0);
         painter.text(at, Align2::CENTER_CENTER, "Drag to draw", font, Color32::from_white_alpha(170));
-        // Who has drawn before needs no lesson.
+        // A user who has drawn before needs no introduction.
         let rest = ["right button: orbit    wheel: nearer, farther    F1: all keys"];
         let lines: &[&str] = if self.settings.has_drawn { &rest } else { &LESSON };
         let mut below = at + egui::vec2(0.0, 26.0);
@@ -360,13 +360,13 @@ impl Interface {
     }
 }
 
-/// A file that was dropped on the window is opened.
+/// Opens a file that was dropped on the window.
 fn take_dropped(ui: &Ui, wishes: &mut Wishes) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
     wishes.commands.extend(dropped.map(Command::Open));
 }
 
-/// The direction in which the held keys fly: right, up, back.
+/// The direction of flight by the held keys: right, up, back.
 fn flight(ui: &Ui) -> Vec3 {
     use egui::Key;
     ui.input(|input| {
@@ -384,7 +384,7 @@ fn flight(ui: &Ui) -> Vec3 {
 fn work(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let Some(shown) = studio.work_shown() else { return };
     ui.horizontal(|ui| {
-        // No spinner: it asks for frame after frame, and they take the time that the work needs.
+        // No spinner: it would request frame after frame, which take time from the work.
         if let Some(part) = shown.part {
             ui.add(egui::ProgressBar::new(part).desired_width(120.0).show_percentage());
         }
@@ -423,7 +423,7 @@ fn help(ui: &Ui, is_open: &mut bool) {
         .frame(Frame::window(ui.style()))
         .anchor(Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ui.ctx(), |ui| {
-            // On a small window one list stands below the other, and they are scrolled.
+            // In a small window one list is below the other, and they scroll.
             let room = ui.ctx().content_rect().size() - egui::vec2(40.0, 60.0);
             let is_wide = room.x > HELP_WIDTH;
             ui.set_min_width(room.x.min(if is_wide { HELP_WIDTH } else { HELP_WIDTH * 0.6 }));
@@ -446,7 +446,7 @@ fn help(ui: &Ui, is_open: &mut bool) {
         });
 }
 
-/// The lesson of the first window, and the beginning of the help.
+/// The introduction in a new window, and the beginning of the help.
 const LESSON: [&str; 5] = [
     "1  Drag with the left button to draw; Shift makes it straight.",
     "2  Drag with the right button to orbit; the wheel goes nearer.",
@@ -455,7 +455,7 @@ const LESSON: [&str; 5] = [
     "5  All is saved as you draw; Ctrl+S gives it a name. F1: this and all keys.",
 ];
 
-/// Both lists of the help side by side, points.
+/// Width of both lists of the help side by side, points.
 const HELP_WIDTH: f32 = 700.0;
 
 fn pointer_hints(ui: &mut Ui) {

@@ -9,10 +9,10 @@ use crate::{
 };
 use osp_session::recording::Tool;
 
-/// A key and its action. The window shows this table in its help and its menus, and acts by it.
+/// A key and its action. The help and the menus show this table, and the window acts by it.
 #[derive(Debug)]
 pub struct Shortcut {
-    /// The key, with those held.
+    /// The key with its modifiers.
     pub keys: KeyboardShortcut,
     /// The action in words.
     pub what: &'static str,
@@ -38,7 +38,7 @@ pub(super) const TURN_RIGHT: Command = Command::Alter(Altering::Turn(-15.0));
 pub(super) const LARGER: Command = Command::Alter(Altering::Scale(1.1));
 pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 
-/// All shortcuts. Shortcuts with more held keys come first, so that the same key without them does not match first.
+/// All shortcuts, those with more modifiers first, so that the same key without them does not match first.
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),

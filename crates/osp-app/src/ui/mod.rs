@@ -1,6 +1,6 @@
 //! The window's panels around the model: tools, dialogs, times and counts; and the pointer's events over the model.
 //!
-//! All of it is laid out by egui and needs neither a window nor a GPU, so tests run it directly.
+//! egui lays it out without a window or a GPU, so tests run it directly.
 
 mod actions;
 mod authors;

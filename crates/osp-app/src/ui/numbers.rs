@@ -29,11 +29,11 @@ fn ms(ns: u64) -> String {
     format!("{:.2} ms", ns as f64 * 1.0e-6)
 }
 
-/// A time in the unit that suits it, with two digits that count.
+/// A time in a fitting unit, with two significant digits.
 fn short(ns: u64) -> String {
     match ns {
         0..1_000 => format!("{ns} ns"),
-        // What rounds up to the next unit is said in it.
+        // A value that rounds up to the next unit is shown in that unit.
         1_000..9_950 => format!("{:.1} µs", ns as f64 * 1.0e-3),
         9_950..999_500 => format!("{:.0} µs", ns as f64 * 1.0e-3),
         999_500..9_950_000 => format!("{:.1} ms", ns as f64 * 1.0e-6),
@@ -41,12 +41,12 @@ fn short(ns: u64) -> String {
     }
 }
 
-/// A time that was measured once. Below a step of the clock only the step is shown.
+/// A time of one measurement. Below a step of the clock only the step is shown.
 fn once(ns: u64, clock_step_ns: u64, text: impl Fn(u64) -> String) -> String {
     if ns < clock_step_ns { format!("less than {}", short(clock_step_ns)) } else { text(ns) }
 }
 
-/// The step of the clock, and what it means for the times above.
+/// The step of the clock, and its effect on the times above.
 fn clock_line(clock_step_ns: u64, frames: usize) -> String {
     let of = frames.min(History::MEAN_OF);
     match clock_step_ns {
@@ -93,7 +93,7 @@ fn times(ui: &mut Ui, measured: &Measured<'_>) {
         ui.label(RichText::new(format!("a frame; {rate:.0} frames/s possible")).weak());
     });
     frame_plot(ui, history, 84.0);
-    // Columns of fixed width: a grid that follows its numbers asks for another frame each time they change.
+    // Columns of fixed width: a grid that resizes with its numbers would request a frame for each change.
     Grid::new("percentiles").num_columns(4).min_col_width(58.0).spacing([4.0, 0.0]).show(ui, |ui| {
         let parts = [
             ("50 %", median_ns),
@@ -126,7 +126,7 @@ fn times(ui: &mut Ui, measured: &Measured<'_>) {
 }
 
 fn table(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    // Two columns fit into the panel, also where a header indents them: a wider table would shift the whole panel.
+    // Two columns fit into the panel, even indented under a header: a wider table would shift the whole panel.
     Grid::new(id).num_columns(2).min_col_width(110.0).spacing([4.0, 1.0]).show(ui, |ui| {
         for (name, value) in rows {
             ui.label(*name);
@@ -166,7 +166,7 @@ fn counts(ui: &mut Ui, studio: &Studio, passes: Option<PassTimes>) {
     let polygon_ns = studio.culling().polygon_ns().filter(|_| is_auto);
     let on_gpu = |of: fn(&DrawnCounts) -> u64| while_drawing.map(|(counts, _)| count(of(&counts)));
     let pass = |of: fn(&PassTimes) -> u64| passes.as_ref().map(|times| ms(of(times)));
-    // Always as many rows, so that nothing moves when another method is chosen.
+    // Always the same rows, so that nothing moves when the method changes.
     let rows = [
         ("cost of a polygon (auto)", polygon_ns.map(|ns| format!("{ns:.0} ns"))),
         ("tested on the GPU", on_gpu(|counts| counts.groups_tested)),

@@ -1,4 +1,4 @@
-//! The names of those who draw in a shared session, beside the rings that show where.
+//! Names of the other authors in a shared session, beside the rings around their pens.
 
 use egui::{Color32, FontId, Pos2, Rect, Ui, Vec2};
 
@@ -8,9 +8,9 @@ use crate::{
     studio::{OtherInView, Studio},
 };
 
-/// From the ring to the name, points.
+/// Distance from the ring to the name, points.
 const GAP: f32 = 6.0;
-/// Around the letters, points.
+/// Margin around the letters, points.
 const MARGIN: Vec2 = Vec2::new(4.0, 1.0);
 
 /// Writes the names on the model's part of the window.
@@ -30,20 +30,20 @@ pub(super) fn show(ui: &Ui, area: Rect, studio: &Studio) {
     }
 }
 
-/// A name on one line; of who has none, the number.
+/// A name on one line, or the number if there is no name.
 fn written(other: &OtherInView) -> String {
     let name: String = authors::shortened(&other.name).chars().filter(|c| !c.is_control()).collect();
     name_or_number(other.author, &name)
 }
 
-/// Letters that can be read on this colour.
+/// Readable colour of letters on this colour.
 fn letters_on(color: Color32) -> Color32 {
     let [r, g, b, _] = color.to_array().map(f32::from);
     if 0.3 * r + 0.6 * g + 0.1 * b > 120.0 { Color32::BLACK } else { Color32::WHITE }
 }
 
-/// Place of a label: to the right of a ring, or to the left at the end of the view. Never outside of the view if it
-/// fits in.
+/// Place of a label: to the right of a ring, or to the left near the border of the view. It never leaves the view if
+/// it fits in.
 fn beside(ring: Pos2, radius: f32, size: Vec2, view: Rect) -> Rect {
     let right = ring.x + radius + GAP;
     let left = ring.x - radius - GAP - size.x;
@@ -69,7 +69,7 @@ mod tests {
             assert!(view.contains_rect(label), "{label}");
             assert!(!label.expand(5.0).contains(ring), "{label} hides {ring}");
         }
-        // A view that is too narrow: the name begins in it.
+        // A view that is too narrow: the name begins inside it.
         let narrow = Rect::from_min_max(Pos2::new(100.0, 50.0), Pos2::new(150.0, 350.0));
         assert_eq!(beside(Pos2::new(120.0, 100.0), 5.0, size, narrow).min.x, 100.0);
     }

@@ -14,7 +14,7 @@ use osp_session::recording::Event;
 /// Height of the list before it scrolls, points.
 const LIST_HEIGHT: f32 = 132.0;
 
-/// The list of layers, and the name in the making.
+/// The list of layers, and the unfinished name.
 #[derive(Debug, Default)]
 pub(super) struct LayerList {
     name: Option<(u32, String)>,
@@ -27,7 +27,7 @@ impl LayerList {
         let shown = CollapsingHeader::new(format!("Layers ({})", rows.len())).id_salt("layers");
         shown.default_open(rows.len() > 1).show(ui, |ui| {
             ScrollArea::vertical().id_salt("layer list").max_height(LIST_HEIGHT).show(ui, |ui| {
-                // The last one is on top, as in other programs.
+                // The last layer is on top, as in other programs.
                 for row in rows.iter().rev() {
                     ui.horizontal(|ui| self::row(ui, studio, row, row.layer == chosen, wishes));
                 }
@@ -75,7 +75,7 @@ impl LayerList {
     }
 }
 
-/// Whose the layer is that is drawn on, and the switch that keeps all others from it.
+/// Owner of the current layer, and the switch that reserves it.
 fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
     if studio.can_close_layer(row.layer) {
         let mut is_closed = row.is_closed;
@@ -89,7 +89,7 @@ fn close(ui: &mut Ui, studio: &Studio, row: &LayerRow, wishes: &mut Wishes) {
     }
 }
 
-/// Whose a layer is, in words.
+/// Owner of a layer, as text.
 fn owner_of(row: &LayerRow) -> Option<String> {
     let (author, name) = row.owner.as_ref()?;
     let name = name_or_number(*author, authors::shortened(name));
@@ -129,7 +129,7 @@ fn row(ui: &mut Ui, studio: &Studio, row: &LayerRow, is_chosen: bool, wishes: &m
     }
 }
 
-/// Draws a sign around a place; whether it is off.
+/// Draws a symbol around a point; the flag shows it as off.
 type Sign = fn(&Painter, Pos2, bool, Stroke);
 
 fn eye(painter: &Painter, at: Pos2, is_off: bool, stroke: Stroke) {

@@ -17,7 +17,7 @@ fn set_width(ui: &mut Ui) {
     ui.set_max_width(room.clamp(120.0, WIDEST));
 }
 
-/// A question that has to be answered before anything else is done.
+/// A question that the user has to answer before anything else.
 pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes: &mut Wishes) {
     let mut given = None;
     let shown = Modal::new(Id::unique("question")).show(ctx, |ui| {
@@ -49,7 +49,7 @@ pub(super) fn question(ctx: &Context, question: &Question, is_new: bool, wishes:
     }
 }
 
-/// The warning that the session's file cannot be written, above the model, for as long as that is so.
+/// The warning that the session's file cannot be written, above the model, as long as that lasts.
 pub(super) fn trouble(ctx: &Context, studio: &Studio, wishes: &mut Wishes) {
     let journal = studio.session().journal();
     let Some(trouble) = journal.trouble() else { return };

@@ -46,10 +46,10 @@ pub(super) fn show(ui: &mut Ui, replay: &Replay, follows_camera: bool, wishes: &
     });
 }
 
-/// A mark below the slider where a stroke begins; one for all that fall on the same point.
+/// Marks below the slider at the beginnings of strokes; one for all at the same point.
 fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     let Rect { min, max } = slider.rect;
-    // The handle's middle goes no farther out than its radius.
+    // The handle's centre stays one radius away from the ends.
     let radius = slider.rect.height() / 2.5;
     let (left, right) = (min.x + radius, max.x - radius);
     let count = replay.frame_count().max(1) as f32;
@@ -64,7 +64,7 @@ fn marks(ui: &Ui, slider: &Response, replay: &Replay) {
     }
 }
 
-/// Minutes and seconds; hours before them where there are some.
+/// Minutes and seconds, with hours if there are any.
 fn minutes(secs: f64) -> String {
     let whole = secs as u64;
     let (hours, minutes, secs) = (whole / 3600, whole / 60 % 60, whole % 60);

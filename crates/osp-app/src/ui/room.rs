@@ -53,14 +53,14 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, calibrating: &mut Option<Calibr
 /// State of the tracker.
 fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
     let (watch, counts) = (studio.watch(), tracker.counts());
-    // Ages grow while nothing comes: soon it is seen that a body is lost, then how long ago.
+    // Ages grow while nothing arrives: soon they show that a body is lost, then since when.
     let ages = [watch.head(), watch.hand()].into_iter().flatten().map(|heard| age_secs(&heard));
     if let Some(least) = ages.reduce(f32::min) {
         let soon = if least < LOST_SECS { LOST_SECS * 0.5 } else { 1.0 };
         ui.ctx().request_repaint_after(std::time::Duration::from_secs_f32(soon));
     }
     let rates = watch.rates(Instant::now());
-    // Columns of one width: numbers that change move nothing.
+    // Columns of one width, so that changing numbers move nothing.
     Grid::new("tracker").num_columns(4).min_col_width(62.0).spacing([6.0, 0.0]).show(ui, |ui| {
         for ((name, color, heard), rate) in
             [("head", HEAD, watch.head()), ("hand", HAND, watch.hand())].into_iter().zip(rates)
@@ -122,7 +122,7 @@ fn screens(
     let room = studio.room();
     ui.horizontal(|ui| {
         ComboBox::from_id_salt("stereo").selected_text(room.stereo().name()).show_ui(ui, |ui| {
-            // A window for each eye is opened at the start or not at all.
+            // Windows for each eye are opened at the start or not at all.
             let choices =
                 Stereo::ALL.iter().filter(|&&way| way != Stereo::Windows || rig.stereo == Stereo::Windows);
             for &way in choices {

@@ -13,7 +13,7 @@ use crate::{
 pub(super) struct SelectionPanel {
     turn_degrees: f32,
     percent: Option<f32>,
-    /// The colour or width of the brush has changed while the pointer is down: the selection follows when it is up.
+    /// A change of the brush's colour or width while the pointer is down; the selection follows at its release.
     waiting: Option<Altering>,
 }
 
@@ -35,7 +35,7 @@ impl SelectionPanel {
                 }
             }
         });
-        // A group as a whole has numbers of its own.
+        // A whole group has number fields of its own.
         if studio.selected_group().is_none() {
             self.numbers(ui, wishes);
         }
@@ -64,7 +64,8 @@ impl SelectionPanel {
         });
     }
 
-    /// While strokes are being selected, a colour or width that is chosen is theirs, too: one step when the pointer is up.
+    /// While strokes are selected, a new colour or width of the brush changes them, too: as one step at the pointer's
+    /// release.
     fn follow_brush(&mut self, ui: &Ui, studio: &Studio, wishes: &mut Wishes) {
         let is_selecting =
             matches!(studio.tool(), ToolChoice::Select | ToolChoice::Span(Span::Box | Span::Sphere));

@@ -31,7 +31,7 @@ const SWATCHES: [[u8; 3]; 12] = [
     [44, 44, 50],
 ];
 
-/// Tools, colours, brush, undo, and where the session is saved.
+/// Tools, colours, brush, undo, and the session's path.
 pub(super) fn show(ui: &mut Ui, studio: &Studio, brushes: &mut BrushList, wishes: &mut Wishes) {
     ui.add_space(4.0);
     tool_buttons(ui, studio, wishes);
@@ -142,7 +142,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
         }
         label
     });
-    // Metres of the slider's unit.
+    // Length of the slider's unit in metres.
     let (unit_m, suffix, most) = match aids.width_px {
         Some(width_px) => (studio.brush().width_m / width_px, " px", 500.0),
         None => (0.01, " cm", 200.0),
@@ -170,7 +170,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             ),
         ];
         for (mut is_on, name, hint, action) in toggles {
-            // The selection is mirrored by a button, too.
+            // A button mirrors the selection, too.
             let toggle = ui.toggle_value(&mut is_on, name).on_hover_text(hint);
             if toggle.clicked() {
                 action.perform(studio, wishes);

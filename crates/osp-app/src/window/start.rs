@@ -47,33 +47,33 @@ impl std::fmt::Display for MonitorInfo {
     }
 }
 
-/// An error of the window system without its source position, which does not help a user.
+/// An error of the window system without its source position, which does not help the user.
 fn without_place(error: &str) -> &str {
     let cause = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
     cause.map_or(error, |(_, cause)| cause)
 }
 
-/// Why there is no window, or no more.
+/// Why there is no window, or no longer.
 #[derive(Debug, Error)]
 pub enum WindowError {
     /// The system has no display.
     #[error("no window can be opened: {}", without_place(.0))]
     NoDisplay(String),
-    /// Nothing can be drawn.
+    /// No adapter can draw.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// The tracker cannot be listened to.
+    /// The tracker cannot be read.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
-    /// A rig names a monitor that is not there.
+    /// A rig names a monitor that does not exist.
     #[error("no monitor `{wanted}`: expected {}", said(.there))]
     NoMonitor {
-        /// The monitor in the rig.
+        /// The monitor's name in the rig.
         wanted: String,
         /// The existing monitors.
         there: Vec<MonitorInfo>,
     },
-    /// A rig calls one monitor by two names.
+    /// A rig names one monitor in two ways.
     #[error("the rig has two names for monitor {0}: expected one for all its outputs")]
     SameMonitor(MonitorInfo),
     /// A part of a session could not be written.
@@ -103,7 +103,8 @@ fn said(monitors: &[MonitorInfo]) -> String {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wake;
 
-/// A system without a display gives an error; one without a keyboard library makes winit panic, which is caught.
+/// Opens an event loop. A system without a display returns an error. Without a keyboard library winit panics, which is
+/// caught.
 pub(crate) fn open_event_loop() -> Result<EventLoop<Wake>, WindowError> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));

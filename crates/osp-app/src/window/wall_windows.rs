@@ -20,7 +20,7 @@ use crate::{room::Room, walls::walls_of_one};
 
 /// Height of a wall that covers no monitor, points.
 const PLAIN_HEIGHT: f64 = 480.0;
-/// Height of a window's title, about.
+/// Approximate height of a window's title bar.
 const FRAME_PX: u32 = 48;
 
 /// Walls, each with its window.
@@ -54,7 +54,7 @@ fn find<'a>(
     })
 }
 
-/// Opens a window for each wall; the numbers of the monitors that they cover, too.
+/// Opens a window for each wall; also returns the numbers of the covered monitors.
 fn windows_of(
     event_loop: &ActiveEventLoop,
     monitors: &[(MonitorInfo, MonitorHandle)],
@@ -62,7 +62,7 @@ fn windows_of(
 ) -> Result<(WallWindows, Vec<usize>), WindowError> {
     let mut covered = Vec::new();
     let mut attributes_of = Vec::new();
-    // All are looked up before one opens.
+    // All monitors are found before a window opens.
     for wall in &walls {
         let attributes = Window::default_attributes().with_title(&wall.title);
         attributes_of.push(match &wall.monitor {
@@ -72,7 +72,7 @@ fn windows_of(
                     return Err(WindowError::SameMonitor(info.clone()));
                 }
                 covered.push(info.number);
-                // Its size and place, too: a desktop without a window manager knows no full screen.
+                // Size and position, too: a desktop without a window manager has no full screen.
                 attributes
                     .with_decorations(false)
                     .with_position(monitor.position())
@@ -126,7 +126,7 @@ pub(super) fn open_walls(
     let free = monitors.iter().find(|(info, _)| !covered.contains(&info.number));
     if let (Some((_, monitor)), false) = (free, covered.is_empty()) {
         control.set_outer_position(monitor.position());
-        // With its frame it has to fit.
+        // It has to fit with its frame.
         let (own, room) = (control.inner_size(), monitor.size());
         let fitted = PhysicalSize::new(
             own.width.min(room.width),
@@ -149,7 +149,7 @@ pub(super) fn open_walls(
 pub fn monitors() -> Result<Vec<MonitorInfo>, WindowError> {
     use winit::{application::ApplicationHandler, event::WindowEvent, window::WindowId};
 
-    /// Looks once, and ends.
+    /// Lists the monitors once, and ends.
     struct Look(Vec<MonitorInfo>);
 
     impl ApplicationHandler<super::Wake> for Look {

@@ -181,7 +181,7 @@ impl Task for ToDraw {
     }
 }
 
-/// Work that is not cut into steps.
+/// Work that is not divided into steps.
 pub(crate) struct Whole<F>(Option<F>);
 
 impl<F> Whole<F> {

@@ -16,7 +16,7 @@ use osp_session::{
 
 const PART: &str = "session";
 
-/// A session as it is to be measured.
+/// A session and the settings of its measurement.
 #[derive(Clone, Debug)]
 pub struct SessionInput {
     /// Name of the recording.
@@ -33,14 +33,14 @@ pub struct SessionInput {
     pub root: Aabb,
     /// The indexes.
     pub kinds: Vec<Contender>,
-    /// The index that the others are compared with; it is among them.
+    /// The index that the others are compared with; one of `kinds`.
     pub reference: IndexKind,
     /// Time to spend on measured frames of each index, seconds.
     pub budget_secs: f64,
 }
 
-/// Plays a session through the indexes; the part `session`. `progress` is called after every frame. A frame is insertion and
-/// culling; drawing is not in it.
+/// Plays a session through the indexes; the part `session`. `progress` is called after every frame. A frame inserts
+/// and culls; nothing is drawn.
 ///
 /// # Errors
 /// The recording is damaged.
@@ -63,7 +63,7 @@ where
     if input.rig.is_some() {
         lanes.extend(input.kinds.iter().map(lane).map(|lane| lane.of_one_view(1)));
     }
-    // What the indexes saw, frame by frame.
+    // Polygons that the indexes found, frame by frame.
     let mut seen: Vec<RunReport> =
         input.kinds.iter().map(|kind| RunReport::new(kind.name(), summary.frames)).collect();
     let mut rig_report = input.rig.as_ref().map(RigReport::new);
@@ -151,16 +151,16 @@ fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }
 
-/// As many frames of every range of the session, evenly spaced: a slow index is measured on fewer of the late frames,
-/// and its median must not be one of early frames for that. An eighth of the stretches may have fewer frames, of which all are
-/// taken: where something else disturbed the machine for a moment, the time for a stretch is spent on one frame.
+/// The same number of frames from every part of the session, evenly spaced. A slow index is measured on fewer of the
+/// late frames; without this its median would be one of early frames. An eighth of the parts may have fewer frames,
+/// and these are all taken: a disturbance of the machine can use up the time of a part in one frame.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();
     }
     let stretch = |record: &FrameRecord| stretch_of_frame(record.frame, frames);
     let chunks = || records.chunk_by(|a, b| stretch(a) == stretch(b));
-    // The last stretches of a short session hold fewer frames, or none.
+    // The last parts of a short session hold fewer frames, or none.
     let mut lengths: Vec<usize> = chunks().map(<[FrameRecord]>::len).collect();
     lengths.sort_unstable();
     debug_assert!(lengths.len() as u64 <= STRETCHES);
@@ -183,7 +183,8 @@ fn same_frames<'a>(
     })
 }
 
-/// The times of the frames that an index and the reference were both measured on, as many of every range of the session.
+/// The times of the frames that both an index and the reference were measured on, the same number from every part of
+/// the session.
 fn add(figures: &mut Figures<'_>, records: &[FrameRecord], reference: &[FrameRecord], frames: u64) {
     let both: Vec<FrameRecord> = same_frames(records, reference).map(|(record, _)| *record).collect();
     let fair = balanced(&both, frames);

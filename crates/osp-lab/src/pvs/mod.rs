@@ -59,7 +59,7 @@ impl ViewCells {
         }
     }
 
-    /// How many there are.
+    /// Number of cells.
     pub fn len(&self) -> usize {
         self.count.element_product() as usize
     }
@@ -193,8 +193,8 @@ impl Pvs {
         if groups == 0 { 0.0 } else { ones as f64 / groups as f64 }
     }
 
-    /// Appends those of the polygons that may be seen from a point; all of them from outside of the cells. Whether
-    /// there is a set for the point.
+    /// Appends the polygons of `polygons` that may be seen from a point; all of them from outside of the cells.
+    /// Returns whether the point has a set.
     pub fn cull(
         &self,
         eye_in_world: Vec3,

@@ -1,7 +1,8 @@
 //! Styles of lines in charts: a structure has the same colour and mark in all of them, and no two structures are alike.
 //!
 //! People who confuse red and green can distinguish the colours, too; they are after Okabe and Ito, "Color Universal
-//! Design", 2008. There are more structures than colours: those of one family share a colour and differ by their mark.
+//! Design", 2008. There are more structures than colours: structures of one family share a colour and differ by their
+//! mark.
 
 use std::error::Error;
 
@@ -36,7 +37,7 @@ pub(crate) enum Mark {
 
 use Mark::{Disc, Square, Triangle};
 
-/// Structures with their colours and marks; those that are usually seen together have colours of their own.
+/// Structures with their colours and marks; structures that are often shown together have colours of their own.
 const STRUCTURES: [(&str, RGBColor, Mark); 25] = [
     ("osp", BLUE, Mark::None),
     ("osp-paper", SKY, Mark::None),
@@ -103,7 +104,7 @@ impl LineStyle {
         }
     }
 
-    /// The look of a line by its name: that of a structure, or of the `number`-th line of a chart that shows others.
+    /// The style of a line by its name: the structure's style, or for other names that of the `number`-th line.
     pub(crate) fn of_any(name: &str, number: usize) -> Self {
         if STRUCTURES.iter().any(|(other, ..)| *other == name) {
             return Self::of_structure(name);

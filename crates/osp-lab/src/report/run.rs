@@ -14,8 +14,9 @@ const WARM_UP: (u64, u64) = (1, 2);
 
 /// The replay of a session through one index, gathered frame by frame.
 ///
-/// An index that exceeds its budget is measured on fewer frames of the late, expensive stretches than of the early ones. Hence
-/// each measured frame counts for its share of its stretch, and all rows of a table describe the same session.
+/// An index that exceeds its budget is measured on fewer frames of the late, expensive parts of a session than of the
+/// early ones. Hence each measured frame is weighted by its share of its part, and all rows of a table describe the
+/// same session.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// Name of the index.
@@ -149,7 +150,7 @@ impl RunReport {
         self.measured.len() as u64
     }
 
-    /// For how many frames of the session each measured frame stands.
+    /// Number of the session's frames that each measured frame stands for.
     pub(super) fn weights(&self) -> Vec<f64> {
         let stretch = |frame| stretch_of_frame(frame, self.session_frames) as usize;
         let mut of_session = vec![0u32; STRETCHES as usize];

@@ -65,7 +65,7 @@ impl RigReport {
         }
     }
 
-    /// The camera of the report: a replay on a rig sees something else than one without.
+    /// The camera of the report: a replay on a rig has other views than one without.
     pub fn camera(&self, camera: &str) -> String {
         format!("{camera} on {}, {}, room {}", self.name, self.stereo, self.room)
     }
@@ -97,8 +97,8 @@ pub(super) struct ViewCounts {
 pub struct ViewsReport {
     /// Counts of each screen and eye with a view, for each measured frame.
     pub(super) frames: Vec<Box<[Option<ViewCounts>]>>,
-    /// Of each measured frame, the time of all stages with all views, and that of the same frame with one view for each
-    /// view, nanoseconds. `None`: one of them was not measured.
+    /// Two times of each measured frame, nanoseconds: with all views; and with one of them, times the number of views.
+    /// `None`: one of the times was not measured.
     pub(super) against_one: Vec<Option<(u64, u64)>>,
     last: Vec<Option<ViewCounts>>,
     one_view_ns: Option<u64>,
@@ -162,8 +162,8 @@ pub struct AgainstOneView {
 }
 
 impl AgainstOneView {
-    /// Of the two times of each frame, nanoseconds. Views differ, so that only means can be compared; the slowest hundredth of
-    /// each, in which the machine did something else, is left out.
+    /// Takes the two times of each frame, nanoseconds. Only means are compared, because views differ. The slowest
+    /// hundredth of each is left out: the machine was disturbed.
     pub fn of(mut pairs: Vec<(u64, u64)>) -> Option<Self> {
         let slowest = |values: &mut dyn Iterator<Item = u64>| {
             let mut values: Vec<u64> = values.collect();

@@ -1,8 +1,9 @@
-//! The thread that speaks with the server: it reads the log, publishes what is drawn, and helps itself when nothing comes.
+//! The thread that exchanges messages with the server: it reads the log, publishes the events drawn here, and
+//! reconnects when nothing comes.
 //!
-//! The client's own watch over its subscriptions takes a quarter of a minute, so there is one here. If an own message does not
-//! come back for [`PATIENCE`], or the server has more than was read, the log is requested again from its known part.
-//! Unacknowledged messages are resent.
+//! The client library takes a quarter of a minute to notice a lost subscription, so this thread checks more often. It
+//! requests the log again, from the last message read, in two cases: an own message does not come back within
+//! [`PATIENCE`], or the server has messages that did not arrive. Unacknowledged messages are resent.
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -24,17 +25,17 @@ use super::{
     state::{Command, Shared},
 };
 
-/// Time after which an own message that has not come back is resent. Each further time it is twice as long.
+/// Time after which an own message that has not come back is resent; doubled for each further time.
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
 
 /// Silence after which the connection itself is given up.
 const GIVE_UP: Duration = Duration::from_secs(4);
 
-/// Between two looks at the clock.
+/// Interval between checks of the clock.
 const TICK: Duration = Duration::from_millis(25);
 
-/// Between two looks at how long the server's log is.
+/// Interval between checks of the length of the server's log.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// Time for which a seemingly permanent error is retried.
@@ -72,7 +73,7 @@ struct Talk<'a> {
     is_alone: bool,
 }
 
-/// Speaks with the server until the connection cannot be for good.
+/// Exchanges messages with the server until the connection has failed for good.
 pub(super) async fn talk(
     address: &Address,
     options: &LinkOptions,
@@ -150,7 +151,7 @@ impl Talk<'_> {
         self.shared.started.elapsed()
     }
 
-    /// Does something that takes time, and takes meanwhile what is drawn.
+    /// Runs work that takes time, and takes events drawn meanwhile.
     async fn meanwhile<T>(&mut self, work: impl Future<Output = T>) -> T {
         let mut work = std::pin::pin!(work);
         loop {

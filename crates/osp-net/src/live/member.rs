@@ -297,10 +297,10 @@ impl Member {
 
     fn pass_over(&mut self, sequence: u64, is_own: bool, is_next: bool, passed: Passed) {
         let (count, why) = match passed {
-            Passed::Duplicate => (&mut self.counts.duplicates, "it has counted before"),
-            Passed::Gap => (&mut self.counts.gaps, "one of its sender's is missing before it"),
+            Passed::Duplicate => (&mut self.counts.duplicates, "it is a duplicate"),
+            Passed::Gap => (&mut self.counts.gaps, "an earlier message of its sender is missing"),
             Passed::Stranger => (&mut self.counts.strangers, "its sender has not joined, or has left"),
-            Passed::TooFast => (&mut self.counts.beyond_limits, "its sender says too much at once"),
+            Passed::TooFast => (&mut self.counts.beyond_limits, "its sender sends too much at once"),
             Passed::Crowded => (&mut self.counts.beyond_limits, "too many have joined before its sender"),
             Passed::Full => (&mut self.counts.beyond_limits, "the session holds as much as one may"),
         };

@@ -14,7 +14,7 @@ use super::{
 };
 use osp_session::recording::{Author, Event, NormalRule, Sender, StrokeId, Tool};
 
-/// A server's stream: it keeps what it gets, but for ids that it has had.
+/// A server's stream: it keeps the messages that it gets, except for ids that it has already.
 #[derive(Default)]
 struct Server {
     log: Vec<(u64, Vec<u8>)>,
@@ -72,7 +72,7 @@ impl Client {
         }
     }
 
-    /// What it publishes, each message by chance lost on the way.
+    /// Publishes its messages; each may be lost on the way, at random.
     fn publish(&mut self, server: &mut Server, now: Duration, lost: &mut dyn FnMut() -> bool) {
         let mut out = self.member.pump(now);
         let is_late = self.member.waits_for(now).is_some_and(|waits| waits > Duration::from_millis(400));
@@ -222,7 +222,7 @@ fn who_was_taken_for_gone_comes_again_and_nothing_of_it_is_lost() {
     assert_eq!((joins, ann.member.author()), (3, Some(Author(3))));
     let left: Vec<_> = ann.events.iter().filter(|event| matches!(event, Event::Leave { .. })).collect();
     assert!(matches!(left[..], [Event::Leave { author: Author(1), .. }]), "{left:?}");
-    // The last point that was heard begins the stroke that goes on.
+    // The last point that was received begins the stroke that continues.
     let points = &points_of(&ann.events)["Ann"];
     let again = points.windows(2).position(|pair| pair[0] == pair[1]).expect("a point twice");
     let mut once = points.clone();
@@ -233,8 +233,9 @@ fn who_was_taken_for_gone_comes_again_and_nothing_of_it_is_lost() {
     assert_eq!(begun, 3);
 }
 
-/// Ann draws the beginning of something, is out for so long that Bob says that she is gone, draws `out` meanwhile, and `after`
-/// once she has heard of it. The session in the end, in which everything of hers is.
+/// Ann draws `first` and loses the connection. Bob notices that she has left. She draws `out` without a connection,
+/// and `after` once she is connected again and has read that she left. Returns the final session, which contains
+/// everything that she drew.
 fn gone_in_the_middle(first: Vec<Event>, out: Vec<Event>, after: Vec<Event>) -> Vec<Event> {
     let (mut server, mut now) = (Server::default(), STEP);
     let (mut ann, mut bob) = (Client::new("Ann", 1), Client::new("Bob", 2));
@@ -406,7 +407,7 @@ fn a_slow_answer_makes_longer_messages_not_more() {
     assert_eq!((ann.own, ann.member.pending()), (1001, 0));
 }
 
-/// An event that no message can hold is refused, and what follows is not.
+/// An event that is too long for a message is refused; later events are not.
 #[test]
 fn an_event_that_is_too_long_is_refused_alone() {
     let mut ann = Client::new("Ann", 1);

@@ -1,4 +1,4 @@
-//! Nodes of the wall: those that a frame waits for, and those whose picture differs. No clock and no network.
+//! Nodes of a wall: decides which nodes a frame waits for, and which pictures differ. No clock and no network.
 //!
 //! Times are durations since the hub has started.
 
@@ -12,17 +12,17 @@ use super::report::{NodeReport, Place, Times};
 
 /// Missed frames in a row after which a node is left out.
 pub const MISSES: u32 = 3;
-/// Answers in time, one after the other, after which a node is let in.
+/// Answers in time in a row after which a node is let in.
 const ANSWERS: u32 = 20;
 /// Least wait of a frame.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
-/// A node that has differed is well after so long without a difference.
+/// A node that has differed counts as well after this time without a difference.
 const WELL: Duration = Duration::from_secs(1);
 /// Silence after which a node counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
-/// Answers to a frame may still come for so long.
+/// Time for which answers to a frame are accepted.
 const REMEMBERED: Duration = Duration::from_secs(2);
-/// Frames whose answers may still come, at most.
+/// Most frames whose answers are accepted.
 const MOST_REMEMBERED: usize = 4096;
 
 /// News of a hub.
@@ -95,7 +95,7 @@ struct Member {
     misses: u32,
     /// Answers in time in a row, while it is out.
     good: u32,
-    /// From a frame to its answer, as a moving mean.
+    /// Time from a frame to its answer, a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
     /// Part that differed from the hub's, and the last time of that.
@@ -128,7 +128,7 @@ struct Turn {
     swapped: bool,
     /// Screens whose nodes were in when it was swapped, and have not shown it.
     to_show: Vec<usize>,
-    /// When the first of them did.
+    /// When the first node showed it.
     first_shown: Option<Duration>,
 }
 
@@ -160,7 +160,7 @@ fn record(histogram: &mut Histogram<u64>, time: Duration) {
 }
 
 impl Barrier {
-    /// `most_patience`: a frame waits for no node longer; a node that is slower stays out.
+    /// A frame waits for no node longer than `most_patience`; a node that is slower stays out.
     pub(super) fn new(screens: Vec<String>, most_patience: Duration) -> Self {
         let members = screens.iter().map(|_| None).collect();
         let counts = vec![Counts::default(); screens.len()];
@@ -315,7 +315,7 @@ impl Barrier {
         members.all(|member| member.answered == Some(turn.number))
     }
 
-    /// Until when the frame that was sent last waits.
+    /// Deadline of the frame that was sent last.
     pub(super) fn deadline(&self) -> Duration {
         let Some(turn) = self.turns.back() else { return Duration::ZERO };
         let members = self.members.iter().flatten().filter(|member| member.is_in);
@@ -385,7 +385,7 @@ impl Barrier {
         if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
     }
 
-    /// From a frame's beginning to its swap, between two swaps, and from the first to the last node's word that it shows it.
+    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last node that shows it.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }

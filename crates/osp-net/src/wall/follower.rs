@@ -90,8 +90,8 @@ impl Follower {
         self.applied
     }
 
-    /// Applies the next messages as long as no more than `up_to` events are applied in all, and stops once it has applied `at_once`
-    /// of them. What they change is appended to `changes`.
+    /// Applies the next messages as long as no more than `up_to` events are applied in all; stops after `at_once` of
+    /// them. Appends the changes of the model to `changes`.
     pub(super) fn advance(&mut self, up_to: u64, at_once: u64, changes: &mut Vec<Change>) {
         let before = self.applied;
         while self.applied - before < at_once
@@ -112,7 +112,7 @@ impl Follower {
         }
     }
 
-    /// Frees what no undo brings back. Changes that were not looked at yet may name it.
+    /// Frees strokes out of reach of undo and redo. Changes that were not processed yet may refer to them.
     pub(super) fn let_go(&mut self) {
         self.state.scene.let_go();
     }

@@ -1,8 +1,8 @@
 //! A wall of several machines that show one moment of one shared session: a hub chooses the moment, and the time to
 //! show it.
 //!
-//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of a
-//! [shared session](crate::live), so that a frame is no more than a position in that log and what the eyes see:
+//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of
+//! a [shared session](crate::live). So a frame consists only of a position in that log and the views:
 //!
 //! ```text
 //! hub: frame n: the first S events, the views of all screens ───────────────────> nodes
@@ -11,10 +11,10 @@
 //! node: shows its picture: shown n ─────────────────────────────────────────────> hub
 //! ```
 //!
-//! The hub has the model, too, and culls the views of every screen as its node does: with its answer a node sends a number for
-//! the events that it has applied and a fingerprint of the polygons that it sees, and a node whose numbers are others is
-//! [named](Said::Differs). A node that misses [three frames](MISSES) is left out, so that the others go on, and let in again
-//! once it answers in time. All of that is decided in `Barrier`, which has no clock and no network.
+//! The hub has the model, too, and culls the views of every screen as its node does. With its answer a node sends a
+//! hash of the applied events and a fingerprint of its visible polygons. The hub [reports](Said::Differs) a node whose
+//! numbers differ from its own. A node that misses [three frames](MISSES) is left out, so that the others continue. It
+//! is let in again once it answers in time. `Barrier` decides all of that; it has no clock and no network.
 //!
 //! Displays are not locked to each other. The graphics driver makes every display show its picture at the same refresh
 //! (genlock, swap groups): wgpu has no interface to it.
@@ -67,7 +67,7 @@ pub enum WallError {
         why: String,
     },
     /// Another hub shows the session already.
-    #[error("{session}: another hub shows this session: expected one (osp wall status says what it shows)")]
+    #[error("{session}: another hub shows this session: expected one (osp wall status prints it)")]
     SecondHub {
         /// The session.
         session: String,

@@ -27,7 +27,7 @@ use osp::{
 };
 use osp_session::replay::SetFingerprint;
 
-/// Polygons of a block at most. More: fewer requests and boxes, but more is loaded that is not in view.
+/// Most polygons of a block. More: fewer requests and boxes, but more polygons out of view are loaded.
 pub const BLOCK_POLYGONS: usize = 4096;
 
 const MAGIC: &[u8; 4] = b"OSPB";
@@ -121,7 +121,7 @@ fn corners_of(polygon: &ConvexPolygon) -> [Vec3; 4] {
     std::array::from_fn(|i| corners[i.min(corners.len() - 1)])
 }
 
-/// Bytes that blocks and what is being made into blocks take in memory, now and at most so far.
+/// Bytes of memory of blocks and of blocks in the making, now and at most so far.
 #[derive(Debug, Default)]
 pub(super) struct Held {
     now: AtomicU64,
@@ -174,15 +174,16 @@ impl std::fmt::Debug for Block {
 }
 
 impl Block {
-    /// No less than a block of so many polygons takes in memory, bytes, while it is made, too: its pieces, corners and boxes.
+    /// Upper bound of the memory of a block of this many polygons, bytes, including its construction: its pieces,
+    /// corners and boxes.
     pub(super) fn room_for(polygons: usize) -> u64 {
         (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
-    /// Reads a block. `bounds`, in which all its polygons have to lie, and `polygons` are those of the manifest.
+    /// Reads a block. `bounds`, which have to hold all its polygons, and `polygons` are from the manifest.
     ///
     /// # Errors
-    /// What is wrong with the bytes, as damage of the object that `object` names, in which they begin at `start`.
+    /// The fault of the bytes, as damage of the object with the name `object`; the block begins at its byte `start`.
     pub(super) fn read(
         object: &dyn Fn() -> String,
         start: u64,
@@ -269,8 +270,8 @@ impl Block {
         })
     }
 
-    /// The places of the polygons that the frustum may see; `how` the box of the block lies to it. `false`: all are seen, and
-    /// nothing is listed.
+    /// The places of the polygons that the frustum may see; `how` is the frustum's test of the block's box. `false`:
+    /// all are seen, and nothing is listed.
     pub(super) fn cull(&self, frustum: &Frustum, how: Containment, seen: &mut VisibleBlocks) -> bool {
         if how == Containment::Inside {
             return false;
@@ -330,7 +331,7 @@ fn read_pieces(reader: &mut Reader<'_>, count: u32, polygons: usize) -> Result<V
     Ok(pieces)
 }
 
-/// A cube for the index of what lies in a box.
+/// A cube for the index of polygons in a box.
 pub(super) fn root_around(bounds: &Aabb) -> Aabb {
     let side_m = bounds.extent().max_element();
     match bounds.is_valid() && side_m.is_finite() {

@@ -24,19 +24,20 @@ pub struct Frame {
     pub number: u64,
     /// Blocks in view.
     pub blocks: u64,
-    /// Polygons in view, of the blocks that are there.
+    /// Polygons in view, of the blocks in memory.
     pub visible: u64,
     /// Blocks in view that were not in memory when the frame began.
     pub late: u64,
-    /// Blocks in view that the frame went on without.
+    /// Blocks in view that the frame left out.
     pub missing_blocks: u64,
-    /// Polygons of these: at most so many are in view and not among [`Frame::visible`].
+    /// Polygons of these blocks: at most this many are in view and not among [`Frame::visible`].
     pub missing_polygons: u64,
     /// Work of the frame's thread, nanoseconds: all but waiting and the fingerprint.
     pub work_ns: u64,
     /// Wait for blocks, nanoseconds.
     pub wait_ns: u64,
-    /// Fingerprint of the polygons in view that are there, as [`osp_session::replay::fingerprint_of_frame`] makes it.
+    /// Fingerprint of the polygons in view that are in memory, as [`osp_session::replay::fingerprint_of_frame`] makes
+    /// it.
     pub fingerprint: u64,
 }
 
@@ -45,9 +46,9 @@ pub struct Frame {
 pub struct WalkCounts {
     /// Bytes of blocks that were read.
     pub bytes_read: u64,
-    /// Blocks that were read; one that had to make room counts again when it comes back.
+    /// Blocks that were read; a block that is dropped and read again counts again.
     pub blocks_read: u64,
-    /// Most bytes that blocks, and what was being made into blocks, took in memory at once.
+    /// Most bytes of memory of blocks, and of blocks in the making, at once.
     pub most_resident_bytes: u64,
 }
 
@@ -99,11 +100,12 @@ impl Walk {
         }
     }
 
-    /// Sees the next frame. Blocks of `ahead`, a view that is expected later, are loaded after the blocks of this frame, as far
-    /// as the memory holds both.
+    /// Plays the next frame. Blocks of `ahead`, a view that is expected later, are loaded after the blocks of this
+    /// frame, if the memory holds both.
     ///
     /// # Errors
-    /// A block cannot be loaded: of this frame, or (as blocks are loaded in the background) of one before.
+    /// A block cannot be loaded: a block of this frame or, since blocks are loaded in the background, of an earlier
+    /// one.
     pub fn frame(
         &mut self,
         view: &View,
@@ -150,8 +152,9 @@ impl Walk {
         Ok(frame)
     }
 
-    /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit into memory,
-    /// a frame that does not wait requests the nearest blocks alone; else blocks would push each other out in turns.
+    /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit
+    /// into memory, a frame that does not wait requests only the nearest ones. Otherwise blocks would displace each
+    /// other in turns.
     fn wish(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
         let room_of = |block: u32| Block::room_for(world.entry(block).polygons as usize);
@@ -161,7 +164,7 @@ impl Walk {
         let distance = |block: &u32| world.entry(*block).bounds.distance_squared(eye);
         self.late.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
         if awaited == 0 && in_view > room && !self.late.is_empty() {
-            // The nearest that fit, whether they are there already or not.
+            // The nearest that fit, whether they are in memory already or not.
             let mut nearest: Vec<u32> = self.in_view.ids().map(|id| id.0).collect();
             nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
             let fits = |&block: &u32| {

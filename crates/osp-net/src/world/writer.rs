@@ -15,12 +15,12 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Blocks of an object, which has 13 MB then. More: fewer objects and requests to write them; the memory of a pack, and what a
-/// killed one has to write again.
+/// Blocks of an object, which then has 13 MB. More: fewer objects and requests, but more memory for a pack, and more
+/// to write again after a killed one.
 const OBJECT_BLOCKS: u64 = 64;
 
-/// A block ends with its session (or copy) if it is filled this far: the next may lie elsewhere, and its box would stretch from one
-/// to the other.
+/// A block that is filled this far ends with its session (or copy): the next session may lie elsewhere, and the
+/// block's box would span both.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
 /// Treatment of a world that exists already.
@@ -41,8 +41,8 @@ pub struct Packed {
     pub refused: u64,
 }
 
-/// Packs finished sessions into a world. Nothing of it can be opened before [`WorldWriter::finish`]; the blocks of a pack that
-/// was stopped are removed by the next one into the same place. In a folder, a second pack is refused while one runs. Memory: one
+/// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack into the
+/// same place removes the blocks of a stopped one. In a folder, a second pack is refused while one runs. Memory: one
 /// object, and an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
@@ -148,13 +148,14 @@ impl WorldWriter {
         let bytes = std::mem::take(&mut self.object);
         let blocks = std::mem::take(&mut self.object_blocks);
         let entry = ObjectEntry { hash: xxh3_64(&bytes), bytes: bytes.len() as u64, blocks };
-        // Its name says what it holds: one of another world is never replaced by something else.
+        // The name is a hash of the contents: no object of another world is ever replaced by different contents.
         self.place.replace(&entry.name(), bytes)?;
         self.manifest.objects.push(entry);
         Ok(())
     }
 
-    /// Writes what is left, and last of all the manifest: from then on it is a world. Then removes blocks that belong to none.
+    /// Writes the remaining blocks, and last the manifest: from then on it is a world. Then removes blocks that belong
+    /// to none.
     ///
     /// # Errors
     /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or written blocks are

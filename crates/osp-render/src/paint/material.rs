@@ -7,10 +7,10 @@ use osp_session::brush::{
 
 /// Room for materials in the shader.
 const MOST: usize = 160;
-/// Instead of a layer of the textures.
+/// Number that stands for no texture.
 const NO_TEXTURE: u32 = u32::MAX;
 
-/// A brush as the shader reads it.
+/// A brush in the layout of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Material {
@@ -19,12 +19,12 @@ pub(super) struct Material {
     kinds: [u32; 4],
 }
 
-/// Flag of what only its front is drawn of.
+/// Flag of a brush whose back is not drawn.
 const ONE_SIDED: u32 = 4;
 /// Flag of a texture that is not repeated.
 const IS_CLAMPED: u32 = 8;
 
-/// The material of what no brush has painted, then that of each brush by its number.
+/// The material of polygons without a brush, then the material of each brush by its number.
 pub(super) fn all() -> [Material; MOST] {
     let mut all = [Material::PLAIN; MOST];
     for (material, brush) in all[1..].iter_mut().zip(brush::all()) {
@@ -47,7 +47,7 @@ impl Material {
         let kind = lighting | flag(is_one_sided, ONE_SIDED) | flag(!repeats(brush), IS_CLAMPED);
         let picture = Picture::of(brush);
         let layer = |number: Option<usize>| number.map_or(NO_TEXTURE, |number| number as u32);
-        // Where nothing is cut out, an alpha is no reason to.
+        // Opaque brushes cut nothing out, whatever their alpha.
         let cutoff = if brush.draw == Draw::Opaque { 0.0 } else { brush.cutoff };
         Self {
             f0: [r, g, b, gloss],
@@ -80,7 +80,7 @@ mod tests {
             let material = all[1 + usize::from(brush.number())];
             assert_eq!(material, Material::of(brush), "{}", brush.name);
             let has_gaps = brush.along.is_some_and(|along| along.iter().any(|solid| *solid < 0.99));
-            // Bars take the middle of their texture alone.
+            // Bars use only the middle of their texture.
             let is_bar = brush.family == Family::BoxSection;
             let needs_shape = brush.draw == Draw::Cutout && has_gaps && !is_bar;
             assert!(!needs_shape || material.kinds[2] != NO_TEXTURE, "{} is cut out of nothing", brush.name);

@@ -1,4 +1,4 @@
-//! What brushes paint: materials, generated textures, light and sky.
+//! Paint of brushes: materials, generated textures, light and sky.
 
 mod material;
 mod relief;
@@ -20,12 +20,12 @@ use osp_session::{recording::Environment, scene::Scene};
 use shadow::Shadow;
 use surroundings::Surroundings;
 
-/// What drawing the paint of brushes needs, for all views.
+/// Resources for drawing the paint of brushes, for all views.
 #[derive(Debug)]
 pub(super) struct Paint {
     pipelines: Pipelines,
     buffer: wgpu::Buffer,
-    /// What is in the buffer, and what should be.
+    /// Present and required content of `buffer`.
     sent: Surroundings,
     wanted: Surroundings,
     shadow: Shadow,
@@ -112,17 +112,17 @@ impl Paint {
         self.pipelines.show_sky(environment.is_some());
     }
 
-    /// Says that polygons have come, moved or gone.
+    /// Notes that polygons have come, moved or gone.
     pub(super) fn note_change(&mut self) {
         self.shadow.note_change();
     }
 
-    /// Says whether shadows may be some frames older than what throws them.
+    /// Sets whether shadows may be some frames older than their casters.
     pub(super) fn set_patient(&mut self, is_patient: bool) {
         self.shadow.set_patient(is_patient);
     }
 
-    /// Draws what the first light sees, where that has changed.
+    /// Draws the shadow map of the first light, if its content has changed.
     pub(super) fn cast(&mut self, gpu: &Gpu, view: &wgpu::BindGroupLayout, scene: &Scene, on_gpu: &GpuScene) {
         let way = self.wanted.shining();
         if let Some(paint) = self.pipelines.paint()
@@ -132,7 +132,7 @@ impl Paint {
         }
     }
 
-    /// Sends light, sky and the moment where they have changed.
+    /// Sends light, sky and the time, if they have changed.
     pub(super) fn send(&mut self, gpu: &Gpu, time_s: f32) {
         self.wanted.set_time(time_s);
         if self.sent != self.wanted {
@@ -164,7 +164,7 @@ fn create_sky(
         layout: Some(layout),
         vertex: descriptors::vertex(module, "vertex_sky"),
         primitive: wgpu::PrimitiveState::default(),
-        // It is as far away as can be: where a pass without colours has left depth, it is not seen.
+        // It is at the greatest distance: pixels with depth from a pass without colours hide it.
         depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: Some(descriptors::fragment(module, "fragment_sky", &[Some(COLOR_FORMAT.into())])),

@@ -3,7 +3,7 @@ use osp_session::brush::texture::{
     picture::Picture,
 };
 
-/// How steep reliefs are that are told as heights.
+/// Factor from a height field to normals.
 const STEEPNESS: f32 = 0.05;
 
 /// The normals of a picture's relief as colours: red along, green across, blue out of the surface, 0.5 for none.

@@ -13,28 +13,29 @@ use osp_session::{
 
 /// Texels of a side of the map.
 const SIDE: u32 = 2048;
-/// How far from a surface a shadow begins, texels: strokes that lie on each other throw none on each other. An artist shrinks
-/// what is large to work on it: how thick paint lies goes with the size of the whole, as texels do.
+/// Distance from a surface at which a shadow begins, texels: strokes that lie on each other cast no shadow on each
+/// other. An artist scales a large model down to work on it: the thickness of paint grows with the size of the model,
+/// as texels do.
 const NEAREST: f32 = 20.0;
-/// Polygons that a patient map draws for each frame that it has waited.
+/// Number of polygons for which a patient map waits one more frame.
 const PATIENCE: usize = 1 << 13;
 
-/// What the first light sees: the depth of all that throws a shadow. Drawn again when the scene or the light has changed,
-/// whatever the views are and whatever is culled for them.
+/// Depth map of all shadow casters from the first light. It is drawn again when the scene or the light has changed,
+/// whatever the views and their culling.
 #[derive(Debug)]
 pub(super) struct Shadow {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
-    /// Of a single texel until there is a shadow.
+    /// A single texel until there is a shadow.
     map: wgpu::TextureView,
     is_whole: bool,
-    /// For the pipelines that look the light up.
+    /// Bind group of the pipelines that sample the map.
     group: wgpu::BindGroup,
     slot: ViewSlot,
     casters: VisibleBlocks,
-    /// The way of the light that the map was drawn for, if it throws shadows.
+    /// Direction of the light that the map was drawn for, if it casts shadows.
     way: Option<Vec3>,
     is_stale: bool,
     is_patient: bool,
@@ -58,7 +59,7 @@ impl Shadow {
         descriptors::bind_layout(gpu.device(), "shadow", &bindings)
     }
 
-    /// Without any shadow. `layouts` are those of a view, a page of polygons and the paint.
+    /// Without any shadow. `layouts` are the layouts of a view, of a page of polygons and of the paint.
     pub(super) fn new(
         gpu: &Gpu,
         module: &wgpu::ShaderModule,
@@ -106,18 +107,18 @@ impl Shadow {
         &self.group
     }
 
-    /// Says that what throws shadows has changed.
+    /// Notes that the shadow casters have changed.
     pub(super) fn note_change(&mut self) {
         self.is_stale = true;
     }
 
-    /// Says whether the map may be some frames older than the scene: the longer, the more there is to draw.
+    /// Sets whether the map may be some frames older than the scene: the more polygons to draw, the more frames.
     pub(super) fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Draws the map if what it shows has changed; `way` is that of the first light, if there is one. Whether the bind group
-    /// is another one now.
+    /// Draws the map if its content has changed; `way` is the direction of the first light, if there is one. Returns
+    /// whether the bind group has changed.
     pub(super) fn send(
         &mut self,
         gpu: &Gpu,
@@ -172,7 +173,7 @@ impl Shadow {
         is_other
     }
 
-    /// Collects what throws shadows; returns its bounds in the space of the light.
+    /// Collects the shadow casters; returns their bounds in the space of the light.
     fn collect(&mut self, scene: &Scene, space: LightSpace, count: usize) -> Option<(LightSpace, Aabb)> {
         let axes = Mat3::from_mat4(space.from_world);
         let widths = Mat3::from_cols(axes.x_axis.abs(), axes.y_axis.abs(), axes.z_axis.abs());
@@ -219,7 +220,7 @@ impl Shadow {
     }
 }
 
-/// Whether a stroke does. What has no answer to light does not, as in the program that the brushes come from.
+/// Whether a stroke casts a shadow. Unlit strokes do not, as in the program that the brushes come from.
 fn throws_shadows(stroke: &Stroke) -> bool {
     let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
     answers && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
@@ -302,7 +303,7 @@ fn create_pipeline(
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Less),
             stencil: wgpu::StencilState::default(),
-            // What stands steep to the light throws no shadow on itself.
+            // A surface that is steep to the light casts no shadow on itself.
             bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         }),
         multisample: wgpu::MultisampleState::default(),

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use osp::math::{rotate, unit};
 use osp_session::recording::Environment;
 
-/// Light and sky as the shader reads them.
+/// Light and sky in the layout of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Surroundings {
@@ -20,7 +20,7 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Those of an environment, or of none.
+    /// Light and sky of an environment, or of none.
     pub(super) fn of(environment: Option<&Environment>) -> Self {
         let usual;
         let environment = match environment {
@@ -47,7 +47,7 @@ impl Surroundings {
         }
     }
 
-    /// The way of the first light, if it is not off.
+    /// Direction of the first light, if it is not off.
     pub(super) fn shining(&self) -> Option<Vec3> {
         let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
         (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))
@@ -66,7 +66,7 @@ fn has_lamps(preset: &str) -> bool {
     )
 }
 
-/// What stands around a sketch, as the shader numbers it: 0 for nothing, 1 for a floor of the environment's own colour.
+/// Number of the scenery in the shader: 0 for none, 1 for a floor of the environment's own colour.
 fn place(environment: &Environment) -> f32 {
     match environment.preset.as_str() {
         _ if environment.floor.is_some() => 1.0,
@@ -87,7 +87,7 @@ fn stars(environment: &Environment) -> f32 {
     }
 }
 
-/// Where Tilt Brush begins, without its fog.
+/// Default environment of Tilt Brush, without its fog.
 fn standard() -> Environment {
     Environment {
         preset: "Standard".to_owned(),

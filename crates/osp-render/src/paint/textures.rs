@@ -6,7 +6,7 @@ use super::relief;
 use crate::Gpu;
 use osp_session::brush::texture::{SIDE, picture::Picture};
 
-/// Levels of each, down to a single texel.
+/// Levels of each texture, down to a single texel.
 const LEVELS: u32 = SIDE.ilog2() + 1;
 
 /// All levels of all textures, made once.

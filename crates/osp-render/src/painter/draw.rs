@@ -10,7 +10,7 @@ use crate::{
     shaders,
 };
 
-/// Draws parts of polygons in the order of their list, each over what is there.
+/// Draws parts of polygons in the order of their list, each over the ones before.
 #[derive(Debug)]
 pub(crate) struct PartPass {
     pipeline: wgpu::RenderPipeline,
@@ -40,7 +40,7 @@ impl PartPass {
                 })],
             },
             primitive: wgpu::PrimitiveState::default(),
-            // The pass has a depth; it is neither asked nor changed.
+            // The pass has a depth buffer, which is neither tested nor written.
             depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
             fragment: Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
@@ -50,7 +50,7 @@ impl PartPass {
         Self { pipeline }
     }
 
-    /// Draws a list; returns the number of draw calls. Group 0 is to be bound.
+    /// Draws a list; returns the number of draw calls. The caller has bound group 0.
     pub(crate) fn draw(
         &self,
         gpu: &Gpu,

@@ -11,7 +11,8 @@ use osp::{
 use osp_rivals::{Bsp, BspConfig};
 use osp_session::scene::Scene;
 
-/// Most parts of a tree while it is made, with those that were cut again: some 400 MB. Beyond, parts stay together.
+/// Most parts of a tree during its construction, including parts that were cut again: some 400 MB. Beyond that, parts
+/// stay whole.
 const MOST_PARTS: usize = 3_000_000;
 
 /// A corner of a triangle to draw.
@@ -20,18 +21,18 @@ const MOST_PARTS: usize = 3_000_000;
 pub(super) struct PartCorner {
     /// World space relative to the eye, metres.
     pub(super) from_eye: [f32; 3],
-    /// The polygon that it is a part of: its colour.
+    /// The polygon that it belongs to, for its colour.
     pub(super) polygon: u32,
 }
 
-/// What a painter has done to find the order.
+/// Counts of a painter's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PaintStats {
-    /// Polygons, of which a quad that is not flat counts as two.
+    /// Polygons; a quad that is not flat counts as two.
     pub facets: usize,
     /// Parts that they were cut into.
     pub parts: usize,
-    /// Parts that the tree could not order: they come by their distance.
+    /// Parts that the tree could not order: they are ordered by their distance.
     pub unordered: usize,
     /// Nodes of the tree; 0 without one.
     pub nodes: usize,
@@ -41,7 +42,7 @@ pub struct PaintStats {
     pub ns: u64,
 }
 
-/// What is in view, back to front.
+/// The polygons in view, back to front.
 #[derive(Clone, Debug, Default)]
 pub struct PaintList {
     corners: Vec<PartCorner>,
@@ -72,14 +73,14 @@ impl PaintList {
         Ok(list)
     }
 
-    /// The tree knows each facet by its place among them. Of two in one plane the later comes later.
+    /// Orders by a tree whose polygon ids are the places of the facets. The later of two facets in one plane comes later.
     fn by_tree(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let max_pieces_per_polygon = MOST_PARTS / facets.len().max(1);
         let index = IndexConfig { capacity: facets.len(), ..IndexConfig::default() };
         let mut tree = Bsp::new(BspConfig { max_pieces_per_polygon, ..BspConfig::default() }, &index);
         for (facet, place) in facets.iter().zip((0..).map(PolygonId)) {
-            // What is not finite covers no pixel.
+            // A facet that is not finite covers no pixel.
             if tree.insert(place, &facet.shape.bounds()).is_ok() {
                 tree.shape(place, &facet.shape);
             }
@@ -99,7 +100,7 @@ impl PaintList {
         });
     }
 
-    /// Of polygons whose middles are as far, the later comes later.
+    /// Orders by the distance of the polygons' centres. The later of two polygons at the same distance comes later.
     fn by_centre(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let distance = |corners: &[Vec3]| {
@@ -114,7 +115,7 @@ impl PaintList {
         }
     }
 
-    /// What was done to find the order.
+    /// Counts of the work.
     pub fn stats(&self) -> PaintStats {
         self.stats
     }
@@ -125,7 +126,7 @@ impl PaintList {
 
     /// Adds a convex part as triangles around its first corner.
     fn add(&mut self, id: PolygonId, corners: &[Vec3], eye_in_world: Vec3) {
-        // As the shader has it: what was not cut is drawn on the very same pixels.
+        // As in the shader: uncut polygons cover exactly the same pixels.
         let corner = |p: Vec3| {
             let from_eye = (p - eye_in_world).to_array();
             PartCorner { from_eye, polygon: id.0 }

@@ -1,8 +1,9 @@
-//! The painter's algorithm: polygons are drawn back to front, each over what is there, with no test of depth.
+//! The painter's algorithm: polygons are drawn back to front, each over the ones before, without a depth test.
 //!
-//! In which order is the question. By the distance of the polygons' middles ([`Painter::Centre`]) a large polygon may come
-//! too late or too early, and two that pass through each other have no right order at all. A BSP tree ([`Painter::Bsp`],
-//! [`osp_rivals::Bsp`]) cuts polygons by planes of others until there is a right order, from wherever the eye is.
+//! The order is the problem. Ordered by the distance of their centres ([`Painter::Centre`]), a large polygon may come
+//! too late or too early. Two polygons that pass through each other have no right order at all. A BSP tree
+//! ([`Painter::Bsp`], [`osp_rivals::Bsp`]) cuts polygons by planes of others until there is a right order from every
+//! eye position.
 
 mod draw;
 mod list;
@@ -16,12 +17,12 @@ pub use list::{PaintList, PaintStats};
 use osp::polygon::{ConvexPolygon, PolygonId, VisibleBlocks};
 use osp_session::scene::Scene;
 
-/// How the painter finds out what is behind.
+/// Method by which the painter finds the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Painter {
-    /// By a BSP tree of the polygons: right but for few ([`PaintStats::unordered`]).
+    /// By a BSP tree of the polygons: right except for a few ([`PaintStats::unordered`]).
     Bsp,
-    /// By the distance of the polygons' middles: often wrong.
+    /// By the distance of the polygons' centres: often wrong.
     Centre,
 }
 
@@ -38,10 +39,10 @@ impl Painter {
     }
 }
 
-/// Why a painter gives up.
+/// Why a painter draws nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PainterError {
-    /// There is too much in view.
+    /// Too many polygons are in view.
     #[error(
         "{polygons} polygons are in view: a painter draws at most {MOST_POLYGONS}; look at an earlier frame or a part of the model"
     )]
@@ -51,10 +52,10 @@ pub enum PainterError {
     },
 }
 
-/// Most polygons that a painter takes.
+/// Most polygons that a painter draws.
 pub const MOST_POLYGONS: usize = 250_000;
 
-/// A polygon of the scene, or one of the two triangles of a quad that is not flat, as the painter takes it.
+/// A polygon of the scene, or one of the two triangles of a quad that is not flat.
 #[derive(Clone, Copy, Debug)]
 struct Facet {
     polygon: PolygonId,
@@ -78,8 +79,8 @@ impl Facet {
     }
 }
 
-/// The polygons as facets. A quad is drawn as two triangles: one whose fourth corner is farther than `tolerance_m` from the
-/// plane of the others comes as these.
+/// The polygons as facets. The renderer draws a quad as two triangles: a quad whose fourth corner is farther than
+/// `tolerance_m` from the plane of the others becomes these.
 fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Facet> {
     let mut facets = Vec::with_capacity(polygons.len());
     for id in polygons.ids() {
@@ -94,12 +95,12 @@ fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Face
             _ => facets.push(whole),
         }
     }
-    // What has no area covers no pixel, and has no plane.
+    // A facet without area covers no pixel, and has no plane.
     facets.retain(|facet| facet.normal() != DVec3::ZERO);
     facets
 }
 
-/// Closer than this to a plane, a corner lies on it, metres: what the polygons' coordinates can tell apart.
+/// Distance from a plane, metres, below which a corner counts as on it: the precision of the polygons' coordinates.
 fn tolerance_m(scene: &Scene, polygons: &VisibleBlocks) -> f64 {
     let farthest = polygons.ids().fold(0.0f32, |most, id| {
         let bounds = scene.bounds(id);

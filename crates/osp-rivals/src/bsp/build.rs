@@ -18,10 +18,10 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// The deepest node. From here the tree for culling continues by number.
+/// The deepest node of the tree for culling that follows the planes; below it, polygons are halved by number.
 pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
 
-/// Pieces that a plane is tried on at most.
+/// Most pieces that a plane is tried on.
 const TRIED_ON: usize = 48;
 
 /// Share of the pieces on one side from which on a plane across an axis is tried, too. Smaller: shallower trees, more
@@ -37,14 +37,14 @@ const FEWEST_PIECES: usize = 4096;
 /// Corners that a piece may have on average.
 const CORNERS_PER_PIECE: usize = 8;
 
-/// How a tree is built.
+/// Configuration of a BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BspConfig {
     /// Polygons of a node whose planes are tried. More: better trees, slower builds.
     pub candidates: usize,
-    /// How many polygons on the wrong side a cut weighs. Larger: fewer pieces, deeper trees.
+    /// Weight of a cut, in polygons on the wrong side. Larger: fewer pieces, deeper trees.
     pub cut_weight: f32,
-    /// Pieces for each polygon at most, over the whole tree. Beyond, nodes become leaves.
+    /// Most pieces for each polygon, over the whole tree. Beyond, nodes become leaves.
     pub max_pieces_per_polygon: usize,
 }
 
@@ -61,7 +61,7 @@ struct Part {
     item: u32,
     first: u32,
     corners: u32,
-    /// Whether its polygon is culled where it ends up.
+    /// Whether its polygon is culled in the node where it ends up.
     is_home: bool,
 }
 
@@ -73,11 +73,11 @@ struct Choice {
     own: Option<u32>,
     /// Less is better.
     cost: f64,
-    /// Share of the parts, of those that it was tried on, that end up on its larger side.
+    /// Share of the tried parts on its larger side.
     larger_share: f64,
 }
 
-/// A node still to be made. Its parts are the last of those that wait.
+/// A node still to be made. Its parts are the last of the waiting ones.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     start: u32,
@@ -89,10 +89,10 @@ struct Pending {
 #[derive(Debug)]
 pub(super) struct BspBuilder {
     config: BspConfig,
-    /// The polygons that somebody has told; the others stand as plates (see [`plate`]).
+    /// The known polygons; others are replaced by plates (see [`plate`]).
     shapes: ById<Option<ConvexPolygon>>,
     order: OrderTree,
-    // What follows is filled and emptied within a build.
+    // Scratch of a build.
     planes: Vec<Option<SplitPlane>>,
     parts: Vec<Part>,
     points: Vec<Vec3>,
@@ -102,8 +102,8 @@ pub(super) struct BspBuilder {
     front: Vec<u32>,
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
-    /// Boxes to cull, in the order of their nodes; for each node its first, and how many it has, itself and with all
-    /// below.
+    /// Boxes to cull, in the order of their nodes. For each node: its first box, and the number of its boxes, without
+    /// and with the nodes below.
     homes: Vec<Item>,
     at_home: Vec<Homes>,
     cull_pending: Vec<CullPending>,
@@ -213,7 +213,7 @@ impl BspBuilder {
     fn choose(&self) -> Option<Choice> {
         let mut best = None;
         let step = self.here.len().div_ceil(self.config.candidates.max(1)).max(1);
-        // From the middle of each stretch: the ends of a row of parts are the ends of a stroke.
+        // From the middle of each step: the ends of a row of parts are the ends of a stroke.
         for &part in self.here.iter().skip(step / 2).step_by(step) {
             let item = self.parts[part as usize].item;
             if let Some(plane) = self.planes[item as usize] {
@@ -246,11 +246,11 @@ impl BspBuilder {
                 best = across.filter(better).or(best);
             }
         }
-        // A plane through none of the polygons that leaves all on one side would be chosen for ever.
+        // A plane of no polygon that leaves all parts on one side would be chosen for ever.
         best.filter(|choice| choice.own.is_some() || choice.larger_share < 1.0)
     }
 
-    /// Whether the bounds leave room for splitting the parts at hand.
+    /// Whether the limits allow the present parts to be split.
     fn has_room(&self, polygons: usize) -> bool {
         let pieces = polygons.saturating_mul(self.config.max_pieces_per_polygon.max(1)).max(FEWEST_PIECES);
         let points = pieces.saturating_mul(CORNERS_PER_PIECE);
@@ -414,7 +414,7 @@ fn middle(points: &[Vec3]) -> Vec3 {
     bounds.center()
 }
 
-/// Stands for a polygon of which only the box is known: the rectangle through the middle of the box, across its
+/// Replacement of a polygon of which only the box is known: the rectangle through the middle of the box, across its
 /// shortest side.
 fn plate(bounds: &Aabb) -> ConvexPolygon {
     let half = bounds.max * 0.5 - bounds.min * 0.5;

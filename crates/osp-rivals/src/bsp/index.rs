@@ -14,10 +14,10 @@ use osp::{
     polygon::{Change, ConvexPolygon, Geometry, PolygonId},
 };
 
-/// A binary space partition along the polygons' planes; see [`osp::index`] for what every index does.
+/// A binary space partition along the polygons' planes; see [`osp::index`] for the contract of every index.
 ///
-/// It reads the polygons themselves ([`SpatialIndex::announce`], [`Bsp::shape`]); where only a box is known, a plate in its
-/// middle stands for the polygon.
+/// It reads the polygons themselves ([`SpatialIndex::announce`], [`Bsp::shape`]). If only a box is known, a plate in
+/// its middle replaces the polygon.
 #[derive(Debug)]
 pub struct Bsp(Rebuilt<BspBuilder>, Announced);
 
@@ -48,16 +48,16 @@ impl Bsp {
         index.downcast_mut()
     }
 
-    /// Takes the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement; both forget
-    /// what was known before. Of a polygon that is not in the tree or not finite, nothing is kept.
+    /// Takes the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement;
+    /// both drop the former corners. Polygons that are not in the tree, or not finite, are ignored.
     pub fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
         if self.0.contains(id) && is_finite(polygon) {
             self.0.builder_mut().set_shape(id, Some(*polygon));
         }
     }
 
-    /// Hands over the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece hides any
-    /// part of one that comes after it. A polygon comes once for each of its pieces, each with its corners in order.
+    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece
+    /// hides any part of a later one. A polygon comes once for each of its pieces, each with its corners in order.
     ///
     /// The order is exact but for pieces in leaves that hold several ([`BspCounts::unordered`]) and for the bend of
     /// quads that are not quite flat.
@@ -65,13 +65,13 @@ impl Bsp {
         self.0.builder().order().back_to_front(eye, draw);
     }
 
-    /// Hands over the planes of nodes, level by level, at most `most`: the level, 0 at the top, and the outline of what
-    /// the planes above and `bounds` leave of the plane, world space.
+    /// Calls `draw` with the planes of nodes, level by level, at most `most`: the level, 0 at the top, and the outline
+    /// of the plane within the planes above and `bounds`, world space.
     pub fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
         self.0.builder().order().splits(bounds, most, draw);
     }
 
-    /// What the tree has become at the last commit.
+    /// Size of the tree at the last commit.
     pub fn counts(&self) -> BspCounts {
         self.0.builder().order().counts()
     }
@@ -108,7 +108,7 @@ impl SpatialIndex for Bsp {
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.0.update(id, bounds)?;
-        // What was known lies elsewhere now.
+        // The former corners lie elsewhere now.
         self.0.builder_mut().set_shape(id, self.1.take(id));
         Ok(())
     }

@@ -7,24 +7,24 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Stands for a node that is not there.
+/// Number of a node that does not exist.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
-/// What a tree has become.
+/// Size of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BspCounts {
     /// Nodes.
     pub nodes: usize,
     /// Pieces of all polygons; as many as polygons if nothing had to be cut.
     pub pieces: usize,
-    /// Pieces in leaves that hold several, because a bound was reached or they have no plane: their order is that of
-    /// their distances, which need not be right.
+    /// Pieces in leaves that hold several, because a bound was reached or they have no plane. They are ordered by
+    /// their distances, which may be wrong.
     pub unordered: usize,
     /// The deepest node; the top has depth 0.
     pub depth: usize,
 }
 
-/// A node: the pieces in its plane, and what is in front of and behind it. A leaf has no plane.
+/// A node: the pieces in its plane, and the nodes in front of and behind it. A leaf has no plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OrderNode {
     pub(super) plane: SplitPlane,
@@ -43,7 +43,7 @@ struct Piece {
     corners: u32,
 }
 
-/// Polygons cut so that they have an order from every eye. Nodes depth first, what is behind a plane first.
+/// Polygons cut so that they have an order from every eye. Nodes are stored depth first, the back of a plane first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OrderTree {
     pub(super) nodes: Vec<OrderNode>,
@@ -52,7 +52,7 @@ pub(super) struct OrderTree {
     depth: usize,
 }
 
-/// What a walk has still to do.
+/// Remaining step of a walk.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Below(u32),
@@ -124,7 +124,7 @@ impl OrderTree {
                 [(SplitPlane::across(axis, min), 1.0), (SplitPlane::across(axis, max), -1.0)]
             })
             .collect();
-        // Level by level, so that it is the lowest that are left out.
+        // Level by level, so that the limit omits the lowest ones.
         let mut queue = std::collections::VecDeque::from([(0u32, 0u32, sides)]);
         let mut drawn = 0;
         while let Some((at, depth, sides)) = queue.pop_front() {
@@ -185,12 +185,12 @@ impl OrderTree {
         self.pieces.iter().map(|piece| piece.id)
     }
 
-    /// Checks that every node has one parent, and that all pieces lie where the planes above say.
+    /// Checks that every node has one parent, and that all pieces lie on the right sides of the planes above.
     pub(super) fn validate(&self, max_depth: usize, max_corners: usize) -> Result<(), String> {
         let reach = self.points.iter().map(|p| f64::from(p.abs().max_element())).fold(0.0, f64::max);
         let mut seen = 0;
         let mut pieces = 0;
-        // Nodes to look at, with their depth; the planes above, each with the side that is being looked at.
+        // Nodes to visit, with their depth; the planes above, each with the present side.
         let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![(0, Side::Both, 0)] };
         let mut above: Vec<(SplitPlane, Side)> = vec![(SplitPlane::NONE, Side::Both)];
         while let Some((at, side, depth)) = waiting.pop() {

@@ -1,16 +1,17 @@
 use glam::{DVec3, Vec3};
 
-/// Points are told apart down to this fraction of their largest coordinate: twice what rounding to `f32` moves a point
-/// that was cut. Larger: polygons that hardly pierce each other stay whole.
+/// Points nearer to each other than this fraction of their largest coordinate count as one: twice the motion of a cut
+/// point by rounding to `f32`. Larger: polygons that hardly pierce each other stay whole.
 const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
 
-/// A polygon bent by more than this fraction of its longest edge gives no plane. Twice what the crate calls flat.
+/// A polygon bent by more than this fraction of its longest edge gives no plane: twice the limit of
+/// [`osp::polygon::FLATNESS`].
 const MAX_BEND: f64 = 2.0 * osp::polygon::FLATNESS as f64;
 
 /// A polygon with less area than this fraction of its longest edge squared gives no plane.
 const MIN_AREA: f64 = 1.0e-9;
 
-/// Corners of a piece at most; one with more is not cut any further. A convex one gains at most one at every cut.
+/// Most corners of a piece; one with more is not cut any further. Every cut adds at most one corner to a convex piece.
 pub(super) const MAX_CORNERS: usize = 64;
 
 /// The plane of a node, as thick as the polygon it is from.
@@ -18,11 +19,11 @@ pub(super) const MAX_CORNERS: usize = 64;
 pub(super) struct SplitPlane {
     normal: DVec3,
     d: f64,
-    /// What is nearer than this lies in it, metres.
+    /// Distance below which a point lies in it, metres.
     thickness: f64,
 }
 
-/// Where a polygon lies.
+/// Side of a plane on which a polygon lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     On,
@@ -36,7 +37,7 @@ fn largest_coordinate(p: Vec3) -> f64 {
 }
 
 impl SplitPlane {
-    /// Stands where there is none.
+    /// Placeholder for no plane.
     pub(super) const NONE: Self = Self { normal: DVec3::ZERO, d: 0.0, thickness: 0.0 };
 
     /// The plane of a polygon; `None` if it has no area or is bent.
@@ -50,7 +51,7 @@ impl SplitPlane {
             .map(|i| corners[i].as_dvec3().distance(corners[(i + 1) % corners.len()].as_dvec3()))
             .fold(0.0, f64::max);
         let area = normal.length();
-        // Not for what is no number either.
+        // NaN gives no plane either.
         if !(area > MIN_AREA * longest * longest && area.is_finite()) {
             return None;
         }
@@ -85,7 +86,7 @@ impl SplitPlane {
         self.normal.dot(p) + self.d
     }
 
-    /// A square in it around the point nearest to `center`, `reach` metres to each side and more.
+    /// A square in it around the point nearest to `center`, at least `reach` metres to each side.
     pub(super) fn square(&self, center: DVec3, reach: f64) -> Vec<DVec3> {
         let middle = center - self.normal * self.distance_of(center);
         let right = self.normal.any_orthonormal_vector();
@@ -95,7 +96,7 @@ impl SplitPlane {
             .to_vec()
     }
 
-    /// How near a point has to be to lie in it.
+    /// Distance, metres, at which a point counts as in it.
     fn tolerance(&self, p: Vec3) -> f64 {
         self.thickness + ROUNDING * largest_coordinate(p)
     }
@@ -111,7 +112,7 @@ impl SplitPlane {
         }
     }
 
-    /// Where a polygon lies to it.
+    /// The side on which a polygon lies.
     pub(super) fn side(&self, corners: &[Vec3]) -> Side {
         let (mut front, mut back) = (false, false);
         for &p in corners {

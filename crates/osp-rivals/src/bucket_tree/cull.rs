@@ -98,7 +98,7 @@ impl<P: Partition> BucketTree<P> {
         work
     }
 
-    /// Asks `nearest` about the polygons along a ray, near children first.
+    /// Passes the polygons along a ray to `nearest`, near children first.
     pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         let Some(t) = ray.enter_box(&self.node(ROOT).bounds, nearest.reach()) else { return };
         let mut stack = WalkStack::from((t, ROOT));
@@ -114,7 +114,7 @@ impl<P: Partition> BucketTree<P> {
                 }
                 continue;
             }
-            // At most four children: taking the farthest again and again is the quickest sort.
+            // At most four children: repeatedly taking the farthest is the quickest sort.
             let mut ways: [Option<(f32, u32)>; 4] = [None; 4];
             for (way, child) in ways.iter_mut().zip(self.children(at)) {
                 *way = ray.enter_box(&self.node(child).bounds, nearest.reach()).map(|t| (t, child));

@@ -21,7 +21,7 @@ impl<P: Partition> BucketTree<P> {
         self.node(at).first_child + self.partition.child_of(&self.node(at).cell, center) as u32
     }
 
-    /// Files a polygon from the root down; then splits its leaf if that is full, or builds the highest subtree again
+    /// Inserts a polygon from the root down. Then splits its leaf if that is full, or rebuilds the highest subtree
     /// that has become lopsided.
     pub(super) fn file(&mut self, item: &Item) {
         self.upkeep.filed += 1;
@@ -106,7 +106,7 @@ impl<P: Partition> BucketTree<P> {
         self.first_free = first;
     }
 
-    /// Takes all polygons of a subtree into `items` and makes a leaf without polygons of its top.
+    /// Moves all polygons of a subtree into `items` and makes its top an empty leaf.
     fn gather_subtree(&mut self, top: u32) {
         self.items.clear();
         self.pending.clear();
@@ -124,8 +124,8 @@ impl<P: Partition> BucketTree<P> {
         }
     }
 
-    /// Builds a subtree of all `items` below an empty leaf: splits until the leaves are small enough or their polygons
-    /// cannot be told apart.
+    /// Builds a subtree of all `items` below an empty leaf: splits until the leaves are small enough or no split
+    /// separates their polygons.
     fn build_below(&mut self, top: u32) {
         let mut items = std::mem::take(&mut self.items);
         self.pending.clear();
@@ -162,8 +162,8 @@ impl<P: Partition> BucketTree<P> {
         self.items = items;
     }
 
-    /// Takes a polygon out, makes the boxes above fit, and builds the highest subtree again that has become small: a leaf,
-    /// or, where splits follow the polygons, half of what it was.
+    /// Removes a polygon and tightens the boxes above. Then rebuilds the highest subtree that has become small: as a
+    /// leaf, or, if splits follow the polygons, at half of its former size.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let spot = self.spot.get(id);
         self.spot.set(id, NOWHERE);
@@ -195,7 +195,7 @@ impl<P: Partition> BucketTree<P> {
         }
     }
 
-    /// Makes the boxes fit from a node upwards, as far as anything changes.
+    /// Tightens the boxes from a node upwards, as long as they change.
     pub(super) fn tighten_upwards(&mut self, mut at: u32) {
         while at != NONE {
             self.upkeep.boxes += 1;
@@ -214,7 +214,7 @@ impl<P: Partition> BucketTree<P> {
     }
 }
 
-/// Brings those first for which `is_first` holds, and counts them.
+/// Moves the items for which `is_first` holds to the front, and counts them.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut first = 0;
     for i in 0..items.len() {

@@ -1,8 +1,8 @@
 //! Split by the surface area heuristic over a few buckets.
 //!
 //! Source: Ingo Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies" (2007). Differences: all three
-//! axes are tried instead of the longest alone; where the heuristic is blind (every box is a point, or all lie on one
-//! line) the polygons are halved in the middle.
+//! axes are tried, not the longest alone. If the heuristic is blind (every box is a point, or all lie on one line),
+//! the polygons are halved in the middle.
 
 use glam::Vec3;
 
@@ -17,17 +17,17 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// Most buckets that [`SahConfig::buckets`] may ask for.
+/// Largest number of buckets for [`SahConfig::buckets`].
 const MAX_BUCKETS: usize = 32;
 
-/// How a hierarchy is split by the surface area heuristic.
+/// Configuration of a hierarchy split by the surface area heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SahConfig {
     /// Buckets an axis, 2 to 32. More: better splits, slower builds; above 16 hardly anything changes.
     pub buckets: usize,
     /// No leaf holds more polygons.
     pub leaf_capacity: usize,
-    /// Cost of looking at a node. Larger: larger leaves.
+    /// Cost of visiting a node. Larger: larger leaves.
     pub node_cost: f64,
     /// Cost of testing a polygon of a leaf; less than a node's, because sixteen are tested at once.
     pub polygon_cost: f64,
@@ -58,7 +58,7 @@ impl Bucket {
     }
 }
 
-/// Which bucket a centre falls into, on each axis.
+/// Map from a centre to its bucket on each axis.
 struct Buckets {
     least: Vec3,
     per_half_metre: Vec3,
@@ -75,14 +75,14 @@ impl Buckets {
 
     #[inline]
     fn of(&self, center: Vec3, axis: usize) -> usize {
-        // Without any length on an axis this is 0 times infinity: NaN becomes bucket 0.
+        // With no extent on an axis this is 0 times infinity: NaN becomes bucket 0.
         let bucket = (center[axis] * 0.5 - self.least[axis]) * self.per_half_metre[axis];
         (bucket as usize).min(self.last)
     }
 }
 
-/// Orders `items` by the best split and returns where it is; [`None`] if a leaf is cheaper, or if the heuristic cannot
-/// tell any split from another.
+/// Orders `items` by the best split and returns its place. No split if a leaf is cheaper, or if the heuristic rates
+/// all splits the same.
 pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahSplit {
     let count = config.buckets.clamp(2, MAX_BUCKETS);
     let centers = box_of_centers(items);
@@ -120,19 +120,19 @@ pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahS
     SahSplit::After(partition(items, |item| buckets.of(item.bounds().center(), axis) <= last_of_first))
 }
 
-/// What [`split_by_sah`] finds.
+/// Result of [`split_by_sah`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SahSplit {
     /// A leaf is cheaper.
     Leaf,
-    /// Best after this many.
+    /// Split after this many.
     After(usize),
-    /// All splits look alike: the nodes have no surface.
+    /// All splits are rated the same: the nodes have no surface.
     Blind,
 }
 
 impl SahSplit {
-    /// The split, or the middle of space where the heuristic is blind.
+    /// The split, or the middle of space if the heuristic is blind.
     pub(super) fn or_middle(self, items: &mut [impl Boxed], leaf_capacity: usize) -> Split {
         match self {
             Self::Leaf => Split::Leaf,
@@ -148,7 +148,7 @@ impl SahSplit {
     }
 }
 
-/// The cost of a split after each bucket but the last, as far as both sides hold anything.
+/// The cost of a split after each bucket but the last, if both sides hold polygons.
 fn costs(filled: &[Bucket]) -> impl Iterator<Item = (usize, f64)> {
     let mut after = [0.0; MAX_BUCKETS];
     let mut right = Bucket::EMPTY;

@@ -1,5 +1,5 @@
-//! The hierarchical linear hierarchy: polygons that share the leading bits of their Morton code form a treelet, built
-//! along the curve; the treelets are joined by the surface area heuristic.
+//! The hierarchical linear hierarchy. Polygons that share the leading bits of their Morton code form a treelet, built
+//! along the curve. The surface area heuristic joins the treelets.
 //!
 //! Source: Jacopo Pantaleoni and David Luebke, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing of
 //! Dynamic Geometry" (2010). Difference: on one thread, without the compressed sort that their GPU version gains from.
@@ -18,15 +18,15 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// From this depth on treelets are joined in halves, so that there are levels left for what is below them.
+/// From this depth on treelets are joined in halves, which leaves enough levels for the treelets themselves.
 const COUNTED_TOP_DEPTH: u32 = 24;
 
-/// How a hierarchical linear hierarchy is built.
+/// Configuration of a hierarchical linear hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HlbvhConfig {
     /// Leading bits of the Morton code that the polygons of a treelet share. More: more treelets, better top, slower.
     pub treelet_bits: u32,
-    /// How the treelets are joined, and what a leaf may hold.
+    /// Settings of joining the treelets, and the capacity of a leaf.
     pub sah: SahConfig,
 }
 

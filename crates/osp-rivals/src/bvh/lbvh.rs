@@ -1,7 +1,7 @@
 //! The linear hierarchy: polygons sorted along the Morton curve, split where the highest bit of the code changes.
 //!
-//! Source: Christian Lauterbach et al., "Fast BVH Construction on GPUs" (2009); the split by the highest differing bit,
-//! as in Tero Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees" (2012).
+//! Source: Christian Lauterbach et al., "Fast BVH Construction on GPUs" (2009). The split by the highest differing bit
+//! is from Tero Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees" (2012).
 //! Differences: built on one thread, top down over the sorted codes; ranges that fit into a leaf become one; equal
 //! codes are halved by number.
 
@@ -17,7 +17,7 @@ use crate::{
     rebuilt::{OnUpdate, TreeBuilder},
 };
 
-/// How a linear hierarchy is built.
+/// Configuration of a linear hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LbvhConfig {
     /// A node with more polygons is split.

@@ -9,7 +9,7 @@ use crate::{
     rebuilt::{OnUpdate, TreeBuilder},
 };
 
-/// How a hierarchy is halved by number.
+/// Configuration of a hierarchy halved by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MedianConfig {
     /// A node with more polygons is split.

@@ -1,9 +1,9 @@
 //! Split in the middle: the longest axis of the box around the centres is halved.
 //!
-//! Source: Steven Rubin and Turner Whitted, "A 3-Dimensional Representation for Fast Rendering of Complex Scenes"
-//! (1980), for the hierarchy; Jeffrey Goldsmith and John Salmon, "Automatic Creation of Object Hierarchies for Ray
-//! Tracing" (1987), for spatial splits as the simple alternative. Difference: centres decide, so no polygon is cut or
-//! filed twice.
+//! The hierarchy is from Steven Rubin and Turner Whitted, "A 3-Dimensional Representation for Fast Rendering of
+//! Complex Scenes" (1980). Spatial splits as the simple alternative are from Jeffrey Goldsmith and John Salmon,
+//! "Automatic Creation of Object Hierarchies for Ray Tracing" (1987). Difference: centres decide, so no polygon is cut
+//! or stored twice.
 
 use super::top_down::{
     InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
@@ -15,7 +15,7 @@ use crate::{
     rebuilt::{OnUpdate, TreeBuilder},
 };
 
-/// How a hierarchy is halved in the middle of space.
+/// Configuration of a hierarchy halved in the middle of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MidpointConfig {
     /// A node with more polygons is split.

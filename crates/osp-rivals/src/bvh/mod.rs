@@ -1,8 +1,8 @@
 //! Bounding volume hierarchies, built from scratch when polygons come or go and refitted when they only move.
 //!
-//! What they share is elsewhere: the flat tree with its queries, refit and checks, and the index around it that says
-//! when to build. Here are only the builders, one file each; each puts the polygons into an order and says where nodes
-//! begin and end. Leaves hold up to 64 polygons in all of them, tested sixteen at a time.
+//! Here are only the builders, one file each: each orders the polygons and chooses the limits of nodes. The flat tree
+//! has the queries, the refit and the checks. The index around it decides when to build. Leaves hold up to 64 polygons
+//! in all of them, tested sixteen at a time.
 
 mod binned_sah;
 mod hlbvh;
@@ -36,12 +36,12 @@ pub fn bvh_median(config: &MedianConfig, index: &IndexConfig) -> Box<dyn Spatial
     Box::new(Rebuilt::new(median::MedianBuilder::new(*config), index.room()))
 }
 
-/// A hierarchy split where the surface area heuristic over a few buckets says.
+/// A hierarchy split by the surface area heuristic over a few buckets.
 pub fn bvh_sah(config: &SahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.room()))
 }
 
-/// A hierarchy split where the surface area heuristic over all places says.
+/// A hierarchy split by the surface area heuristic over all places.
 pub fn bvh_sah_sweep(config: &SweepSahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.room()))
 }
@@ -51,7 +51,7 @@ pub fn lbvh(config: &LbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.room()))
 }
 
-/// A hierarchy along the Morton curve below, by the surface area heuristic on top.
+/// A hierarchy along the Morton curve, with a top made by the surface area heuristic.
 pub fn hlbvh(config: &HlbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.room()))
 }

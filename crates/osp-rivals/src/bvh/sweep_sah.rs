@@ -1,8 +1,9 @@
 //! Split by the surface area heuristic at every possible place: the best tree of its kind, and the slowest to build.
 //!
-//! Source: Ingo Wald and Vlastimil Havran, "On building fast kd-Trees for Ray Tracing, and on doing that in
-//! O(N log N)" (2006): sorted once along each axis, the orders kept by stable partition; for boxes as in Ingo Wald,
-//! Solomon Boulos, Peter Shirley, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies" (2007).
+//! Source: Ingo Wald and Vlastimil Havran, "On building fast kd-Trees for Ray Tracing, and on doing that in O(N log
+//! N)" (2006). Polygons are sorted once along each axis; stable partition keeps the orders. Boxes instead of planes
+//! are from Ingo Wald, Solomon Boulos, Peter Shirley, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume
+//! Hierarchies" (2007).
 
 use std::ops::Range;
 
@@ -14,12 +15,12 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// How a hierarchy is split by the full sweep.
+/// Configuration of a hierarchy split by the full sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepSahConfig {
     /// No leaf holds more polygons.
     pub leaf_capacity: usize,
-    /// Cost of looking at a node. Larger: larger leaves.
+    /// Cost of visiting a node. Larger: larger leaves.
     pub node_cost: f64,
     /// Cost of testing a polygon of a leaf; less than a node's, because sixteen are tested at once.
     pub polygon_cost: f64,
@@ -40,10 +41,10 @@ pub(super) struct SweepSahBuilder {
     pending: Vec<Pending>,
 }
 
-/// Filled and used within a build.
+/// Scratch of a build.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// Cost of what lies behind a place of the sweep.
+    /// Cost of the polygons behind a place of the sweep.
     behind: Vec<f64>,
     is_first: Vec<bool>,
     second: Vec<u32>,
@@ -64,7 +65,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// The cheapest place along an order: its cost and how many come first.
+    /// The cheapest place along an order: its cost, and the number of polygons before it.
     fn best_along(&mut self, axis: usize, range: Range<usize>) -> (f64, usize) {
         let order = &self.orders[axis][range];
         let bounds = |&i: &u32| &self.items[i as usize].bounds;
@@ -123,7 +124,7 @@ impl Ranges for Sweep<'_> {
         if count <= leaf_capacity && leaf_cost <= node_cost * whole + polygon_cost * cost {
             return Split::Leaf;
         }
-        // Without any surface all places cost the same: halves, along the axis on which there is some length.
+        // With no surface all places cost the same: halves, along an axis with some extent.
         let (axis, first) = if whole > 0.0 && cost.is_finite() {
             (axis, first)
         } else {

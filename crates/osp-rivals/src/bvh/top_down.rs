@@ -10,16 +10,16 @@ use osp::math::Aabb;
 /// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
 
-/// What a builder says about a range of polygons.
+/// A builder's decision about a range of polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Split {
     /// It stays together (granted if it fits into a leaf).
     Leaf,
-    /// This many come first. A count that leaves one side empty means: in halves.
+    /// This many come first. A count that leaves one side empty stands for halves.
     After(usize),
 }
 
-/// A builder's polygons, in whatever form it orders them.
+/// A builder's polygons, in the form that it orders them in.
 pub(crate) trait Ranges {
     /// Orders a range so that the two sides of its split follow each other.
     fn split(&mut self, range: Range<usize>) -> Split;
@@ -36,7 +36,7 @@ pub(crate) struct Pending {
     depth: u32,
 }
 
-/// Builds a binary tree of `range` depth first, its top at `depth`. Whatever `ranges` answers, a leaf holds at most
+/// Builds a binary tree of `range` depth first, its top at `depth`. Whatever `ranges` decides, a leaf holds at most
 /// `leaf_capacity` polygons, every node has fewer than its parent, and the depth stays in bounds.
 pub(crate) fn build_top_down(
     range: Range<usize>,
@@ -127,7 +127,7 @@ pub(crate) fn split_point(min: f32, max: f32) -> f32 {
     if middle < max { middle } else { min }
 }
 
-/// Brings those first for which `is_first` holds, and counts them.
+/// Moves the items for which `is_first` holds to the front, and counts them.
 pub(crate) fn partition<T>(items: &mut [T], mut is_first: impl FnMut(&T) -> bool) -> usize {
     let (mut low, mut high) = (0, items.len());
     loop {

@@ -1,10 +1,11 @@
-//! Two levels: a hierarchy of high quality over what has been there for a while, a dynamic one over what is new.
+//! Two levels: a hierarchy of high quality over older polygons, and a dynamic one over new polygons.
 //!
 //! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic
 //! Transformation" (1980), with two structures instead of a logarithmic number; common in renderers as the static and
-//! the dynamic scene. A query asks both. What is new goes to the dynamic tree, what is erased from the static one leaves
-//! a hole, what moves does both; when either has piled up beyond a share of the whole, one rebuild makes everything
-//! static again. That keeps queries close to a fresh tree's, and puts a spike of O(n log n) into single frames.
+//! the dynamic scene. A query searches both. A new polygon goes to the dynamic tree. An erased polygon leaves a hole
+//! in the static one, and a moving polygon does both. When either has grown beyond a share of the whole, one rebuild
+//! makes everything static again. That keeps queries close to those of a fresh tree, but costs O(n log n) in single
+//! frames.
 
 use super::BinnedSahBuilder;
 use crate::{
@@ -27,9 +28,9 @@ pub struct TwoLevelConfig {
     /// Polygons of the dynamic level, and holes of the static one, as a share of all polygons. Larger: rarer rebuilds,
     /// slower queries in between.
     pub max_share: f32,
-    /// Below this number of either nothing is rebuilt.
+    /// With fewer of either, nothing is rebuilt.
     pub min_changed: usize,
-    /// How the static level is built.
+    /// Configuration of the static level.
     pub sah: SahConfig,
 }
 
@@ -39,11 +40,11 @@ impl Default for TwoLevelConfig {
     }
 }
 
-/// Where a polygon is.
+/// Place of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
     Nowhere,
-    /// Filed since the last commit.
+    /// Inserted since the last commit.
     Waiting,
     /// Place in the static tree's order.
     Static(u32),
@@ -60,9 +61,9 @@ pub struct BvhTwoLevel {
     place: ById<Place>,
     fixed: FlatTree,
     dynamic: BoxTree,
-    /// Polygons that were filed since the last commit; some may have gone again.
+    /// Polygons inserted since the last commit; some may be removed again.
     waiting: Vec<PolygonId>,
-    /// Filled and emptied within a rebuild.
+    /// Scratch of a rebuild.
     items: Vec<Item>,
     /// Work of the rebuilds.
     rebuilt: Upkeep,
@@ -100,7 +101,7 @@ impl BvhTwoLevel {
         self.place.set(id, Place::Nowhere);
     }
 
-    /// Whether so many changed polygons are worth a rebuild.
+    /// Whether a rebuild pays for this many changed polygons.
     fn pays(&self, changed: usize) -> bool {
         changed > self.config.min_changed && changed as f32 > self.config.max_share * self.filed.len() as f32
     }
@@ -157,7 +158,7 @@ impl SpatialIndex for BvhTwoLevel {
             return;
         }
         for id in self.waiting.drain(..) {
-            // Gone again, or listed twice.
+            // Removed again, or listed twice.
             if self.place.get(id) == Place::Waiting {
                 let leaf = self.dynamic.insert(id, &self.filed.get(id));
                 self.place.set(id, Place::Dynamic(leaf));

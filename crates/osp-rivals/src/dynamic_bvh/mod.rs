@@ -1,13 +1,13 @@
 //! A hierarchy that takes polygons one at a time and never rebuilds.
 //!
-//! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it: a
-//! polygon becomes the sibling of the node that a greedy, bounded descent finds cheapest by surface area, and every
-//! node on the way back up exchanges a child with a grandchild of its other child where that makes boxes smaller.
+//! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it. A
+//! greedy, bounded descent finds the cheapest sibling for a new polygon by surface area. Every node on the way back up
+//! may exchange a child with a grandchild of its other child, if that makes boxes smaller.
 //!
 //! # Differences from the source
 //! * In three dimensions, with surfaces (in `f64`, whose squares do not overflow) for perimeters.
 //! * No fat margins: a box that moves is removed and put in again, because every query here is exact.
-//! * Where two ways cost the same the descent continues, to the nearer centre and then to the lower subtree. Coincident
+//! * If two ways cost the same, the descent goes to the nearer centre, and then to the lower subtree. Coincident
 //!   polygons would otherwise all become the root's sibling: a chain as deep as there are polygons.
 //! * Two siblings' heights may differ by 32 at most; beyond that the taller one is rotated up, whatever it costs. No
 //!   order of insertion (boxes around boxes, for one) makes a chain.

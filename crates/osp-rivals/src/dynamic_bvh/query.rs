@@ -131,7 +131,7 @@ impl BoxTree {
         work
     }
 
-    /// Asks `nearest` about the polygons along a ray, the nearer child first.
+    /// Passes the polygons along a ray to `nearest`, the nearer child first.
     pub(crate) fn ray_nearest(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         if self.root == NONE {
             return;

@@ -6,11 +6,11 @@ use osp::{index::Upkeep, math::Aabb, polygon::PolygonId};
 /// No node.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// How much taller one of two siblings may be. Smaller: a lower tree, but a lone polygon beside a crowd is pushed down
-/// into it; 32 leaves alone what surfaces ask for and still bounds the depth by about nine times the ideal.
+/// Greatest difference of two siblings' heights. Smaller: a lower tree, but a lone polygon beside a crowd is pushed
+/// down into it. 32 hardly limits the choice by surface area, and bounds the depth by about nine times the ideal.
 const MAX_HEIGHT_DIFFERENCE: u32 = 32;
 
-/// What a query needs of a node to test it, and what an insertion needs.
+/// The values of a node that its test in a query and an insertion need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TreeNode {
     pub(super) bounds: Aabb,
@@ -22,7 +22,7 @@ pub(super) struct TreeNode {
     pub(super) polygons: u32,
 }
 
-/// What is below a node, apart from the rest: a subtree that is taken whole is read from eight bytes a node.
+/// Children of a node, stored apart from its box: a query that takes a whole subtree reads only eight bytes a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Links {
     first: u32,
@@ -30,7 +30,7 @@ pub(super) struct Links {
     second: u32,
 }
 
-/// [`Links`], told apart.
+/// [`Links`] as an enum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Below {
     Leaf(PolygonId),
@@ -91,7 +91,7 @@ impl BoxTree {
         self.nodes.capacity() * size_of::<TreeNode>() + self.links.capacity() * size_of::<Links>()
     }
 
-    /// What inserting and removing took so far.
+    /// Work of insertions and removals so far.
     pub(crate) fn upkeep(&self) -> Upkeep {
         self.upkeep
     }
@@ -169,7 +169,7 @@ impl BoxTree {
         leaf
     }
 
-    /// Takes a leaf out; its sibling takes the place of their parent.
+    /// Removes a leaf; its sibling takes the place of their parent.
     pub(crate) fn remove(&mut self, leaf: u32) {
         let parent = self.node(leaf).parent;
         self.give_node(leaf);
@@ -198,8 +198,8 @@ impl BoxTree {
 
     /// The node whose pairing with the new box adds the least surface to the tree.
     ///
-    /// Going down from a node costs what its box grows by, whatever is found below ("inherited"). A subtree is left out
-    /// when even a leaf right at the new box, the best that could be below, would not beat the best so far.
+    /// The descent from a node costs the growth of its box, whatever is found below ("inherited"). A subtree is left
+    /// out if even the best possible leaf below, one equal to the new box, would not beat the best so far.
     fn find_best_sibling(&self, bounds: &Aabb) -> u32 {
         let own_area = area(bounds);
         let mut at = self.root;
@@ -245,7 +245,7 @@ impl BoxTree {
         Way { child, is_leaf, direct, area, least_below }
     }
 
-    /// Whether `way` is to be preferred to one of the same cost: the nearer centre, then the lower subtree.
+    /// Whether `way` is better than another one of the same cost: the nearer centre, then the lower subtree.
     fn is_nearer(&self, way: &Way, other: &Way, bounds: &Aabb) -> bool {
         let distance = |way: &Way| {
             let node = self.node(way.child);
@@ -255,7 +255,7 @@ impl BoxTree {
         distance(way) < distance(other)
     }
 
-    /// Brings boxes, heights and counts up to date from `at` to the top, and improves what it passes.
+    /// Updates boxes, heights and counts from `at` to the top, and improves the nodes on the way.
     fn repair_upwards(&mut self, mut at: u32) {
         while at != NONE {
             self.gather(at);
@@ -337,7 +337,7 @@ impl BoxTree {
     }
 }
 
-/// A way down.
+/// A way down the tree.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     child: u32,
@@ -346,6 +346,6 @@ struct Way {
     direct: f64,
     /// Surface of the child's box.
     area: f64,
-    /// No place below costs less.
+    /// Lower bound of the cost of all places below.
     least_below: f64,
 }

@@ -1,8 +1,8 @@
-//! A tree of boxes in one array, whatever built it: nodes depth first, each with the number of the node after its
-//! whole subtree; polygons in the order of the leaves, so that a subtree's polygons are one slice.
+//! A tree of boxes in one array, for any builder. Nodes lie depth first, each with the number of the node after its
+//! whole subtree. Polygons lie in the order of the leaves, so a subtree's polygons are one slice.
 //!
-//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998); leaving planes out
-//! that a node has passed wholly ("plane masking") from Lee Bishop et al., "Designing a PC Game Engine" (1998).
+//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998). Leaving out planes
+//! that a node lies wholly within ("plane masking") is from Lee Bishop et al., "Designing a PC Game Engine" (1998).
 
 mod near;
 mod ray;
@@ -26,7 +26,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// The deepest node. Builders split by count from [`COUNTED_DEPTH`] on, so that no arrangement of polygons gets there.
+/// The deepest node. Builders split by count from [`COUNTED_DEPTH`] on, so no arrangement of polygons exceeds it.
 pub(super) const MAX_DEPTH: usize = 96;
 
 /// From this depth on a builder must halve the number of polygons at every split: 32 more levels hold them all.
@@ -50,7 +50,7 @@ pub(super) struct FlatTree {
     lanes: BoxLanes,
     /// Polygons removed since the tree was built.
     holes: usize,
-    /// While it is being filled: the nodes whose subtrees are not complete, from the top.
+    /// Scratch of the filling: the nodes whose subtrees are not complete, from the top.
     open: Vec<u32>,
     /// The same tree with eight children a node, for the frustum query.
     wide: Vec<WideNode>,
@@ -71,14 +71,14 @@ impl FlatTree {
         self.holes = 0;
     }
 
-    /// The next node, depth first: one with two to eight nodes below. The top has depth 0.
+    /// Adds the next node, depth first: one with two to eight nodes below. The top has depth 0.
     pub(super) fn inner(&mut self, depth: usize) {
         self.close(depth);
         self.open.push(self.nodes.len() as u32);
         self.nodes.push(FlatNode { bounds: Aabb::EMPTY, polygons: 0, skip: 0 });
     }
 
-    /// The next node, depth first: one with polygons.
+    /// Adds the next node, depth first: one with polygons.
     pub(super) fn leaf(&mut self, depth: usize, items: &[Item]) {
         self.close(depth);
         let at = self.nodes.len() as u32;
@@ -87,7 +87,7 @@ impl FlatTree {
         self.nodes.push(FlatNode { bounds, polygons: items.len() as u32, skip: at + 1 });
     }
 
-    /// Ends the nodes of this depth and deeper: what comes next is not below them.
+    /// Ends the nodes of this depth and deeper: later nodes are not below them.
     fn close(&mut self, depth: usize) {
         let next = self.nodes.len() as u32;
         for node in self.open.drain(depth.min(self.open.len())..) {
@@ -172,7 +172,7 @@ impl FlatTree {
         self.widen();
     }
 
-    /// The surface of all nodes as a multiple of the top's: how much work the tree makes. 0 where the top has none.
+    /// The surface of all nodes as a multiple of the top's: a measure of a query's work. 0 if the top has no surface.
     pub(super) fn relative_area(&self) -> f64 {
         let Some(top) = self.nodes.first() else { return 0.0 };
         let all: f64 = self.nodes.iter().map(|node| area(&node.bounds)).sum();
@@ -308,18 +308,18 @@ pub(super) fn joined_area(a: &Aabb, b: &Aabb) -> f64 {
     x * y + y * z + z * x
 }
 
-/// Nodes in a row, all children of one node with everything below them: from `start` up to, but without, `end`.
+/// Consecutive nodes, all children of one node with everything below them: from `start` up to, but without, `end`.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     start: usize,
     end: usize,
     /// Place of their first polygon.
     first: usize,
-    /// The planes that the node around them has left to test.
+    /// The remaining planes of the node around them.
     mask: PlaneMask,
 }
 
-/// The nodes around the one being looked at: where each ends, and which planes it has left to test.
+/// The ancestors of the present node: the end of each, and its remaining planes.
 struct Ancestors {
     ends: [(u32, PlaneMask); MAX_DEPTH + 1],
     len: usize,
@@ -330,7 +330,7 @@ impl Ancestors {
         Self { ends: [(end as u32, mask); MAX_DEPTH + 1], len: 1 }
     }
 
-    /// The mask for node `at`: leaves the ancestors behind that end before it.
+    /// The mask for node `at`; drops the ancestors that end before it.
     #[inline]
     fn mask_at(&mut self, at: usize) -> PlaneMask {
         while self.len > 1 && self.ends[self.len - 1].0 as usize <= at {
@@ -341,7 +341,7 @@ impl Ancestors {
 
     #[inline]
     fn push(&mut self, end: usize, mask: PlaneMask) {
-        // If a tree were ever too deep, the mask of a node further up tests planes twice, and that is all.
+        // If a tree were ever too deep, the mask of a higher node would test planes twice, and nothing worse.
         if self.len < self.ends.len() {
             self.ends[self.len] = (end as u32, mask);
             self.len += 1;

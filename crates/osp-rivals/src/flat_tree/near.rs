@@ -8,8 +8,8 @@ use osp::index::{
 };
 
 impl FlatTree {
-    /// Asks about the polygons around a point, always those of the nearest node first: no order of nodes asks fewer
-    /// (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
+    /// Passes the polygons around a point to `nearest`, always those of the nearest node first. No order of nodes
+    /// tests fewer (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
     pub(crate) fn ask_nearest(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         let mut work = WorkCounts::default();
         let mut heap = BinaryHeap::new();
@@ -17,7 +17,7 @@ impl FlatTree {
         // A node, and the place of its first polygon.
         heap.extend(nearest.distance_of(&top.bounds).map(|t| Waiting { t, place: (0, 0) }));
         while let Some(Waiting { place: (node, first), .. }) = heap.pop() {
-            // Others may have come nearer since it was put in; then all that wait are too far.
+            // Nearer polygons may have been found since the entry was added; then all others are too far as well.
             if nearest.distance_of(&self.nodes[node].bounds).is_none() {
                 break;
             }

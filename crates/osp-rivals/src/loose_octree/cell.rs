@@ -7,7 +7,7 @@ use osp::math::Aabb;
 pub(super) struct Cell {
     pub(super) level: u32,
     at: [u32; 3],
-    /// Level by level from the root, along the Morton curve on each: the eight children of a cell follow each other.
+    /// Level by level from the root, along the Morton curve on each: the eight children of a cell are consecutive.
     pub(super) number: u32,
 }
 
@@ -46,8 +46,8 @@ pub(super) struct LooseGrid {
 }
 
 impl LooseGrid {
-    /// The smallest cube around the root's middle that holds it. A root that is no box makes a cube of size 0, outside
-    /// of which everything is.
+    /// The smallest cube around the root's centre that contains it. An invalid root makes a cube of size 0, which
+    /// contains nothing.
     pub(super) fn new(root: &Aabb, max_depth: u32) -> Self {
         let size_m = root.extent().max_element();
         if root.is_valid() && size_m.is_finite() {
@@ -81,8 +81,8 @@ impl LooseGrid {
         Aabb::new(corner(-0.5), corner(1.5))
     }
 
-    /// The deepest cell that is at least as large as the box and holds its centre; [`None`] outside the root, or if
-    /// the box is larger.
+    /// The deepest cell that is at least as large as the box and contains its centre. [`None`] if the centre is
+    /// outside the root, or the box is larger.
     pub(super) fn place(&self, bounds: &Aabb) -> Option<Cell> {
         let center = bounds.center();
         let root = Aabb::new(self.min, self.min + Vec3::splat(self.size_m));

@@ -1,15 +1,15 @@
-//! The loose octree: cells twice as large as their spacing, so that a polygon's size gives its level and its centre its
-//! cell.
+//! The loose octree: cells are twice as large as their spacing. So a polygon's size decides its level, and its centre
+//! decides its cell.
 //!
 //! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated flat
 //! arrays (eight bytes a cell). So insertion is O(1) but for the counts of the cells above, by which a query skips empty
 //! cells.
 //!
 //! # Differences from the source
-//! * Rounding may leave a polygon a hair outside the loose cell that its size and centre ask for; it then goes a level
-//!   up.
-//! * A polygon whose centre is outside the root, or that is larger than the root, is kept in a list beside the tree and
-//!   tested by itself. (The source leaves that open; many of them make a linear scan.)
+//! * By rounding, a polygon may reach a hair beyond the loose cell of its size and centre; it is then stored a level
+//!   higher.
+//! * A polygon with a centre outside the root, or larger than the root, is kept in a list beside the tree. A query
+//!   tests the list one by one. (The source leaves that open; many such polygons make a linear scan.)
 
 mod cell;
 mod query;
@@ -30,7 +30,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Blocks of sixteen polygons of a bucket: about what a cell holds.
+/// Blocks of sixteen polygons of a bucket: about as many as a cell has.
 const BLOCKS: usize = 2;
 
 /// The deepest tree that is made: 2.4 million cells, 19 MB.
@@ -39,13 +39,13 @@ const MAX_MAX_DEPTH: u32 = 7;
 /// Configuration of a loose octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LooseOctreeConfig {
-    /// Levels below the root, at most 7. More: fewer polygons a cell, more cells to look at. Polygons smaller than the
+    /// Levels below the root, at most 7. More: fewer polygons a cell, more cells to visit. Polygons smaller than the
     /// smallest cells all lie on the last level.
     pub max_depth: u32,
 }
 
 impl LooseOctreeConfig {
-    /// As deep as leaves about 32 polygons for each of the smallest cells.
+    /// The depth at which each of the smallest cells has about 32 polygons.
     pub fn for_capacity(polygons: usize) -> Self {
         let cells = (polygons / 32).max(1);
         Self { max_depth: cells.ilog2().div_ceil(3).clamp(2, MAX_MAX_DEPTH) }
@@ -69,7 +69,7 @@ impl Slot {
 #[derive(Debug)]
 pub struct LooseOctree {
     grid: LooseGrid,
-    /// Every cell by its number; the last one is the list beside the tree.
+    /// Every cell by its number; the last entry is the list beside the tree.
     slots: Vec<Slot>,
     buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,

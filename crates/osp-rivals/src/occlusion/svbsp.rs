@@ -3,11 +3,11 @@
 //! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 //!
 //! # Differences from the paper
-//! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. If two overlap in depth
-//!   the order is not exact; nothing relies on it, because every shadowed leaf carries its occluder's cap.
-//! * A piece of a polygon that reaches an unoccluded leaf raises the whole polygon's planes there instead of the piece's own,
-//!   except planes that the cell already lies before. A plane that is missing by a rounding error would hide visible
-//!   polygons.
+//! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. If two overlap in
+//!   depth the order is not exact; nothing relies on it, because every shadowed leaf has its occluder's cap.
+//! * If a piece of a polygon reaches an unoccluded leaf, the planes there are those of the whole polygon, not of the
+//!   piece. Planes that the cell already lies before are left out. A plane that is missing by a rounding error would
+//!   hide visible polygons.
 
 use glam::DVec3;
 
@@ -61,7 +61,7 @@ impl Svbsp {
     }
 
     fn insert(&mut self, occluder: &ShadowVolume, window: &ViewWindow) {
-        // Nothing of one insertion is needed by the next.
+        // No insertion needs data of another one.
         self.points.clear();
         self.points.extend_from_slice(window.corners());
         self.points.extend(occluder.corners().iter().map(|v| v.normalize_or_zero()));

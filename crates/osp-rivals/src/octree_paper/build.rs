@@ -24,7 +24,7 @@ impl OctreePaper {
         }
     }
 
-    /// Makes the node of a cell with everything below it; its number.
+    /// Makes the node of a cell with everything below it; returns its number.
     fn build(&mut self, items: Vec<Item>, cell: Aabb, depth: u32) -> u32 {
         let number = self.nodes.len();
         let start = self.items.len() as u32;
@@ -52,7 +52,7 @@ impl OctreePaper {
         number as u32
     }
 
-    /// The child that holds a box whole. Fig. 1(a): each of the eight is asked, by each of the planes.
+    /// The child that holds a box whole. As in Fig. 1(a), the box is tested against the planes of each of the eight.
     fn child_of(&mut self, bounds: &Aabb, center: Vec3) -> Option<usize> {
         let mut found = None;
         for child in 0..8 {

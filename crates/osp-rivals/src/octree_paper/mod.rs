@@ -1,15 +1,15 @@
 //! The octree that the OSP paper compares its tree with, as the paper describes it (section 2.1 and Fig. 1(a), 4.3).
 //!
-//! "To be divided among eight child nodes, each of the eight nodes is tested for whether it holds the polygon", each by the
-//! planes that divide the parent: three planes for each of eight children, where the OSP tree asks three planes in all. And
-//! it is rebuilt "under optimal conditions whenever a new model is input". [`octree_rebuild`](super::octree_rebuild) is
-//! the same rival written as well as we can.
+//! In the paper, "to be divided among eight child nodes, each of the eight nodes is tested for whether it holds the
+//! polygon". Each test uses the planes that divide the parent: three planes for each of eight children. The OSP tree
+//! tests three planes in all. And the octree is rebuilt "under optimal conditions whenever a new model is input".
+//! [`octree_rebuild`](super::octree_rebuild) is the same rival in its best form.
 //!
 //! # Where the text is silent
 //! * *A polygon that no child holds whole.* It stays in the node, as in the OSP tree.
-//! * *Optimal conditions.* The root is the box around all polygons, and a node is divided only if it holds more
-//!   than [`OctreePaperConfig::leaf_capacity`] polygons; children without polygons are not made.
-//! * *The output.* As the OSP tree's, the answer is exact, or with [`CutNodes::Drawn`] that of the paper's Fig. 6.
+//! * *Optimal conditions.* The root is the box around all polygons. A node is divided only if it has more than
+//!   [`OctreePaperConfig::leaf_capacity`] polygons; children without polygons are not made.
+//! * *The output.* As with the OSP tree, it is exact, or with [`CutNodes::Drawn`] as in the paper's Fig. 6.
 
 mod build;
 mod cull;
@@ -50,7 +50,7 @@ impl Default for OctreePaperConfig {
     }
 }
 
-/// A node: its polygons lie side by side, and those of everything below follow.
+/// A node: its polygons lie side by side, followed by those of everything below.
 #[derive(Clone, Debug)]
 struct Node {
     cell: Aabb,
@@ -108,7 +108,7 @@ impl OctreePaper {
         }
     }
 
-    /// The octree with another answer for the nodes that the frustum cuts.
+    /// The octree with another treatment of the nodes that the frustum cuts.
     #[must_use]
     pub fn with_cut_nodes(self, cut_nodes: CutNodes) -> Self {
         Self { cut_nodes, ..self }

@@ -13,8 +13,8 @@ pub struct OctreeConfig {
     /// A node with more polygons is split. Larger: quicker builds, more polygons tested. Sixteen are tested at once;
     /// queries gain up to 64.
     pub leaf_capacity: usize,
-    /// Deepest level, at most 96; nodes there are leaves whatever they hold. Cells halve at every level, so only polygons piled up
-    /// on a geometric series of places get there.
+    /// Deepest level, at most 96; nodes there are leaves of any size. Cells halve at every level, so only polygons
+    /// whose positions form a geometric series get there.
     pub max_depth: usize,
 }
 
@@ -41,8 +41,8 @@ struct Pending {
     centers: Aabb,
 }
 
-/// Builds by counting: at every node one pass counts the polygons of the eight octants, one puts them in order.
-/// O(n log n); stable, so what arrived together stays together.
+/// Builds by counting: at every node one pass counts the polygons of the eight octants, one orders them. O(n log n);
+/// stable, so polygons keep their order of arrival.
 #[derive(Debug)]
 pub(super) struct OctreeBuilder {
     config: OctreeConfig,
@@ -98,8 +98,7 @@ impl OctreeBuilder {
     }
 }
 
-/// The middle of a box, but below its greatest corner on every axis on which it has any length, so that something lies
-/// on either side.
+/// The middle of a box, but below its greatest corner on every axis with some extent. So each side gets polygons.
 fn split_point(centers: &Aabb) -> Vec3 {
     let middle = centers.center();
     Vec3::select(middle.cmplt(centers.max), middle, centers.min)

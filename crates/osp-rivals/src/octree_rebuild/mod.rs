@@ -1,10 +1,11 @@
-//! The paper's rival, well written: an octree that is built from scratch whenever something has changed ("the octree is
-//! rebuilt under optimal conditions each time a new model comes", section 4.3 of the OSP paper).
+//! The paper's rival in its best form: an octree that is built from scratch after every change, as "the octree is
+//! rebuilt under optimal conditions each time a new model comes" (section 4.3).
 //!
-//! The octree is from Donald Meagher, "Geometric Modeling Using Octree Encoding" (1982). Its best known form for
-//! culling boxes, as taken here: a polygon is in the one leaf that its centre lies in, every node has the tight box of
-//! what is below, the cells follow the polygons (a node is cut at the middle of the box around its polygons' centres, so
-//! one far outlier costs one level and not a linear scan), and everything lies in flat arrays in depth-first order.
+//! The octree is from Donald Meagher, "Geometric Modeling Using Octree Encoding" (1982). The form here is the best
+//! known one for culling boxes. A polygon is in the one leaf that its centre lies in, and every node has the tight box
+//! of all polygons below. The cells follow the polygons: a node is cut at the middle of the box around its polygons'
+//! centres. So one far outlier costs one level and not a linear scan. Everything lies in flat arrays in depth-first
+//! order.
 
 mod build;
 

@@ -18,21 +18,21 @@
 //!   each is tested by its box, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all are
 //!   reported.)
 //! * **"Outside" means behind one plane.** The paper tests whether the eight points of a node lie outside the frustum.
-//!   Eight points outside of different planes do not put a box outside, so a node is dropped only where all eight lie
+//!   If they lie behind different planes, the box may still be in view. So a node is dropped only if all eight lie
 //!   behind the same plane.
 //! * **Two of the eight points are enough.** The corner of a box farthest along a plane's normal and the corner
 //!   farthest against it decide for all eight. Only these two are put into the plane equation.
 //! * **The polygon's box stands for its vertices.** Fig. 5 puts every vertex into the equation of the splitting plane.
 //!   These planes are aligned with the axes, so "all vertices in front" is "the least coordinate is in front": the box
 //!   gives the same answer, to the bit, as the vertices.
-//! * **`IsFrustumCull` is not kept.** The paper marks culled nodes in the tree; a query here does not change the tree,
-//!   and the outcome goes to the draw list or to the visitor.
+//! * **`IsFrustumCull` is not kept.** The paper marks culled nodes in the tree. Here a query does not change the tree;
+//!   its result goes to the draw list or to the visitor.
 //! * **A count of the polygons below** is added to the node. It lets a removal clear `IsPolygon` and `IsSubnode`
 //!   again, so that an erased session costs what an empty tree costs.
 //! * **Occluder candidates**, which the paper notes while filing (3.2.1), belong to the occlusion part of the crate.
 //!
 //! Choices that the text leaves open:
-//! * *Which side is the front.* The side of growing x, y or z.
+//! * *The front side of a plane.* The side of growing x, y or z.
 //! * *A polygon that is not wholly inside the cube* ("a limited space"). It is kept in a list beside the tree and
 //!   tested by itself in every query ([`OspPaper::outside_root`] counts them): nothing is lost, but many of them make a
 //!   linear scan.

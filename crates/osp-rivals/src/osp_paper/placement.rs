@@ -1,9 +1,9 @@
 //! The node of a polygon without the walk: Morton codes of both corners, XOR, leading zeros.
 //!
 //! The idea is from Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000) and from the Morton order (G. M.
-//! Morton, "A Computer Oriented Geodetic Data Base", 1966): two codes agree in as many leading bits as the smallest
-//! cell around both points is deep. A test shows that it finds, for every box, the very node at which the walk of the
-//! paper's Fig. 5 ends.
+//! Morton, "A Computer Oriented Geodetic Data Base", 1966). The number of leading bits that two codes share is the
+//! depth of the smallest cell around both points. A test shows that it finds, for every box, the very node at which
+//! the walk of the paper's Fig. 5 ends.
 
 use super::grid::OspGrid;
 use osp::math::Aabb;
@@ -27,13 +27,13 @@ impl OspPlace {
 
 impl OspGrid {
     /// The node at which the walk of the paper's Fig. 5 ends; [`None`] for a box that is not wholly inside the cube.
-    /// O(1): nothing is read but the grid's numbers.
+    /// O(1): reads only the grid's numbers.
     ///
     /// The walk goes to the front of a plane if the box's least coordinate is greater, to the back if its greatest is
-    /// less, and stays otherwise. On each axis it can therefore not pass the planes from the first at or above `min` to
-    /// the last at or below `max`. Number the finest cells so that the cell of `min` is the count of planes strictly
-    /// below it, the cell of `max` the count of those not above it: then the walk may go on exactly as long as both
-    /// cells lie in the same half.
+    /// less. Otherwise it stops. So on each axis it cannot pass the planes from the first at or above `min` to the
+    /// last at or below `max`. Number the finest cells: the cell of `min` is the count of planes strictly below it,
+    /// the cell of `max` the count of planes at or below it. Then the walk continues exactly as long as both cells lie
+    /// in the same half.
     pub fn place(&self, bounds: &Aabb) -> Option<OspPlace> {
         if !self.root_box().contains(bounds) {
             return None;
@@ -79,7 +79,7 @@ impl OspGrid {
     }
 }
 
-/// To which side a coordinate on a plane itself is counted.
+/// The side that a coordinate on a plane counts to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OnPlane {
     Behind,

@@ -1,9 +1,9 @@
-//! The same job done by other crates, each in its best form: their trees, walked with the planes that are still to be
-//! tested, what is inside every plane taken without a test. Where a crate keeps its nodes to itself, its own walk is
-//! used with the plane test at each node. Only with the feature `peers`.
+//! The trees of other crates, each in its best form. A walk tests only the planes that still cut a node, and takes
+//! polygons inside every plane without a test. A crate with private nodes is walked by its own code, with the plane
+//! test at each node. Only with the feature `peers`.
 //!
-//! They are made to be compared, not to be used: what they make of boxes near the ends of `f32` is their own affair, and
-//! their work is not counted. They refuse what every index refuses; for a visitor they are a single leaf.
+//! They serve for comparison only: their results for boxes near the ends of `f32` are not checked, and their work is
+//! not counted. They refuse the same boxes as every index; for a visitor they are a single leaf.
 
 mod adapter;
 mod bvh_crate;
@@ -28,7 +28,7 @@ pub enum PeerKind {
     ObvhsRebuilt,
     /// `rstar`'s R*-tree with nodes of 6 to 16.
     Rstar,
-    /// The crate `bvh`'s `Bvh`, one box after the other; built again where something was removed.
+    /// The crate `bvh`'s `Bvh`, one box after the other; built again after a removal.
     Bvh,
 }
 

@@ -30,7 +30,7 @@ pub enum ExportError {
     /// The format counts bytes in 32 bits.
     #[error("the model is too large for one .glb file: {0} bytes of at most 4294967295")]
     TooLarge(u64),
-    /// Somebody did not want to wait.
+    /// The user has cancelled the export.
     #[error("writing it was cancelled")]
     Cancelled,
 }
@@ -79,8 +79,8 @@ pub struct GltfCounts {
 /// Two attributes are osp's own, floats at each vertex: `_TIMESTAMP`, seconds from the session's beginning until the polygon
 /// was drawn (with [`ExportOptions::times`]), and `_STROKE`, the number of the stroke, -1 for polygons without one.
 ///
-/// glTF has neither textures that grow with a stroke nor light that is added: cut-out brushes are exported whole, and those
-/// of light as emissive surfaces that what is behind shines through.
+/// glTF has neither textures that grow with a stroke nor additive light. Cut-out brushes are exported whole. Brushes
+/// of light become emissive surfaces, and the background shines through them.
 ///
 /// # Errors
 /// The output fails, or the model does not fit the format.
@@ -174,7 +174,7 @@ pub fn write_glb_watched(
     Ok(counts)
 }
 
-/// The object that a polygon belongs to, and what it is called.
+/// Number and name of the exported object that a polygon belongs to.
 fn object_of<'a>(
     id: PolygonId,
     stroke: &'a Stroke,

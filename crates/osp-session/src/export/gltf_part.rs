@@ -58,7 +58,8 @@ impl Part {
     }
 }
 
-/// The normal of a polygon; that of a huge one overflows, and any will do.
+/// Unit normal of a polygon, from its area vector. The area vector of a huge polygon overflows; any unit vector will
+/// do.
 fn unit_normal(area_vector: Vec3) -> Vec3 {
     area_vector.try_normalize().filter(|normal| normal.is_finite()).unwrap_or(Vec3::Y)
 }

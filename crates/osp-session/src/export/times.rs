@@ -4,10 +4,10 @@ use crate::{
 };
 use osp::polygon::PolygonId;
 
-/// When each polygon of a scene came to be: four bytes a polygon.
+/// Time at which each polygon of a scene was drawn: four bytes a polygon.
 ///
-/// A stroke makes polygons as its samples come, not always one each. Of the events that are noted together, the last
-/// polygon of a stroke gets the time of its last sample, those before it earlier ones in proportion.
+/// A stroke need not make one polygon a sample. Among the events of one call of [`note`](Self::note), the last polygon
+/// of a stroke gets the time of the stroke's last sample. Earlier polygons get earlier times in proportion.
 #[derive(Clone, Debug, Default)]
 pub struct PolygonTimes {
     /// Time stamp of the session's first event.
@@ -20,7 +20,7 @@ pub struct PolygonTimes {
     added: Vec<(u64, PolygonId)>,
 }
 
-/// Whose a sample is; all faces without a stroke go together.
+/// Key of the stroke that a sample belongs to; all faces without a stroke share one key.
 fn key(stroke: Option<StrokeId>) -> u64 {
     stroke.map_or(1 << 32, |stroke| u64::from(stroke.0))
 }

@@ -1,5 +1,6 @@
-//! Files in memory, with the names and habits of [`std::fs`]: a page has no others. What the program writes is kept from one
-//! visit to the next by whoever asks for [`take_changes`] (the page's script); what is put there is not.
+//! Files in memory, with the names and behaviour of [`std::fs`], for a page in a browser. [`take_changes`] returns
+//! what the program has written, for the page's script to store until the next visit. It does not return unchanged
+//! files from [`put`].
 #![allow(
     clippy::len_without_is_empty,
     missing_docs,
@@ -72,7 +73,7 @@ fn missing() -> io::Error {
     io::Error::new(ErrorKind::NotFound, "there is no such file")
 }
 
-/// A change to keep: the bytes of a file from a place on, or `None` if it was removed.
+/// A change to store: the bytes of a file from an offset on, or `None` if the file was removed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     pub path: PathBuf,
@@ -80,7 +81,7 @@ pub struct Change {
     pub bytes: Option<Vec<u8>>,
 }
 
-/// The changes since the last call. Files that were put there and are as they were are none.
+/// The changes since the last call. A file that [`put`] added and nobody changed is not among them.
 pub fn take_changes() -> Vec<Change> {
     let mut files = lock(&FILES);
     let changed = std::mem::take(&mut files.changed);
@@ -96,7 +97,7 @@ pub fn take_changes() -> Vec<Change> {
     changed.into_iter().map(change).collect()
 }
 
-/// Puts a file there: one that was kept, or that a person has chosen.
+/// Adds a file that the page had stored or a person has chosen.
 pub fn put(path: &Path, bytes: Vec<u8>) {
     let kept = bytes.len();
     lock(&FILES).make(without_dots(path), bytes, kept);
@@ -126,7 +127,7 @@ pub fn remove_file(path: impl AsRef<Path>) -> io::Result<()> {
     Ok(())
 }
 
-/// Folders are there once a file lies in them.
+/// Does nothing: a folder exists once a file lies in it.
 pub fn create_dir_all(_: impl AsRef<Path>) -> io::Result<()> {
     Ok(())
 }
@@ -209,7 +210,7 @@ impl Metadata {
         Permissions
     }
 
-    /// Not the time of day, but later for what was changed later.
+    /// No time of day, but a later change has a later time.
     pub fn modified(&self) -> io::Result<SystemTime> {
         Ok(SystemTime::UNIX_EPOCH + Duration::from_secs(self.modified))
     }
@@ -331,7 +332,7 @@ impl File {
         how(&mut content.bytes);
         content.modified = now;
         content.kept = content.kept.min(from);
-        // One that was removed or replaced under its name is nobody's any more.
+        // A file that was removed, or replaced under its name, is no longer in the list.
         if files.by_name.get(&self.name).is_some_and(|node| Arc::ptr_eq(node, &self.node)) {
             files.changed.insert(self.name.clone());
         }
@@ -456,7 +457,7 @@ mod tests {
         assert_eq!(read(path).expect("there"), b"one\ntwo\n");
         let tail = Change { path: without_dots(path), from: 4, bytes: Some(b"two\n".to_vec()) };
         assert_eq!(mine(take_changes()), [tail]);
-        // What was kept and then cut off is told anew from there.
+        // The kept bytes were cut off: the change begins again at the cut.
         file.set_len(2).expect("cut");
         file.rewind().expect("the start");
         file.write_all(b"O").expect("written");

@@ -1,5 +1,5 @@
-//! Outputs on a page: each is whole or not at all, as on a disk, and a file that is none of the program's own is handed to
-//! the browser to save.
+//! Outputs on a page: each appears whole or not at all, as on a disk. The browser offers every file outside the
+//! program's own folder for download.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
@@ -13,7 +13,7 @@ use crate::platform::{USER_FOLDER, fs};
 /// Files for the browser to save.
 static DOWNLOADS: Mutex<Vec<(PathBuf, Vec<u8>)>> = Mutex::new(Vec::new());
 
-/// Files that were written since the last call, for a person to have.
+/// Files for download that were written since the last call.
 pub fn take_downloads() -> Vec<(PathBuf, Vec<u8>)> {
     std::mem::take(&mut DOWNLOADS.lock().unwrap_or_else(PoisonError::into_inner))
 }
@@ -25,9 +25,9 @@ pub enum Destination {
     File(PathBuf),
     /// There are no pipes and devices on a page.
     Special(PathBuf),
-    /// Nor these.
+    /// As [`Destination::Special`].
     StandardOutput,
-    /// Nor these.
+    /// As [`Destination::Special`].
     StandardError,
 }
 
@@ -55,7 +55,7 @@ impl AtomicFile {
         Ok(Self { path: path.to_owned(), bytes: Vec::new() })
     }
 
-    /// There is no file yet.
+    /// Always an error: there is no file before the commit.
     pub fn handle(&mut self) -> io::Result<fs::File> {
         Err(io::ErrorKind::Unsupported.into())
     }

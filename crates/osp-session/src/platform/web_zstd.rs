@@ -1,5 +1,5 @@
-//! The part of the crate `zstd` that osp uses, without C: a page is built by Rust's compiler alone. It unpacks; what it is to
-//! pack it refuses, or packs it less than that crate would.
+//! The part of the crate `zstd` that osp uses, without C, so that Rust's compiler alone builds a page. It unpacks
+//! everything. It packs whole pieces, less densely than `zstd`, and refuses to pack streams.
 #![allow(missing_docs, missing_debug_implementations, reason = "as in what it stands for")]
 
 use std::{
@@ -94,7 +94,7 @@ impl<R: BufRead> Decoder<'_, R> {
         }
     }
 
-    /// Data that end before their time are another error than damaged ones.
+    /// The error for data that end too early differs from the one for damaged data.
     fn failure(&mut self, error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
         self.state = State::Done;
         match self.input.fill_buf() {

@@ -5,17 +5,17 @@ use glam::{Quat, Vec3};
 use super::{Author, Event, Paint, StrokeId, Transform};
 use osp::math::{rotate, unit};
 
-/// A similarity that may mirror: x is turned round first, then it scales, rotates and translates.
+/// A similarity that may mirror. It flips x first, then scales, rotates and translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Whether x is turned round.
+    /// Whether x is flipped.
     pub is_mirrored: bool,
-    /// What follows.
+    /// Transform after the flip.
     pub to: Transform,
 }
 
 impl Motion {
-    /// The one that changes nothing.
+    /// Changes nothing.
     pub const STAY: Self =
         Self { is_mirrored: false, to: Transform { p: Vec3::ZERO, q: Quat::IDENTITY, s: 1.0 } };
 
@@ -54,7 +54,7 @@ impl Motion {
         Self { is_mirrored: self.is_mirrored != next.is_mirrored, to }
     }
 
-    /// The one that takes it back; none if it shrinks all to a point.
+    /// The inverse; none if this one shrinks everything to a point.
     pub fn inverse(&self) -> Option<Self> {
         let s = 1.0 / self.to.s;
         let back = self.to.q.conjugate();
@@ -86,8 +86,8 @@ impl Alteration {
     /// A copy that differs in its number alone.
     pub const NONE: Self = Self { motion: Motion::STAY, color: None, width_m: None };
 
-    /// The events of a copy of a stroke, in order, from those of the stroke (others among them are passed over). All are
-    /// of time `t`; a stroke that was not ended is.
+    /// The events of a copy of a stroke, in order. `events` contain those of the stroke; all others are skipped. Every
+    /// copied event gets the time `t`; a copy of an unfinished stroke is ended.
     pub fn copy<'e>(
         &self,
         events: impl IntoIterator<Item = &'e Event>,
@@ -138,7 +138,7 @@ impl Alteration {
     fn begin(&self, event: &Event, copy: StrokeId, t: f64) -> Event {
         let mut begin = event.clone();
         if let Event::Begin { author, t: time, stroke, width, color, paint, .. } = &mut begin {
-            // Who alters it draws it anew.
+            // The author of the change draws the stroke again.
             (*author, *time, *stroke) = (Author::SOLE, t, copy);
             *width = self.width_m.unwrap_or(*width * self.motion.to.s);
             *color = self.color.unwrap_or(*color);

@@ -14,7 +14,7 @@ impl Author {
     /// The author of a recording that names none.
     pub const SOLE: Self = Self(0);
 
-    /// Most authors of a session, those who have left among them: numbers are below.
+    /// Largest number of authors of a session, including those who have left: an author's number is below it.
     pub const MAX: u32 = 1 << (32 - Self::NUMBER_BITS);
 
     /// Longest name, bytes.
@@ -66,7 +66,7 @@ impl fmt::Display for Author {
 pub struct StrokeId(pub u32);
 
 impl StrokeId {
-    /// Whose stroke it is, in a session of several authors.
+    /// Author of the stroke, in a session of several authors.
     pub fn author(self) -> Author {
         Author::of_number(self.0)
     }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use super::{Author, GroupId, StrokeId};
 use osp::math::COORDINATE_LIMIT_M;
 
-/// The newest recording format that this crate reads: that of recordings of several [`Author`]s. Every recording is written
-/// in the oldest format that has all it needs.
+/// The newest recording format that this crate reads: the format with several [`Author`]s. Every recording is written
+/// in the oldest format that can hold it.
 pub const FORMAT_VERSION: u32 = 4;
 
 /// The first format with several [`Author`]s.
@@ -14,9 +14,9 @@ pub const AUTHORS_FORMAT: u32 = 4;
 /// The format of a session that one author draws in the window: it has what the window's edits need.
 pub const ONE_AUTHOR_FORMAT: u32 = 3;
 
-/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB, a move
-/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds what a
-/// reader keeps in memory.
+/// Longest line that is read or written, bytes. A polygon of [`Event::MAX_VERTICES`] corners needs about 50 kB. A move
+/// names each of its strokes by up to 11 bytes, so a line has room for 1.5 million of them. The limit bounds the
+/// memory of a reader.
 pub const MAX_LINE_BYTES: usize = 1 << 24;
 
 /// The tool of a stroke.
@@ -101,8 +101,8 @@ pub struct Transform {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Event {
-    /// An author joins the session (since format 4). The first one is 1, each further one the next number: who comes back gets
-    /// a new one.
+    /// An author joins the session (since format 4). The first author is 1, each further one the next number. An
+    /// author who comes back gets a new number.
     Join {
         /// Time, seconds.
         t: f64,
@@ -111,12 +111,12 @@ pub enum Event {
         /// The author's name; several may have the same one.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         name: String,
-        /// In which colour to show what is the author's, if that is requested: red, green, blue, each 0 to 1, sRGB.
+        /// Colour in which the author's work is shown on request: red, green, blue, each 0 to 1, sRGB.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         color: Option<(f32, f32, f32)>,
     },
-    /// An author leaves for good (since format 4): the strokes that are still being drawn end, and no undo takes back what
-    /// was made.
+    /// An author leaves for good (since format 4). Strokes that are still being drawn end, and no undo takes back the
+    /// author's work.
     Leave {
         /// Time, seconds.
         t: f64,
@@ -192,10 +192,10 @@ pub enum Event {
         /// The stroke.
         stroke: StrokeId,
     },
-    /// The author's last edit (a stroke begun, erased, moved, grouped, brought to a layer, a group placed; or a step of several) is taken back. Of the edits before it the
-    /// last thousand are remembered ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)), everywhere the same; an undo
-    /// beyond changes nothing. What others have made stays: the state is that of all edits that are not taken back, in their
-    /// order.
+    /// The author's last edit is taken back. An edit begins, erases, moves, groups or assigns strokes, or places a
+    /// group; a [`Step`](Event::Step) counts as one edit. At most the last thousand edits can be undone
+    /// ([`Scene::UNDO_DEPTH`](crate::scene::Scene::UNDO_DEPTH)); a further undo changes nothing. Edits of other
+    /// authors stay: the state results from all edits that are not taken back, in their order.
     Undo {
         /// Time, seconds.
         t: f64,
@@ -211,8 +211,9 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Author::is_sole")]
         author: Author,
     },
-    /// Strokes are moved, by a way in world space as it is now. A stroke in a group keeps it in the group's space: when
-    /// the group is placed again, the way turns and scales with it. In a group of no extent nothing can be moved.
+    /// Strokes are moved by a vector in the present world space. A stroke in a group keeps the motion in the group's
+    /// space: when the group is placed again, the motion turns and scales with it. In a group of scale 0 nothing can
+    /// be moved.
     Move {
         /// Time, seconds.
         t: f64,
@@ -221,11 +222,11 @@ pub enum Event {
         author: Author,
         /// The strokes.
         strokes: Vec<StrokeId>,
-        /// By how much, metres.
+        /// The motion, metres.
         by: Vec3,
     },
-    /// Strokes become a group's members; a group that does not exist yet is made. What they are made of, moved or not, is
-    /// in the group's space from now on: in a group that was placed, they go to that place.
+    /// Strokes become a group's members; a group that does not exist yet is made. From now on the strokes, moved or
+    /// not, are in the group's space: if the group was placed, they move to that place.
     Group {
         /// Time, seconds.
         t: f64,
@@ -236,7 +237,7 @@ pub enum Event {
         group: GroupId,
         /// The strokes; each leaves the group it was in.
         strokes: Vec<StrokeId>,
-        /// The group that this one hangs under; if absent, it hangs under none (also if it did before).
+        /// The group that this one hangs under; if absent, it hangs under none, even if it did before.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         parent: Option<GroupId>,
         /// The group's name from now on; if absent, it keeps the one it has (since format 2).
@@ -447,7 +448,7 @@ impl Event {
         }
     }
 
-    /// Whether it takes a recording of several authors to hold the event.
+    /// Whether only a recording of several authors can hold the event.
     pub fn names_author(&self) -> bool {
         matches!(self, Self::Join { .. } | Self::Leave { .. } | Self::Layer { mine: Some(_), .. })
             || self.author().is_some_and(|author| !author.is_sole())

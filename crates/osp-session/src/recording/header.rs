@@ -101,7 +101,7 @@ pub struct Camera {
     pub q: Quat,
     /// Vertical field of view, degrees.
     pub fov_degrees: f32,
-    /// Distance below which it sees nothing, metres along its axis; a reader chooses if it is absent.
+    /// Near distance, metres along the camera's axis; a reader chooses if it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub near_m: Option<f32>,
 }

@@ -42,7 +42,7 @@ impl MemoryFiles {
     }
 }
 
-/// A session's file, and how those beside it are found.
+/// The file of a session, and access to the files beside it.
 #[derive(Clone, Copy)]
 pub(in crate::recording) struct Input<'a> {
     pub(in crate::recording) path: &'a Path,
@@ -66,7 +66,7 @@ impl<'a> Input<'a> {
         Self { path, files: Files::Memory(files) }
     }
 
-    /// Another one from where this one comes.
+    /// Another file from the same place.
     pub(in crate::recording) fn beside<'b>(self, path: &'b Path) -> Input<'b>
     where
         'a: 'b,
@@ -108,7 +108,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Whether it is there and neither a file nor a folder.
+    /// Whether it exists and is neither a file nor a folder.
     pub(in crate::recording) fn is_special(self) -> bool {
         match self.files {
             Files::Disk => fs::metadata(self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()),

@@ -5,7 +5,7 @@ use super::{
     unknown_brushes::UnknownBrushes,
 };
 
-/// A source that ends where a session becomes too large, and notes unknown brushes.
+/// A source that ends where a session exceeds its limits, and notes unknown brushes.
 pub(super) struct Limited {
     source: Box<dyn EventSource>,
     path: PathBuf,

@@ -1,17 +1,18 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// How much a session may hold: a small packed file can claim to be more than fits into memory.
+/// Limits of a session's size: a small packed file can claim to be more than fits into memory.
 ///
-/// All that memory grows with is counted as it is read, before it is kept anywhere. A reader that reaches a limit gives
-/// what comes before, and then [`RecordingError::Limit`](super::RecordingError::Limit); a lenient one notes it and ends there.
+/// Everything that costs memory is counted as it is read, before it is kept. A reader that reaches a limit returns the
+/// events before it, and then [`RecordingError::Limit`](super::RecordingError::Limit). A lenient reader notes the
+/// limit and ends there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Most polygons, counted before they are made: a sample of a ribbon or wall is one, of a tube eight, a face as many
-    /// as it has corners less two. (A bent quad becomes two, so there may be up to twice as many.)
+    /// Most polygons, counted before they are made. A sample of a ribbon or wall counts as one, of a tube as eight, a
+    /// face as the number of its corners less two. (A bent quad becomes two, so there may be up to twice as many.)
     pub polygons: u64,
-    /// Most bytes that each byte of a packed file may become, beyond [`Limits::FREE_BYTES`]. What is drawn by hand packs
-    /// to a third or a fifth; what packs to a hundredth is a repetition.
+    /// Most bytes that each byte of a packed file may become, beyond [`Limits::FREE_BYTES`]. Drawings by hand pack to
+    /// a third or a fifth; data that pack to a hundredth are repetitions.
     pub unpacking: u64,
 }
 
@@ -26,13 +27,13 @@ impl Limits {
         self.polygons / 4
     }
 
-    /// Most events, each stroke that an edit names being one more: four times [`Limits::polygons`].
+    /// Most events: four times [`Limits::polygons`]. Each stroke that an edit names counts as one more.
     pub fn events(&self) -> u64 {
         self.polygons.saturating_mul(4)
     }
 
-    /// Most frames at the recorded pace, of each of which a replay keeps what it cost: half of [`Limits::polygons`], six
-    /// hours at 90 frames a second.
+    /// Most frames at the recorded pace: half of [`Limits::polygons`], six hours at 90 frames a second. A replay
+    /// stores the cost of each frame.
     pub fn frames(&self) -> u64 {
         self.polygons / 2
     }
@@ -54,7 +55,7 @@ impl Default for Limits {
     }
 }
 
-/// How far a reader has come in its file.
+/// A reader's position in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// Unknown, or the file as a whole.
@@ -82,15 +83,15 @@ impl fmt::Display for Place {
 pub struct Excess {
     /// The file.
     pub path: PathBuf,
-    /// Where in it.
+    /// Position in the file.
     pub place: Place,
     /// The limit.
     pub most: u64,
-    /// Of what.
+    /// Name of the things that the limit counts.
     pub what: String,
     /// The option of `osp` that raises it.
     pub option: &'static str,
-    /// How much was read up to there, if that is known.
+    /// Amount read up to there, if that is known.
     pub read: Option<String>,
 }
 

@@ -2,18 +2,18 @@ use std::collections::{BTreeSet, HashSet};
 
 use super::{Author, Event, GroupId};
 
-/// Who has joined a session of several authors, and what belongs to whom: whether an event is one that its author can make.
-/// Readers and the [`Reducer`](super::Reducer) ask the same.
+/// Authors who have joined a session, and owners of its strokes and groups. Decides whether an author may make an
+/// event. Readers and the [`Reducer`](super::Reducer) share it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Members {
-    /// The number of the last one that joined; 0: none has.
+    /// The number of the last author who joined; 0 if none has.
     last: u32,
     present: BTreeSet<Author>,
     /// Groups that were made. A session has no more groups than groupings, which readers limit.
     groups: HashSet<GroupId>,
 }
 
-/// What an event has changed among the members.
+/// The change of one event to the members.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Admitted {
     Nothing,
@@ -30,7 +30,7 @@ pub(super) enum Numbers {
 }
 
 impl Members {
-    /// The number of who joins next; none: there are as many as a session can have.
+    /// The number of the next author to join; none if the session has all that it can have.
     pub(super) fn next(&self) -> Option<Author> {
         Some(Author(self.last + 1)).filter(|next| next.is_valid())
     }
@@ -40,7 +40,7 @@ impl Members {
         self.present.contains(&author)
     }
 
-    /// Takes the next event of a session; if its author cannot have made it, what was expected. What it has changed can be
+    /// Takes the next event of a session. If its author may not make it, returns the expected form. The change can be
     /// [taken back](Self::take_back).
     pub(super) fn admit(&mut self, event: &Event, numbers: Numbers) -> Result<Admitted, String> {
         let author = match event {
@@ -80,7 +80,7 @@ impl Members {
         Ok(Admitted::Nothing)
     }
 
-    /// As before an event; those after it have to be taken back first.
+    /// Takes an event's change back. Later events have to be taken back first.
     pub(super) fn take_back(&mut self, admitted: Admitted) {
         match admitted {
             Admitted::Nothing => {}

@@ -4,10 +4,10 @@
 //! A recording is text, one RON value a line: a [`Header`], then events. A session that is being drawn is appended
 //! line by line, so a crash loses at most the line being written.
 //!
-//! A recording may have several [`Author`]s: every event but those of a stroke says whose it is, and the numbers of strokes
-//! and groups do. A [`Reducer`] makes a session of what several senders send.
+//! A recording may have several [`Author`]s. Every event that is not part of a stroke names its author, and so do the
+//! numbers of strokes and groups. A [`Reducer`] makes one session from the messages of several senders.
 //!
-//! Depends on [`math`](osp::math); the importers know the names of [`brush`](crate::brush)es.
+//! Depends on [`math`](osp::math); the importers use the names of [`brush`](crate::brush)es.
 
 mod alteration;
 mod author;

@@ -1,18 +1,18 @@
 use super::Limits;
 
-/// How a session is opened.
+/// Options of opening a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenOptions {
     /// Damaged pieces are passed over and counted in [`Notes::skipped`](super::Notes::skipped), instead of ending the
     /// session with an error.
     pub lenient: bool,
-    /// How much the session may hold.
+    /// Limits of the session's size.
     pub limits: Limits,
 }
 
 impl OpenOptions {
-    /// Damage is an error; the usual limits.
+    /// Damage is an error; the default limits.
     pub const STRICT: Self = Self { lenient: false, limits: Limits::DEFAULT };
-    /// Damage is passed over; the usual limits.
+    /// Damage is passed over; the default limits.
     pub const LENIENT: Self = Self { lenient: true, limits: Limits::DEFAULT };
 }

@@ -17,8 +17,8 @@ const SNIFF_BYTES: u64 = 4096;
 /// First bytes of a zstd frame.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 
-/// Opens a session of any format that can be read. What the file contains decides, then its name. Of folders, a
-/// `.tilt` in its unpacked form is read.
+/// Opens a session of any format that can be read. The contents of the file decide the format, or else its name. A
+/// folder is opened if it is an unpacked `.tilt`.
 ///
 /// # Errors
 /// The file cannot be read, its format is unknown, or its beginning is damaged.
@@ -47,7 +47,7 @@ fn open_input(input: Input<'_>, options: &OpenOptions) -> Result<Session, Record
 }
 
 impl MemoryFiles {
-    /// Opens one of them as [`open`] opens a file: what it contains decides about its format, then its name.
+    /// Opens one of the files as [`open`] opens a file on a disk: its contents decide the format, or else its name.
     ///
     /// # Errors
     /// There is no such file, its format is unknown, or its beginning is damaged.
@@ -56,7 +56,7 @@ impl MemoryFiles {
     }
 }
 
-/// Opens a session whose file is in memory. `name` decides about the format where the bytes do not, and is what errors call it.
+/// Opens a session whose file is in memory. `name` decides the format if the bytes do not; errors name the file by it.
 ///
 /// # Errors
 /// The format is unknown, or the beginning is damaged.

@@ -4,12 +4,12 @@ use thiserror::Error;
 
 use super::{Event, RecordingError};
 
-/// How many events a frame of a replay takes.
+/// Number of events in a frame of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// By time stamps, at [`Pace::FRAMES_A_SECOND`]; pauses are cut to [`Pace::LONGEST_PAUSE_SECS`].
     Recorded,
-    /// This many samples of the hand a frame, whatever the time stamps say; the paper reads one a frame.
+    /// This many samples of the hand a frame, whatever the time stamps are. The paper reads one sample a frame.
     Samples(u32),
 }
 
@@ -18,11 +18,11 @@ impl Pace {
     pub const FRAMES_A_SECOND: f64 = 90.0;
     /// Most events of a frame, so that a frame's memory does not grow with a file that has no samples.
     pub const MOST_EVENTS: usize = 4096;
-    /// Real sketches pause for hours; longer ones than this, in seconds, are cut to it.
+    /// Longest pause of a replay, seconds: real sketches pause for hours, and longer pauses are cut to it.
     pub const LONGEST_PAUSE_SECS: f64 = 1.0;
 }
 
-/// A pace that is not one.
+/// Error of a text that names no pace.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("expected `recorded` or `samples:N` with N of 1 or more; found `{0}`")]
 pub struct ParsePaceError(String);
@@ -54,7 +54,7 @@ impl std::fmt::Display for Pace {
 pub struct Pacer<I> {
     events: I,
     pace: Pace,
-    /// Read, but due in a later frame.
+    /// Event that was read but belongs to a later frame.
     next: Option<Event>,
     frame_end_secs: Option<f64>,
     last_secs: f64,
@@ -67,7 +67,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         Self { events, pace, next: None, frame_end_secs: None, last_secs: 0.0, ended: false }
     }
 
-    /// The session's events that it has not taken yet.
+    /// The session's events that are not read yet.
     pub fn into_events(self) -> I {
         self.events
     }
@@ -80,7 +80,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Pacer<I> {
         frame.clear();
         let mut samples = 0;
         if let Some(end) = &mut self.frame_end_secs {
-            // Stamps may be so large that a frame is below their precision: the clock still has to go on.
+            // Stamps may be so large that a frame is below their precision: the clock still has to advance.
             *end = (*end + 1.0 / Pace::FRAMES_A_SECOND).max(end.next_up());
         }
         while !self.ended {

@@ -1,17 +1,18 @@
-//! From the messages of several authors to one session.
+//! Makes one session from the messages of several authors.
 //!
-//! Every author sends messages, numbered from 0, into one log that all read in the same order: a message server's stream, a
-//! file, a test's list. A [`Reducer`] makes of that order the events of the session, and everybody's reducer makes the same.
-//! Messages may come twice, late or after a gap, because their sender sends again what it has no answer to:
+//! Every author sends messages, numbered from 0, into one log that all read in the same order: a message server's
+//! stream, a file, a test's list. A [`Reducer`] turns that order into the events of the session; every author's
+//! reducer makes the same events. A sender repeats a message until it is acknowledged, so messages may come twice,
+//! late or after a gap:
 //!
-//! - A message counts only if its number is the next one of its sender. All others are passed over, by everybody alike.
-//! - The first message of a sender begins with [`Event::Join`]. It gets the next [`Author`] number, whatever number the event
-//!   names. Events that follow have to be of this author, and its strokes of its numbers.
-//! - A message in which one event cannot be has no effect, but its number is used: the sender continues with the next. (Who
-//!   could not join by it has not joined.)
-//! - [`Event::Leave`] is the author's last word. The host may say it for an author who was not heard of for long.
+//! - A message counts only if its number is the next one of its sender. Every reducer passes over all others.
+//! - The first message of a sender begins with [`Event::Join`]. It gets the next [`Author`] number, whatever number
+//!   the event names. All later events have to be of this author, and their strokes have to have its numbers.
+//! - A message with an invalid event has no effect, but its number is used: the sender continues with the next. An
+//!   author whose joining message is invalid has not joined.
+//! - [`Event::Leave`] is the last event of an author. The host may send it for an author who has been silent for long.
 //!
-//! There is no clock in it and nothing random.
+//! A reducer has no clock and no random numbers.
 
 use std::collections::BTreeMap;
 
@@ -20,20 +21,20 @@ use super::{
     members::{Admitted, Members, Numbers},
 };
 
-/// Who sends messages: a number that each sender chooses by chance, again whenever it joins; 0 is the host.
+/// Sender of messages: a number that each sender chooses at random whenever it joins; 0 is the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Sender(pub u64);
 
 impl Sender {
-    /// Whoever runs the session. It is there from the start and needs not join: its events are those of [`Author::SOLE`],
-    /// what there was before anybody joined, and it may say of others that they have left.
+    /// The process that runs the session. It need not join. Its events are those of [`Author::SOLE`], the author of
+    /// everything before the first join, and it may send [`Event::Leave`] for other authors.
     pub const HOST: Self = Self(0);
 }
 
-/// What a sender says at once, most often in a frame.
+/// Events that a sender sends together, most often those of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// Who.
+    /// The sender.
     pub sender: Sender,
     /// The number of the message among those of its sender, from 0.
     pub number: u64,
@@ -41,18 +42,18 @@ pub struct Message {
     pub events: Vec<Event>,
 }
 
-/// What has become of a message.
+/// Effect of a message on the session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reduced {
     /// It counts; its events are the next ones of the session.
     Taken,
     /// It has counted before.
     Duplicate,
-    /// The one with this number of the same sender has to come first.
+    /// A message with this number of the same sender has to come first.
     Gap(u64),
-    /// It is of nobody: its sender has not joined, or has left.
+    /// The sender has not joined, or has left.
     Stranger,
-    /// It was its turn, but this is wrong in it: it has no effect.
+    /// It was the next one of its sender, but is invalid for this reason: it has no effect.
     Refused(String),
 }
 
@@ -88,7 +89,7 @@ impl Reducer {
         self.senders.get(&sender).map_or(0, |state| state.next)
     }
 
-    /// Takes the next message of the log and appends the events that it brings to `out`.
+    /// Takes the next message of the log and appends its events to `out`.
     pub fn take(&mut self, message: &Message, out: &mut Vec<Event>) -> Reduced {
         let next = self.next_of(message.sender);
         match message.number.cmp(&next) {
@@ -121,7 +122,7 @@ impl Reducer {
                 Err(why) => {
                     admitted.into_iter().rev().for_each(|step| self.members.take_back(step));
                     out.truncate(first);
-                    // Who has not joined by it is still nobody.
+                    // The sender of an invalid joining message remains unknown.
                     if !joins {
                         self.senders.insert(message.sender, State { author, next: next + 1 });
                     }

@@ -95,7 +95,7 @@ pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), Record
     Ok((RecordingFile(Kind::Plain(file)), header, end.lines))
 }
 
-/// Where a recording ends.
+/// End of a recording.
 #[derive(Debug)]
 pub struct LastLine {
     /// Whole lines.
@@ -104,14 +104,14 @@ pub struct LastLine {
     pub whole_bytes: u64,
     /// Bytes of a torn line behind it.
     torn_bytes: u64,
-    /// The last whole line wants its newline.
+    /// The last whole line lacks its newline.
     pub lacks_newline: bool,
     /// The compressed data have no end mark.
     cut: bool,
 }
 
 impl LastLine {
-    /// Reads on to the end of the file and finds where its last whole line ends.
+    /// Reads to the end of the file and finds the end of its last whole line.
     pub fn find(input: &mut impl BufRead, path: &Path) -> Result<Self, RecordingError> {
         let mut end = Self { lines: 0, whole_bytes: 0, torn_bytes: 0, lacks_newline: false, cut: false };
         let mut line = Vec::new();
@@ -173,8 +173,8 @@ mod compressed {
 
     use crate::atomic_file::AtomicFile;
 
-    /// Largest window that a frame may ask for, as a power of two: 128 MiB, the limit of the `zstd` program. It
-    /// bounds what a forged frame makes a reader allocate.
+    /// Largest window of a frame, as a power of two: 128 MiB, the limit of the `zstd` program. It bounds the memory
+    /// that a forged frame makes a reader allocate.
     const WINDOW_LOG_MAX: u32 = 27;
 
     /// The recording was checked when it was opened; only its end is kept.
@@ -193,7 +193,7 @@ mod compressed {
         open().map_err(|e| RecordingError::io(input.path, e))
     }
 
-    /// Starts a frame at the file's place.
+    /// Starts a frame at the file's present position.
     pub(super) fn encode(file: File) -> io::Result<RecordingFile> {
         let mut encoder = write::Encoder::new(file, zstd::DEFAULT_COMPRESSION_LEVEL)?;
         encoder.include_checksum(true)?;
@@ -204,8 +204,8 @@ mod compressed {
         File::create(path).and_then(encode).map_err(|e| RecordingError::io(path, e))
     }
 
-    /// Adds a frame. A file that ends without an end mark or in a torn line is first written again up to there, beside
-    /// the old one, which it then replaces.
+    /// Adds a frame. If the file lacks its end mark, or its last line is torn, a new file with its whole lines
+    /// replaces it first.
     pub(super) fn append(path: &Path) -> Result<(RecordingFile, Header, u64), RecordingError> {
         let io = |e| RecordingError::io(path, e);
         let header = RonReader::new(decoder(Input::on_disk(path), &ANY)?, path, OpenOptions::default())?

@@ -1,4 +1,4 @@
-//! One line of a recording: text to header or event and back, and what to tell a person when it does not fit.
+//! One line of a recording: text to header or event and back, and messages about lines that do not fit.
 
 use std::fmt::Write as _;
 use std::str::Utf8Error;
@@ -11,7 +11,7 @@ use super::{Camera, Event, FORMAT_VERSION, Header, ron_scan};
 /// Characters of a damaged line that an error message shows.
 const EXCERPT_CHARS: usize = 80;
 
-/// What a line was expected to be, and what was found.
+/// The expected form of a line, and the text found.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Mismatch {
     pub(super) expected: String,
@@ -36,10 +36,10 @@ pub(super) fn is_blank(line: &str) -> bool {
     line.is_empty() || line.starts_with("//")
 }
 
-/// Why a line gives no event.
+/// Reason why a line gives no event.
 #[derive(Debug)]
 pub(super) enum BadEvent {
-    /// It is no value of the format; if the file ends in the line, the line may have been cut off.
+    /// It is no value of the format; if the file ends in the line, the line may be cut off.
     Unreadable(Mismatch),
     /// It is a whole event with a number that makes no sense.
     Refused(Mismatch),
@@ -137,7 +137,7 @@ pub fn push_event(lines: &mut String, event: &Event) -> bool {
     write_event(lines, event).is_ok()
 }
 
-/// Turns the parser's error into the words of a [`Mismatch`].
+/// Turns the parser's error into a [`Mismatch`].
 fn explain(line: &str, error: &SpannedError) -> Mismatch {
     let place = Place::of(line, error);
     let rest = || match place {
@@ -187,7 +187,7 @@ fn explain(line: &str, error: &SpannedError) -> Mismatch {
     }
 }
 
-/// Where in a line the parser stopped.
+/// Position in a line where the parser stopped.
 #[derive(Clone, Copy)]
 enum Place {
     Start,
@@ -201,7 +201,7 @@ impl Place {
         if error.span.end.col > length {
             return Self::End;
         }
-        // The parser's own place lies before the blanks that it would have skipped, and behind a sign.
+        // The parser reports a position before the blanks that it would have skipped, and behind a sign.
         let start = error.span.start.col.saturating_sub(1);
         let signed = start > 0 && line.chars().nth(start - 1) == Some('-');
         let mut rest = line.char_indices().enumerate().skip(start - usize::from(signed));
@@ -213,7 +213,7 @@ impl Place {
     }
 }
 
-/// The events of the format, as the parser knows them.
+/// Names of the events that the parser accepts.
 fn event_names() -> &'static [&'static str] {
     match options().from_str::<Event>("Unknown") {
         Err(SpannedError { code: RonError::NoSuchEnumVariant { expected, .. }, .. }) => expected,

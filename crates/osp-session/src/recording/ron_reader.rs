@@ -9,8 +9,8 @@ use super::{
 
 /// Reads a recording line by line. One line is in memory at a time.
 ///
-/// A file that ends inside its last line, or inside compressed data, gives every event before the cut and one
-/// warning; damage anywhere else is an error at its line, or is passed over and counted if the reader is lenient.
+/// A file that ends inside its last line, or inside compressed data, gives every event before the cut and one warning.
+/// Damage anywhere else is an error at its line; a lenient reader skips the line and counts it.
 #[derive(Debug)]
 pub struct RonReader<R> {
     input: R,
@@ -28,24 +28,24 @@ pub struct RonReader<R> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Reading,
-    /// The input has ended without its end mark; `notes` says so already.
+    /// The input has ended without its end mark; `notes` contains the warning already.
     Cut,
     Done,
 }
 
-/// How the line that now lies in the buffer ended.
+/// End of the line that now lies in the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LineEnd {
     Newline,
     EndOfFile,
     /// The line is longer than [`MAX_LINE_BYTES`]; the buffer holds its start.
     TooLong,
-    /// There was no line any more.
+    /// There was no further line.
     None,
 }
 
 impl<R: BufRead> RonReader<R> {
-    /// Reads the header. `path` is what error messages call the input.
+    /// Reads the header. Error messages name the input by `path`.
     ///
     /// # Errors
     /// The input cannot be read, or does not start with a header of a format known here.
@@ -141,7 +141,7 @@ impl<R: BufRead> RonReader<R> {
             let buffer = match self.input.fill_buf() {
                 Ok(buffer) => buffer,
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-                // The next read meets the same end and says so.
+                // The next read meets the same end and reports it.
                 Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 Err(e) => return Err(self.failure(e)),
             };
@@ -157,7 +157,7 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// One event, `Ok(None)` at the end of the file, or what is wrong with the next line.
+    /// One event, `Ok(None)` at the end of the file, or the fault of the next line.
     fn read_event(&mut self) -> Result<Option<Event>, RecordingError> {
         loop {
             let end = self.read_line()?;
@@ -209,7 +209,7 @@ impl<R: BufRead> RonReader<R> {
         }
     }
 
-    /// Whether the recording can hold the event here; else what was expected.
+    /// Checks that the recording can hold the event here; the error is the expected form.
     fn admit(&mut self, event: &Event) -> Result<(), String> {
         if self.header.format >= AUTHORS_FORMAT {
             // A recording that was rescued from damage has lost the lines of some authors.

@@ -1,9 +1,9 @@
-//! A short way through the lines that make up nearly all of a recording: head poses and control points, written as
-//! this crate writes them.
+//! Fast parser for the lines that make up nearly all of a recording: head poses and control points, written as this
+//! crate writes them.
 //!
-//! A general RON parser copies every number and looks up every field name; here the fields stand in their usual
-//! order. What looks unusual in any way (other order, other spacing, a comment, a number in a rare notation) is not
-//! judged but left to the parser, so that both ways accept the same lines with the same bits.
+//! A general RON parser copies every number and looks up every field name; here the fields stand in their usual order.
+//! An unusual line (other order, other spacing, a comment, a number in a rare notation) is left to the general parser.
+//! So both parsers accept the same lines with the same bits.
 
 use glam::{Quat, Vec3};
 
@@ -21,10 +21,10 @@ pub(super) fn scan(line: &str) -> Option<Event> {
     scan.rest.is_empty().then_some(event)
 }
 
-/// A number as it is written.
+/// A number in decimal notation.
 struct Number<'a> {
     text: &'a str,
-    /// How many digits it has, and their value without a point; beyond [`Number::MOST_DIGITS`] it means nothing.
+    /// Number of digits, and their value without a point; meaningless beyond [`Number::MOST_DIGITS`] digits.
     digits: usize,
     mantissa: u64,
     /// Digits behind the point.
@@ -33,7 +33,8 @@ struct Number<'a> {
 }
 
 impl Number<'_> {
-    /// Every whole number of so many digits is an f64, and so is every such power of ten: their quotient is rounded once.
+    /// Every whole number of at most this many digits is an f64, and so is every such power of ten: their quotient is
+    /// rounded once.
     const MOST_DIGITS: usize = 15;
     const POWERS: [f64; 16] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
@@ -63,7 +64,8 @@ impl Number<'_> {
     /// As [`Number::to_f64`].
     fn to_f32(&self) -> Option<f32> {
         let value = self.to_f64()?;
-        // A number halfway between two f32 has been rounded already: which of the two is nearer is not known any more.
+        // A number halfway between two f32 has been rounded already: which of the two is nearer can no longer be
+        // decided.
         const BELOW_F32: u64 = (1 << 29) - 1;
         let is_halfway = value.to_bits() & BELOW_F32 == 1 << 28;
         let is_usual = value == 0.0 || value.abs() >= f64::from(f32::MIN_POSITIVE);
@@ -96,7 +98,7 @@ impl<'a> Scan<'a> {
         self.separator(":")
     }
 
-    /// `-?digits(.digits)?(e-?digits)?`; what follows it is the caller's to check.
+    /// `-?digits(.digits)?(e-?digits)?`; the caller checks what follows it.
     fn number(&mut self) -> Option<Number<'a>> {
         let bytes = self.rest.as_bytes();
         let mut number = Number { text: "", digits: 0, mantissa: 0, decimals: 0, has_exponent: false };

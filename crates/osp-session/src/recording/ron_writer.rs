@@ -8,7 +8,7 @@ use super::{AUTHORS_FORMAT, Event, Header, MAX_LINE_BYTES, RecordingError};
 /// Bytes that [`Flush::AtEnd`] collects before they are written.
 const PENDING_BYTES: usize = 1 << 16;
 
-/// What a recording of an earlier format than [`AUTHORS_FORMAT`] can hold.
+/// Contents allowed in formats before [`AUTHORS_FORMAT`].
 const NO_AUTHORS: &str = "an event without an author, or a header of format 4";
 
 /// When events reach the file.
@@ -22,8 +22,8 @@ pub enum Flush {
     AtEnd,
 }
 
-/// Writes a recording: the header, then one event a line. Every number of an event is written with the fewest digits that
-/// read back to the same bits, so a session written twice gives the same bytes.
+/// Writes a recording: the header, then one event a line. Every number is written with the fewest digits that read
+/// back to the same bits. A session written twice gives the same bytes.
 #[derive(Debug)]
 pub struct RonWriter<W: Write> {
     out: W,
@@ -33,14 +33,14 @@ pub struct RonWriter<W: Write> {
     pending: String,
     /// Lines written or pending.
     lines: u64,
-    /// The header's format knows authors.
+    /// The header's format has authors.
     knows_authors: bool,
     /// A write has failed, perhaps in the middle of a line: nothing may follow it.
     failed: bool,
 }
 
 impl<W: Write> RonWriter<W> {
-    /// Starts a recording. `path` is what error messages call the output.
+    /// Starts a recording. Error messages name the output by `path`.
     ///
     /// # Errors
     /// The header is invalid or cannot be written.
@@ -66,15 +66,15 @@ impl<W: Write> RonWriter<W> {
     /// [`RonWriter::append`] cuts it off and continues.
     ///
     /// # Errors
-    /// The event does not pass [`Event::check`], has an author that the header's format does not know, or is longer than a line may be (nothing is written then, and the
-    /// writer continues), or the output fails.
+    /// The event does not pass [`Event::check`], names an author in a format without authors, or is longer than a line
+    /// may be. Then nothing is written, and the writer continues. Or the output fails.
     pub fn write(&mut self, event: &Event) -> Result<(), RecordingError> {
         let is_known = self.knows_authors || !event.names_author();
         let check = event.check().and(if is_known { Ok(()) } else { Err(NO_AUTHORS) });
         self.push_line(check, |line| write_event(line, event))
     }
 
-    /// Writes an event as the line that a reader has read it from, see [`EventSource::line`](super::EventSource::line).
+    /// Writes an event as the line that it was read from, see [`EventSource::line`](super::EventSource::line).
     ///
     /// # Errors
     /// The output fails.
@@ -86,7 +86,7 @@ impl<W: Write> RonWriter<W> {
         })
     }
 
-    /// Hands everything to the output and flushes it.
+    /// Writes all pending lines to the output and flushes it.
     ///
     /// # Errors
     /// The output fails, now or earlier.
@@ -156,8 +156,7 @@ impl RonWriter<RecordingFile> {
         Self::new(RecordingFile::create(path)?, path, header, flush)
     }
 
-    /// Goes on with a recording, for instance after a crash; gives its header, too. A last line that was torn is cut
-    /// off first.
+    /// Continues a recording, for instance after a crash; returns its header, too. A torn last line is cut off first.
     ///
     /// # Errors
     /// The file is no recording of a known format, its compressed data are damaged, or it cannot be written.

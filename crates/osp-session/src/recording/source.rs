@@ -9,18 +9,18 @@ pub trait EventSource: Send {
     fn next_event(&mut self) -> Result<Option<Event>, RecordingError>;
 
     /// The line that the last event was read from, without its ending, if the file is a recording in lines. It can be
-    /// written again as it is under a header of the same format, and under any format before
-    /// [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT) if its own is one.
+    /// copied unchanged under a header of the same format. Formats before [`AUTHORS_FORMAT`](super::AUTHORS_FORMAT)
+    /// can be mixed: a line of one of them fits a header of any other.
     fn line(&self) -> Option<&str> {
         None
     }
 
-    /// The remarks so far; complete once `next_event` has given `None`.
+    /// The remarks so far; complete once `next_event` has returned `None`.
     fn notes(&self) -> Notes {
         Notes::default()
     }
 
-    /// How far it has come, for messages.
+    /// Position that was reached, for messages.
     fn place(&self) -> Place {
         Place::File
     }

@@ -1,4 +1,4 @@
-//! How much a session holds, counted event by event, against its limits.
+//! Counts the contents of a session, event by event, against its limits.
 
 use std::{collections::HashMap, fmt};
 
@@ -45,12 +45,12 @@ impl fmt::Display for Amount {
     }
 }
 
-/// How many polygons a sample counts as.
+/// Number of polygons that a sample counts as.
 #[derive(Clone, Debug)]
 enum Weight {
-    /// Each as many.
+    /// Each sample counts as this many.
     Each(u64),
-    /// Particles and sprays: by the way from the last sample.
+    /// Particles and sprays: the number depends on the distance from the last sample.
     ByWay { brush: &'static Brush, width_m: f32, scale: f32, last: Option<Vec3> },
 }
 
@@ -75,15 +75,16 @@ impl Weight {
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     read: Amount,
-    /// For each stroke that is being drawn: as how many polygons a sample counts.
+    /// Weight of a sample of each stroke that is being drawn.
     open: HashMap<StrokeId, Weight>,
-    /// The stroke that the last sample was of, if each counts the same: most often that of the next one, too.
+    /// Stroke of the last sample and its fixed weight, if it has one: most often the next sample is of the same
+    /// stroke.
     last: Option<(StrokeId, u64)>,
-    /// The stroke of the last face: most often that of the next one, too.
+    /// The stroke of the last face: most often the next face is of the same stroke.
     last_face: Option<StrokeId>,
 }
 
-/// What was counted.
+/// Counts, as text.
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.read.fmt(f)
@@ -96,7 +97,7 @@ impl Tally {
         self.open.contains_key(&stroke)
     }
 
-    /// Counts an event more, unless that passes a limit: then this limit and its name.
+    /// Counts an event, unless that exceeds a limit; the error is this limit and its name.
     pub fn count(&mut self, event: &Event, limits: &Limits) -> Result<(), (u64, &'static str)> {
         let before = self.read;
         self.add(event);
@@ -111,7 +112,7 @@ impl Tally {
         self.read.excess(limits)
     }
 
-    /// Counts an event more.
+    /// Counts an event.
     pub fn add(&mut self, event: &Event) {
         let read = &mut self.read;
         read.events += 1;

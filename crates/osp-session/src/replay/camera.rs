@@ -15,13 +15,13 @@ use osp::{
 const FOV_DEGREES: f32 = 60.0;
 /// Width by height of every replay camera.
 const ASPECT: f32 = 16.0 / 9.0;
-/// From where [`whole_view`] looks at a model, seen from its centre: in front, to the right and above.
+/// Direction from a model's centre to the eye of [`whole_view`]: in front, to the right and above.
 const WHOLE_FROM: Vec3 = Vec3::new(0.45, ABOVE, 1.0);
 /// Height of its eye above the model, in parts of the distance straight ahead.
 const ABOVE: f32 = 0.35;
-/// Factor on the needed distance of its eye: a narrow margin around the model.
+/// Factor on the eye's least distance: a narrow margin around the model.
 const WHOLE_MARGIN: f32 = 1.04;
-/// Frames in which the orbiting cameras go round once.
+/// Frames of one round of the orbiting cameras.
 const FRAMES_A_ROUND: f64 = 720.0;
 
 /// Camera of a replay.
@@ -29,11 +29,11 @@ const FRAMES_A_ROUND: f64 = 720.0;
 pub enum CameraChoice {
     /// The recorded head path if there is one, else the session's own camera, else [`CameraChoice::Orbit`].
     Auto,
-    /// Around everything, looking at its centre: nearly all is in view.
+    /// Around the whole model, looking at its centre: nearly everything is in view.
     Orbit,
-    /// Behind the hand, looking at what it draws.
+    /// Behind the hand, looking at the stroke that it draws.
     Follow,
-    /// In the middle of everything, turning: about a sixth is in view.
+    /// At the centre of the model, turning: about a sixth is in view.
     Inside,
 }
 
@@ -61,7 +61,8 @@ pub struct Moment {
     pub head: Option<(Vec3, Quat)>,
     /// Latest sample of the hand.
     pub hand: Option<Vec3>,
-    /// Whose head and hand these are: the author of the first head pose, and when that one has left, of the next; none before.
+    /// The author of head and hand: the author of the first head pose, and after that author has left, of the next;
+    /// none before.
     pub author: Option<Author>,
 }
 
@@ -87,8 +88,8 @@ impl Moment {
     }
 }
 
-/// From which side an artist begins a model: the front, of most models. Where most of it is drawn from says less, for who
-/// walks around a model makes much of its back, and who ends behind it has only been there last.
+/// The side from which an artist begins a model: most often its front. The side from which most of it is drawn is a
+/// worse measure: an artist who walks around a model draws much of its back. The last side is a worse one, too.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArtistSide {
     moment: Moment,
@@ -98,7 +99,7 @@ pub struct ArtistSide {
 }
 
 impl ArtistSide {
-    /// Number of samples of the hand that are the beginning: a few strokes, half a minute of steady drawing.
+    /// Number of samples of the hand at the beginning: a few strokes, half a minute of steady drawing.
     const BEGINNING: u32 = 1_000;
 
     /// Takes the next event of a session.
@@ -111,8 +112,9 @@ impl ArtistSide {
         }
     }
 
-    /// The direction from the model to the artist, level and a little above, however the head was bent: the mean of the
-    /// first samples, or that of the latest head if nothing is drawn after one. None without a head.
+    /// The direction from the model to the artist, level and a little above, whatever the tilt of the head. It is the
+    /// mean of the first samples, or the direction of the latest head pose if no sample follows one. None without a
+    /// head pose.
     pub fn backwards(&self) -> Option<Vec3> {
         let (_, q) = self.moment.head?;
         let back = if self.samples > 0 { self.backwards } else { rotate(q, Vec3::Z) };
@@ -120,9 +122,9 @@ impl ArtistSide {
     }
 }
 
-/// The part of `bounds`, world space, metres, that a model fills without what lies far from all else: strays such as
-/// particles. Along each axis the middles of 98 of 100 polygons, and on both sides half as much as the longest side of
-/// that. O(polygons) in time and memory.
+/// The main part of `bounds`, world space, metres: without polygons far from all others, such as stray particles.
+/// Along each axis it spans the centres of the middle 98 % of the polygons. On all sides it adds half of the longest
+/// side of that. O(polygons) in time and memory.
 pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let middles: Vec<Vec3> = scene.visible_ids().map(|id| scene.bounds(id).center()).collect();
     let Some(last) = middles.len().checked_sub(1) else { return *bounds };
@@ -141,8 +143,8 @@ pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     if room > 0.0 && main.min.cmple(main.max).all() { main } else { *bounds }
 }
 
-/// A view that shows all of `bounds` on a screen of this shape (`aspect`: width by height), from `backwards`, the
-/// direction from the model to the eye, or from the front if there is none.
+/// A view that shows all of `bounds` on a screen of this shape (`aspect`: width by height). The eye is in the
+/// direction `backwards` from the model, or in front of it if there is none.
 pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     let path = CameraPath::new(CameraChoice::Orbit, None, bounds);
     let away = backwards.unwrap_or(WHOLE_FROM).normalize_or(Vec3::Z);

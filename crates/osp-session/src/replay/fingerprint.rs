@@ -48,7 +48,8 @@ impl SetFingerprint {
     }
 }
 
-/// A number for what the views of a frame see, in their order; of one view, that of [`fingerprint_of_frame`].
+/// A number for the polygons that the views of a frame see, in the views' order; of one view, the number of
+/// [`fingerprint_of_frame`].
 pub fn fingerprint_of_views<V: IntoIterator<Item = PolygonId>>(views: impl IntoIterator<Item = V>) -> u64 {
     views.into_iter().fold(0, |all, view| all.rotate_left(1) ^ fingerprint_of_frame(view))
 }

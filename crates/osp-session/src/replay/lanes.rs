@@ -10,10 +10,10 @@ use osp::{
     view::View,
 };
 
-/// Parts of a session in each of which a lane may spend the same share of its budget.
+/// Parts of a session of equal length. A lane may spend the same share of its budget in each.
 pub const STRETCHES: u64 = 40;
 
-/// The stretch, from 0, in which a frame of a session of `frames` frames lies.
+/// The part, from 0, of a session of `frames` frames in which a frame lies.
 pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
     (frame.saturating_mul(STRETCHES) / frames.max(1)).min(STRETCHES - 1)
 }
@@ -21,35 +21,35 @@ pub fn stretch_of_frame(frame: u64, frames: u64) -> u64 {
 /// Measured part of a session for a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Time to spend on measured frames, nanoseconds: applying their events to the model, what the lane does, and its
-    /// fingerprints. (Frames that it only follows and the first one after that come on top: the model has to be made to its
-    /// end.) Once a stretch's share is spent, the lane only follows the changes until the next stretch.
+    /// Time to spend on measured frames, nanoseconds: applying their events to the model, the lane's work, and its
+    /// fingerprints. Once a part's share is spent, the lane only follows the changes until the next part. Such frames,
+    /// and the first measured one after them, cost extra time: the model has to be complete at the end.
     pub ns: u64,
-    /// Frames of the session, to space the stretches evenly.
+    /// Frames of the session, from which the parts' lengths follow.
     pub frames: u64,
 }
 
-/// One index on its way through a session.
+/// One index during a replay.
 #[derive(Debug)]
 pub struct Lane {
     pipeline: Pipeline,
     budget: Budget,
     stretch: u64,
     spent_ns: u64,
-    /// Changes have been applied without a commit: the next frame pays for more than itself.
+    /// Changes have been applied without a commit: the next frame also pays for them.
     behind: bool,
-    /// The lane looks at one view of each frame, and after so many frames at the next one.
+    /// The lane looks at one view of each frame, and after this many frames at the next one.
     turn: Option<u64>,
 }
 
 impl Lane {
-    /// A lane around a pipeline that has seen nothing yet.
+    /// A lane around a pipeline without polygons.
     pub fn new(pipeline: Pipeline, budget: Budget) -> Self {
         Self { pipeline, budget, stretch: 0, spent_ns: 0, behind: false, turn: None }
     }
 
-    /// The lane looking at one of each frame's views only, and after so many frames at the next one: the measure of what
-    /// several views cost.
+    /// The lane with only one of each frame's views; it moves to the next view after this many frames. It is the
+    /// baseline for the cost of several views.
     #[must_use]
     pub fn of_one_view(self, frames_a_turn: u64) -> Self {
         Self { turn: Some(frames_a_turn.max(1)), ..self }
@@ -92,7 +92,7 @@ impl Lane {
             false => in_view,
         };
         let fingerprinting = self.pipeline.clock().since(start);
-        // A frame that is not measured is not paid for either: every stretch has at least one that is.
+        // A frame that catches up is free: so every part has at least one measured frame.
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
@@ -105,18 +105,18 @@ impl Lane {
 pub struct LaneFrame {
     /// The frame.
     pub record: FrameRecord,
-    /// Fingerprint of what the frustum may see; see [`crate::replay::fingerprint_of_frame`].
+    /// Fingerprint of the polygons in the frustum; see [`crate::replay::fingerprint_of_frame`].
     pub in_view: u64,
-    /// Fingerprint of what is drawn.
+    /// Fingerprint of the drawn polygons.
     pub drawn: u64,
     /// Time for the fingerprints. No frame of a window computes them, so they are no stage of the frame.
     pub fingerprinting: Stage,
-    /// The lane had skipped frames before, so this frame's times are not its own; its visible set is.
+    /// The lane had skipped frames before: this frame's times include them, its visible set does not.
     pub catches_up: bool,
 }
 
-/// A session played through several indexes at once, frame by frame: the same scene, the same changes and the same
-/// view for each, one after the other, so that what disturbs the machine disturbs all alike.
+/// A session played through several indexes at once, frame by frame. All lanes get the same scene, changes and view,
+/// one after the other, so that a disturbance of the machine hits all alike.
 #[derive(Debug)]
 pub struct Replay<I> {
     player: Player<I>,
@@ -142,8 +142,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         Self { rig: Some(rig), ..self }
     }
 
-    /// Plays one frame; what each lane did, in their order (`None`: it is out of its budget for now). `Ok(None)`: the
-    /// session is over.
+    /// Plays one frame; returns the record of each lane, in their order (`None`: its budget for this part is spent).
+    /// `Ok(None)`: the session is over.
     ///
     /// # Errors
     /// The recording is damaged here; the frames before have been played in every lane.
@@ -163,7 +163,7 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let count = self.lanes.len();
         for turn in 0..count {
-            // Another lane begins each frame: none always meets the caches that the reader has just filled.
+            // Each frame begins with another lane, so that no lane always finds the caches as the reader left them.
             let at = (turn + moment.frame as usize) % count;
             let (scene, changes) = (self.player.scene(), self.player.changes());
             let applying = self.player.applying();
@@ -221,7 +221,7 @@ mod tests {
             let applying = Stage { ns: applying_ns, allocations: 0 };
             [0, 1, 2].map(|frame| lane.step(frame, &Scene::new(), &[], applying, &[]).is_some())
         };
-        // Two frames are a stretch.
+        // A part has two frames.
         assert_eq!(looked_at(0), [true, true, true]);
         assert_eq!(looked_at(u64::MAX / 2 / STRETCHES + 1), [true, false, true]);
     }

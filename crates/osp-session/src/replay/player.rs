@@ -8,7 +8,7 @@ use osp::{
     polygon::Change,
 };
 
-/// A session after some of its frames: the model, and where the head and the hand are.
+/// A session after some of its frames: the model, and the poses of head and hand.
 #[derive(Clone, Debug, Default)]
 pub struct SessionState {
     /// The model.
@@ -23,7 +23,7 @@ impl SessionState {
         Self { scene: Scene::keeping_groups_whole(), ..Self::default() }
     }
 
-    /// Plays the events of a frame; what they change in the model is appended to `changes`.
+    /// Plays the events of a frame and appends the changes of the model to `changes`.
     pub fn play(&mut self, events: &[Event], changes: &mut Vec<Change>) {
         events.iter().for_each(|event| self.moment.note(event));
         self.scene.apply_all(events, changes);
@@ -31,7 +31,7 @@ impl SessionState {
     }
 }
 
-/// Plays a session frame by frame: reads a frame's events, applies them to the model and lists what has changed.
+/// Plays a session frame by frame: reads a frame's events, applies them to the model and lists the changes.
 ///
 /// ```
 /// # use osp_session::{recording::{Event, Pace}, replay::Player};

@@ -7,8 +7,8 @@ use osp::view::View;
 /// Nearest distance drawn on a rig's screens, metres, unless the camera's own is less.
 const NEAR_M: f32 = 0.02;
 
-/// An eye nearer to a screen than this, metres, or behind it, sees what it would see from there: nearer, the picture would be
-/// stretched beyond use.
+/// Least distance of an eye from a screen, metres. An eye that is nearer or behind is moved to it: from nearer, the
+/// picture would be stretched beyond use.
 pub const NEAREST_EYE_M: f32 = 0.05;
 
 /// Distance at which an eye sees everything in `bounds`, metres.
@@ -23,10 +23,10 @@ pub fn far_m(eye: Vec3, bounds: &Aabb) -> f32 {
 /// Motion of a rig's room while the recorded head moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RoomMotion {
-    /// It goes along: its place for the head is where the eye is, its front where the eye looks.
+    /// The room follows the head: its place for the head is at the eye, its front in the direction of view.
     #[default]
     Follows,
-    /// It stands where the first eye is; the head walks in it, and may walk behind a screen.
+    /// The room stays where the first eye was; the head walks in it, and may walk behind a screen.
     Stands,
 }
 
@@ -60,7 +60,7 @@ pub struct RigPath {
     rig: Rig,
     stereo: Stereo,
     motion: RoomMotion,
-    /// Place of a standing room, once there has been an eye.
+    /// Place of a standing room, after the first eye.
     place: Option<RoomPlace>,
     /// Whether eyes are kept in front of each screen.
     keeps_in_front: bool,
@@ -72,7 +72,7 @@ impl RigPath {
         Self { rig, stereo, motion, place: None, keeps_in_front: false }
     }
 
-    /// The same, but every eye is at least [`NEAREST_EYE_M`] in front of the screen that it sees.
+    /// The screens with every eye at least [`NEAREST_EYE_M`] in front of the screen that it sees.
     #[must_use]
     pub fn keeping_eyes_in_front(self) -> Self {
         Self { keeps_in_front: true, ..self }
@@ -99,7 +99,7 @@ impl RigPath {
         (0..self.rig.screens.len()).flat_map(|screen| eyes.iter().map(move |eye| (screen, *eye)))
     }
 
-    /// The views of a frame, one for each screen and eye, for a head that is where the camera is and turned like it.
+    /// The views of a frame, one for each screen and eye. The head has the position and orientation of the camera.
     pub fn views_into(&mut self, camera: &View, out: &mut Vec<RigView>) {
         let here = RoomPlace::around(&self.rig, camera.eye_in_world, camera.world_from_view);
         let place = match self.motion {

@@ -5,7 +5,7 @@ use crate::{
 };
 use osp::{math::Aabb, polygon::Change};
 
-/// Contents of a session, found by reading it once.
+/// Contents of a session, counted by reading it once.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {
     /// Strokes, points, polygons, and what was left out.

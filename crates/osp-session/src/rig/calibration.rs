@@ -1,8 +1,8 @@
 //! From a tracker's space to the room's: a rotation and a translation, found from three points in both spaces.
 //!
-//! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. Two frames of
-//! axes are made of the three points, one in each space, and one is turned into the other. Differences: the translation
-//! takes the mean of the points to the mean of their places; what remains at each point is given back.
+//! The method is TRIAD: Harold Black, "A passive system for determining the attitude of a satellite", 1964. The three
+//! points give a frame of axes in each space; the rotation takes one frame to the other. Differences: the translation
+//! takes the mean of the points to the mean of their places, and the largest remaining error is returned.
 
 use glam::{Mat3, Quat, Vec3};
 use serde::{Deserialize, Serialize};

@@ -33,7 +33,7 @@ impl Viewport {
     }
 
     fn is_on_monitor(self) -> bool {
-        /// A third and two thirds may add up to a little more than one.
+        /// The sum of a third and two thirds may slightly exceed one.
         const ROUNDING: f32 = 1.0e-4;
         let Self(x, y, width, height) = self;
         let inside = |from: f32, size: f32| from >= 0.0 && size > 0.0 && from + size <= 1.0 + ROUNDING;

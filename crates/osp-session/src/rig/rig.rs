@@ -1,10 +1,11 @@
 //! Screens around a tracked head: Robert Kooima, "Generalized Perspective Projection", 2009.
 //!
 //! A screen is a rectangle in the room, given by three of its corners. The view of an eye through it is the pyramid
-//! from the eye to the rectangle; its axis stands on the screen's plane and need not go through the rectangle.
+//! from the eye to the rectangle. The pyramid's axis is perpendicular to the screen's plane and need not meet the
+//! rectangle.
 //!
-//! Differences from the paper: the projection is kept as the tangents of [`Projection`], from which the frustum, the
-//! clip matrix and everything else follow, instead of a matrix; an eye on or behind the screen's plane gives no view.
+//! Differences from the paper: the projection is stored as the tangents of [`Projection`], not as a matrix; the
+//! frustum and the clip matrix follow from them. An eye on or behind the screen's plane gives no view.
 
 use std::{io::ErrorKind, path::Path};
 
@@ -94,8 +95,8 @@ impl Screen {
         along.normalize_or_zero().cross(upwards.normalize_or_zero()).normalize_or_zero()
     }
 
-    /// An eye in the room's space, or the place nearest to it that is `least_m` in front of the screen's plane, if the eye is
-    /// nearer or behind.
+    /// The eye, in the room's space, moved to at least `least_m` metres in front of the screen's plane if it is nearer
+    /// or behind.
     pub fn in_front(&self, eye: Vec3, least_m: f32) -> Vec3 {
         let towards_eye = self.towards_eye();
         let distance_m = (eye - self.lower_left).dot(towards_eye);
@@ -250,15 +251,15 @@ impl Rig {
         Ok(())
     }
 
-    /// Whether its screens are shown in windows of their own.
+    /// Whether its screens have windows of their own.
     pub fn asks_for_windows(&self) -> bool {
         self.stereo == Stereo::Windows || self.screens.iter().any(|screen| !screen.outputs.is_empty())
     }
 
-    /// The rig with another way to show its pictures to two eyes.
+    /// The rig with another form of its pictures for two eyes.
     ///
     /// # Errors
-    /// Its outputs do not fit that.
+    /// Its outputs do not fit the form.
     pub fn with_stereo(self, stereo: Stereo) -> Result<Self, RigError> {
         let rig = Self { stereo, ..self };
         rig.check(&format!("rig `{}` with stereo {}", rig.name, stereo.name()))?;

@@ -1,4 +1,4 @@
-//! The two eyes, and how their pictures reach them.
+//! The two eyes, and the forms of their pictures.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,8 @@ pub enum Stereo {
     /// One eye, between the two.
     #[default]
     Mono,
-    /// The left eye's picture in the left half of the window, the right eye's in the right one (passive projectors
-    /// behind polarisers, headsets that pose as screens).
+    /// The left eye's picture in the left half of the window, the right eye's in the right half: for passive
+    /// projectors with polarisers, or headsets that act as screens.
     SideBySide,
     /// The left eye's picture in the upper half of the window, the right eye's in the lower one.
     TopBottom,

@@ -7,11 +7,11 @@ use super::history::History;
 pub struct AuthorInfo {
     /// The name, as given when joining.
     pub name: String,
-    /// In which colour to show what is the author's: red, green, blue, sRGB; if the author has said.
+    /// Colour that shows the author's work: red, green, blue, sRGB; none if the author has chosen none.
     pub color: Option<(f32, f32, f32)>,
     /// When the author joined, seconds.
     pub joined_secs: f64,
-    /// When the author left, seconds; none: not yet.
+    /// When the author left, seconds; none for a present author.
     pub left_secs: Option<f64>,
 }
 
@@ -21,8 +21,8 @@ pub(super) struct AuthorState {
     /// None for the author of a recording that names none.
     pub(super) info: Option<AuthorInfo>,
     pub(super) history: History,
-    /// Strokes that edits of the author have erased, as far as these can be taken back.
+    /// Strokes erased by edits of the author that can be undone.
     pub(super) erased: BTreeSet<u32>,
-    /// Strokes that are being drawn; not kept for the author of a recording that names none, who never leaves.
+    /// Strokes that are being drawn. Empty for the author of a recording that names none, who never leaves.
     pub(super) open: BTreeSet<u32>,
 }

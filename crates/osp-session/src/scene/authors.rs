@@ -7,7 +7,7 @@ use super::{
 use crate::recording::Author;
 use osp::polygon::Change;
 
-/// Red, green, blue, sRGB, for authors without a colour of their own, in turn: neighbours differ clearly.
+/// Red, green, blue, sRGB, in turn for authors without a colour of their own: neighbours differ clearly.
 const COLORS: [(f32, f32, f32); 8] = [
     (0.90, 0.35, 0.20),
     (0.20, 0.60, 0.90),
@@ -18,11 +18,13 @@ const COLORS: [(f32, f32, f32); 8] = [
     (0.10, 0.70, 0.70),
     (0.65, 0.55, 0.30),
 ];
-/// For strokes of no author: drawn before anybody joined, or in a window that continues with a session of several.
+/// For strokes without an author: drawn before the first join, or in a window that continues a session of several
+/// authors.
 const NOBODY: (f32, f32, f32) = (0.6, 0.6, 0.6);
 
 impl Scene {
-    /// The colour that shows what is an author's: red, green, blue, sRGB. The one that the author has said, else one of ours.
+    /// The colour that shows an author's work: red, green, blue, sRGB. It is the author's own, or else one of
+    /// [`COLORS`].
     pub fn author_color(&self, author: Author) -> (f32, f32, f32) {
         match self.author(author) {
             Some(AuthorInfo { color: Some(color), .. }) => *color,
@@ -60,7 +62,7 @@ impl Scene {
         self.authors.entry(author).or_default()
     }
 
-    /// Whether an author can do anything: one that has joined and not left, or the one of a recording that names none.
+    /// Whether an author may send events: joined and not left, or the author of a recording that names none.
     #[inline]
     pub(super) fn is_there(&self, author: Author) -> bool {
         author.is_sole() || self.author(author).is_some_and(|info| info.left_secs.is_none())
@@ -86,7 +88,7 @@ impl Scene {
         state.info.as_mut().filter(|info| info.left_secs.is_none())?.left_secs = Some(t);
         for at in std::mem::take(&mut state.open) {
             if let Some(id) = self.strokes.get(at as usize).and_then(|stroke| stroke.id) {
-                // One that nothing brings back any more has ended already.
+                // A stroke that no redo brings back has ended already.
                 let _ = self.end(id, changes);
             }
         }

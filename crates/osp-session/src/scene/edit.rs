@@ -9,14 +9,14 @@ pub(super) enum Edit {
     Draw { stroke: u32 },
     /// A stroke was erased.
     Erase { stroke: u32 },
-    /// Strokes or a group were arranged: the place in the [log](super::log::Log), and how many strokes it names.
+    /// Strokes or a group were arranged: the place in the [log](super::log::Log), and the number of named strokes.
     Arrange { at: u64, named: u32 },
     /// Several edits that are one step, in their order.
     Several(Vec<Edit>),
 }
 
 impl Edit {
-    /// Calls `each` for every single edit that it is made of, in their order.
+    /// Calls `each` for every single edit in it, in their order.
     pub(super) fn for_each(&self, each: &mut impl FnMut(&Self)) {
         match self {
             Self::Several(edits) => edits.iter().for_each(|edit| edit.for_each(each)),
@@ -24,7 +24,7 @@ impl Edit {
         }
     }
 
-    /// Number of strokes of which it stores something.
+    /// Number of strokes that it names.
     pub(super) fn named(&self) -> usize {
         match self {
             Self::Draw { .. } | Self::Erase { .. } => 0,
@@ -41,19 +41,19 @@ pub(super) struct Named<T> {
     pub(super) of: T,
 }
 
-/// By how much a stroke was moved, in the space of its group, and its offset before.
+/// Motion of a stroke, in the space of its group, and its offset before.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub(super) by: Vec3,
     pub(super) before: Vec3,
 }
 
-/// An edit that several authors can make at once, and the state that it found. Lists are ascending by stroke.
+/// An edit that several authors can make at once, and the state before it. Lists are ascending by stroke.
 ///
-/// While it is active, what it found (`before`) is what the base and all active arrangements before it come to.
+/// While it is active, its state before it (`before`) results from the base and all earlier active arrangements.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Arrangement {
-    /// Nothing that still matters.
+    /// No remaining effect.
     #[default]
     Nothing,
     /// Strokes were moved.
@@ -62,20 +62,21 @@ pub(super) enum Arrangement {
     Group(Box<Grouping>),
     /// A group was placed.
     Place { group: usize, before: Transform, to: Transform },
-    /// Strokes went to a layer; the layer of before of each.
+    /// Strokes went to a layer; with each stroke's layer before.
     Assign { layer: u32, strokes: Vec<Named<u32>> },
 }
 
-/// The group that one hangs under, if under any.
+/// The group that a group hangs under, if any.
 pub(super) type Parent = Option<usize>;
 
-/// Strokes that became members of a group, which was hung and perhaps named.
+/// Strokes that became members of a group. The group may get a parent and a name, too.
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     pub(super) group: usize,
     /// The members, with the group that each was in before.
     pub(super) members: Vec<Named<Option<usize>>>,
-    /// Where it hangs the group, if that matters still; what comes of it say the [hangings](super::hanging::Hangings).
+    /// The group's parent, unless a later grouping has settled it; [`Hangings`](super::hanging::Hangings) stores the
+    /// effect.
     pub(super) hanging: Option<Parent>,
     /// The names before and after, if it names the group.
     pub(super) names: Option<[Option<String>; 2]>,

@@ -15,9 +15,9 @@ use crate::{
 use osp::polygon::{Change, PolygonId, SpaceId};
 
 impl Scene {
-    /// Frees the memory of the strokes that no undo or redo can bring back, as far as that was so at the last call: who
-    /// follows the changes may still ask about those that went since. To be called once a frame by whoever keeps a scene
-    /// for long, after the changes before the last call have been followed.
+    /// Frees the strokes that were out of reach of undo and redo at the last call. So a receiver of the changes may
+    /// still query strokes that have gone since. Call it once a frame in long sessions, after the changes before the
+    /// last call have been processed.
     pub fn let_go(&mut self) {
         self.gone.swap(0, 1);
         let mut gone = std::mem::take(&mut self.gone[0]);
@@ -32,7 +32,7 @@ impl Scene {
             }
             self.strokes.release(at as usize);
         }
-        // One jump may free a million strokes; the next ones are few again.
+        // One event may free a million strokes; later ones free few again.
         gone.shrink_to(1024);
         self.gone[0] = gone;
         if self.stroke_by_id.len() * 4 < self.stroke_by_id.capacity() {
@@ -45,7 +45,7 @@ impl Scene {
         if !self.may_touch(author, self.strokes[at as usize].layer) {
             return None;
         }
-        // Who erases what somebody else has erased means it, even if that is taken back.
+        // An author may erase what another has erased: the stroke stays erased if the other undoes that.
         if self.strokes[at as usize].erasers > 0 && self.author_mut(author).erased.contains(&at) {
             return None;
         }
@@ -80,8 +80,8 @@ impl Scene {
         self.follow_visibility(at, was);
     }
 
-    /// Counts a stroke that has come or gone. It is reported once all events of the frame are taken, so that the
-    /// changes of a frame are as many as its polygons, however often it takes a stroke back.
+    /// Notes that a stroke has come or gone. The change is reported after all events of the frame: so a frame has no
+    /// more changes than polygons, however often it undoes and redoes a stroke.
     pub(super) fn follow_visibility(&mut self, at: u32, was: bool) {
         let stroke = &mut self.strokes[at as usize];
         let is = stroke.is_visible();
@@ -116,7 +116,7 @@ impl Scene {
                     (false, false) => {}
                 }
             }
-            // Whoever has kept its polygons from before has them at the old place.
+            // Receivers have its polygons at the old place.
             if stroke.is_visible() && std::mem::take(&mut stroke.was_displaced_unseen) {
                 self.displace(at);
             }
@@ -125,7 +125,8 @@ impl Scene {
     }
 
     pub(super) fn move_strokes(&mut self, author: Author, ids: &[StrokeId], by: Vec3) -> Option<()> {
-        // Only in a group a way depends on parents; else undo and redo before it are settled at the end of the frame.
+        // Only in a group a motion depends on parents; otherwise earlier undo and redo are settled at the end of the
+        // frame.
         if ids.iter().any(|&id| self.stroke(id).is_some_and(|stroke| stroke.group.is_some())) {
             self.hangings.settle(&mut self.groups);
         }
@@ -141,8 +142,8 @@ impl Scene {
         Some(())
     }
 
-    /// The strokes with these numbers, ascending and each once, with the results of `of`; without strokes for which it has
-    /// none, and without strokes that the author may not touch.
+    /// The strokes with these numbers, ascending and each once, with the results of `of`. Strokes without a result and
+    /// strokes that the author may not touch are left out.
     pub(super) fn named<T>(
         &self,
         author: Author,
@@ -167,7 +168,7 @@ impl Scene {
         }
     }
 
-    /// A stroke is elsewhere now: it is placed again once all events of the frame are taken.
+    /// Marks a stroke as moved: its polygons are placed again after all events of the frame.
     pub(super) fn displace(&mut self, at: u32) {
         if let Some(stroke) = self.strokes.get_mut(at as usize)
             && !std::mem::replace(&mut stroke.is_displaced, true)

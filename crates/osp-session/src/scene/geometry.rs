@@ -33,7 +33,7 @@ impl Geometry for Scene {
     }
 
     fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        // What turns to the eye, or moves about, has no corners of its own.
+        // A polygon that faces the eye or is animated has no fixed corners.
         let is_fixed = !self.surface(id).is_facing() && self.stroke_of(id).padding_m == 0.0;
         is_fixed.then(|| Self::polygon(self, id))
     }
@@ -58,8 +58,9 @@ impl Geometry for Scene {
 }
 
 impl Scene {
-    /// A polygon as an eye sees it, world space: one that [faces the eye](crate::brush::Surface::facing) is a square across
-    /// the line of sight, turned about it from `up`, the direction of the picture's upward side; any other is what it is.
+    /// A polygon as an eye sees it, world space. One that [faces the eye](crate::brush::Surface::facing) is a square
+    /// across the line of sight, turned about it from `up`, the upward direction of the picture. Any other polygon
+    /// does not depend on the eye.
     pub fn polygon_from(&self, id: PolygonId, eye: Vec3, up: Vec3) -> ConvexPolygon {
         let stored = Self::polygon(self, id);
         let surface = self.surface(id);

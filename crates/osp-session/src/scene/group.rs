@@ -21,25 +21,25 @@ pub(super) struct Group {
     /// Its own members, by their place in the scene's list.
     strokes: BTreeSet<u32>,
     children: BTreeSet<usize>,
-    /// Number of children by height.
+    /// Number of children of each height.
     heights: BTreeMap<usize, u32>,
-    /// It was placed or hung elsewhere, and its strokes have not been updated yet.
+    /// It was placed or got another parent, and its strokes have not been updated yet.
     has_moved: bool,
-    /// The frame in which it has moved last, if that is kept.
+    /// The frame in which it last moved, if that is kept.
     pub(super) moved_in: Option<u64>,
     /// It moves as a whole now: the boxes of its own strokes' polygons are kept in its space.
     pub(super) is_whole: bool,
-    /// Around all polygons that were in it while it did, its own space.
+    /// Box of all polygons that were in it while it moved as a whole, its own space.
     pub(super) reach: Aabb,
     /// Scratch of [`Groups::take_moved`].
     is_walked: bool,
-    /// What its own strokes come to (in its own space, if it moves as a whole), and they with all groups below: as they were
-    /// when last requested.
+    /// Extent of its own strokes (in its own space, if it moves as a whole), and with all groups below, at the last
+    /// refresh.
     own: Extent,
     whole: Extent,
-    /// Its own strokes have changed since.
+    /// `own` is out of date.
     is_own_stale: bool,
-    /// They or a group below have; then those above are stale, too.
+    /// `whole` is out of date; so is that of every group above.
     is_stale: bool,
 }
 
@@ -63,7 +63,7 @@ impl Extent {
 }
 
 impl Group {
-    /// Length of the longest chain of groups from below up to this one, itself counted.
+    /// Length of the longest chain of groups from below up to this one, inclusive.
     fn height(&self) -> usize {
         1 + self.heights.last_key_value().map_or(0, |(&height, _)| height)
     }
@@ -82,7 +82,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Around all polygons that were in a group while it moved as a whole, its own space.
+    /// Box of all polygons that were in a group while it moved as a whole, its own space.
     pub(super) fn reach(&self, group: usize) -> Aabb {
         self.groups[group].reach
     }
@@ -116,17 +116,17 @@ impl Groups {
         self.groups[group].name.as_deref()
     }
 
-    /// Gives a group a name; returns the one of before.
+    /// Gives a group a name; returns the former one.
     pub(super) fn set_name(&mut self, group: usize, name: Option<String>) -> Option<String> {
         std::mem::replace(&mut self.groups[group].name, name)
     }
 
-    /// The groups that hang under one.
+    /// The children of a group.
     pub(super) fn children(&self, group: usize) -> impl Iterator<Item = usize> + '_ {
         self.groups[group].children.iter().copied()
     }
 
-    /// The groups that hang under one, or under none, in the order in which they were made.
+    /// The children of a group, or the groups without a parent, in the order in which they were made.
     pub(super) fn below(&self, group: Option<usize>) -> Vec<usize> {
         match group {
             Some(group) => self.groups[group].children.iter().copied().collect(),
@@ -143,12 +143,12 @@ impl Groups {
         self.groups[group].strokes.iter().copied()
     }
 
-    /// Contents of a group and the groups below it at the last call of [`Groups::refresh`].
+    /// Contents of a group and the groups below it, at the last call of [`Groups::refresh`].
     pub(super) fn whole(&self, group: usize) -> Extent {
         self.groups[group].whole
     }
 
-    /// Something of a group's own strokes has come, gone or moved. Goes up only to a group that is marked already.
+    /// Notes that a group's own strokes have changed. Stops at a group that is marked already.
     pub(super) fn note_changed(&mut self, group: Option<usize>) {
         if let Some(group) = group {
             self.groups[group].is_own_stale = true;
@@ -164,10 +164,10 @@ impl Groups {
         }
     }
 
-    /// Updates all changes since the last call; `extent` returns the extent of a stroke. Costs the strokes of the groups
-    /// that have changed and the groups above them.
+    /// Updates all changes since the last call; `extent` returns the extent of a stroke. The cost grows with the
+    /// strokes of the changed groups and with the groups above them.
     pub(super) fn refresh(&mut self, extent: impl Fn(u32) -> Extent) {
-        // Those above come before those below; nothing under a group that is not stale is.
+        // Parents come before children; no group below an up-to-date one is stale.
         let mut stale: Vec<usize> = (0..self.groups.len())
             .filter(|&at| self.groups[at].parent.is_none() && self.groups[at].is_stale)
             .collect();
@@ -194,12 +194,12 @@ impl Groups {
         }
     }
 
-    /// Groups looked at so far, to find out how deep they lie and which strokes a change of theirs concerns.
+    /// Groups visited so far, to find depths and the strokes that a change concerns.
     pub(super) fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether a group (or one that is made next) can hang under `parent`: not below itself, and in no chain that is too
+    /// Whether a group (or the next new one) can hang under `parent`: not below itself, and in no chain that is too
     /// long.
     fn can_hang(&mut self, known: Option<usize>, parent: Option<usize>) -> bool {
         let height = known.map_or(1, |at| self.groups[at].height());
@@ -215,7 +215,7 @@ impl Groups {
         true
     }
 
-    /// Hangs a group under another one, or under none, if it can; whether it could.
+    /// Hangs a group under another one, or under none, if it can; returns whether it could.
     pub(super) fn try_hang(&mut self, group: usize, parent: Option<usize>) -> bool {
         let can = self.groups[group].parent == parent || self.can_hang(Some(group), parent);
         if can {
@@ -224,8 +224,8 @@ impl Groups {
         can
     }
 
-    /// The group with this number, which is made if there is none, if it can hang under `parent`: not below itself, and
-    /// in no chain that is too long.
+    /// The group with this number, made if it does not exist and can hang under `parent`: not below itself, and in no
+    /// chain that is too long.
     pub(super) fn find_or_make(&mut self, id: GroupId, parent: Option<usize>) -> Option<usize> {
         let known = self.find(id);
         if !self.can_hang(known, parent) {
@@ -280,7 +280,7 @@ impl Groups {
         self.note_moved(group);
     }
 
-    /// A child of a group was so high (if it was one) and is now so high (if it is one).
+    /// Updates heights: a child of `group` had the height `was` (if it was one) and has `is` (if it is one).
     fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
         loop {
             self.steps += 1;
@@ -301,7 +301,7 @@ impl Groups {
         }
     }
 
-    /// A stroke goes from one group to another.
+    /// Moves a stroke from one group to another.
     pub(super) fn change_member(&mut self, stroke: u32, from: Option<usize>, to: Option<usize>) {
         self.note_changed(from);
         self.note_changed(to);
@@ -319,7 +319,8 @@ impl Groups {
         }
     }
 
-    /// Hands out every group that was placed or hung elsewhere since the last call, or one above it, each once.
+    /// Calls `moved` once for every group that was placed or got another parent since the last call, and for every
+    /// group below.
     pub(super) fn take_moved(&mut self, mut moved: impl FnMut(usize)) {
         if self.moved.is_empty() {
             return;
@@ -330,7 +331,7 @@ impl Groups {
         while let Some(&number) = walk.get(at) {
             at += 1;
             let group = &mut self.groups[number];
-            // It hangs under another one that has moved, too.
+            // Its parent has moved, too, and has reported it.
             if std::mem::replace(&mut group.is_walked, true) {
                 continue;
             }
@@ -379,8 +380,8 @@ impl Groups {
         scale
     }
 
-    /// A way of world space as it is in a group: scaled and turned back. `None` if the group has shrunk to a point (or to
-    /// so little that no number tells it): no way within it is a way in the world.
+    /// A vector of world space in a group's space: rotated and scaled by the inverse. `None` if the group's scale is
+    /// 0, or too small for `f32`.
     pub(super) fn way_from_world(&self, group: Option<usize>, by: Vec3) -> Option<Vec3> {
         let mut chain = Vec::new();
         self.chain(group, &mut chain);

@@ -4,15 +4,15 @@ use super::edit::Edit;
 
 /// The edits that an author's undo and redo can reach.
 ///
-/// The number is part of a recording's meaning: every replay forgets the same edits. So all limits are the same
-/// everywhere and no setting.
+/// The limits are part of a recording's meaning: every replay forgets the same edits. So they are constants, not
+/// settings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     done: VecDeque<Edit>,
     taken_back: Vec<Edit>,
-    /// Strokes that all of them remember something of.
+    /// Strokes named by all of them.
     named: usize,
-    /// The step that is open: how many edits may still join the last one, and whether that is of the step already.
+    /// The open step: the number of edits that may still join it, and whether its first edit has been made.
     open: Option<OpenStep>,
 }
 
@@ -25,25 +25,26 @@ struct OpenStep {
 /// Edits that a history has dropped.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lost {
-    /// Edits that were taken back and cannot be made again.
+    /// Undone edits that cannot be redone any more.
     pub(super) taken_back: Vec<Edit>,
-    /// Edits that cannot be taken back any more.
+    /// Edits that cannot be undone any more.
     pub(super) done: Vec<Edit>,
 }
 
 impl History {
-    /// Edits that can be taken back, at most: the oldest is forgotten. Larger: undo reaches further, and what was erased
-    /// is held longer.
+    /// Most edits that can be undone: the oldest is forgotten. Larger: undo reaches further, and erased strokes stay
+    /// in memory longer.
     pub(super) const DEPTH: usize = 1000;
 
-    /// Moves and groupings of many strokes remember something of each of them, up to 28 bytes. Together they name at most
-    /// this many strokes; the oldest edits are forgotten, but never the last one.
+    /// Moves and groupings of many strokes store up to 28 bytes for each. Together they name at most this many
+    /// strokes; the oldest edits are forgotten, but never the last one.
     pub(super) const NAMED: usize = 1 << 20;
 
-    /// Edits that the histories of all authors hold, at most: as many as 65 full ones. The longest forgets its oldest edit.
+    /// Most edits in the histories of all authors: as many as 65 full ones hold. The longest history forgets its
+    /// oldest edit.
     pub(super) const DEPTH_OF_ALL: usize = 1 << 16;
 
-    /// Strokes that the edits of all authors name, at most. The history that names most forgets its oldest edit.
+    /// Most strokes that the edits of all authors name. The history that names most forgets its oldest edit.
     pub(super) const NAMED_OF_ALL: usize = 4 * Self::NAMED;
 
     pub(super) fn can_undo(&self) -> bool {
@@ -54,7 +55,7 @@ impl History {
         !self.taken_back.is_empty()
     }
 
-    /// Edits that it holds, done and taken back.
+    /// Edits in it, done and undone.
     pub(super) fn len(&self) -> usize {
         self.done.len() + self.taken_back.len()
     }
@@ -64,7 +65,7 @@ impl History {
         self.named
     }
 
-    /// The next `edits` edits are one step. The step before is at its end; 0 begins none.
+    /// Makes the next `edits` edits one step. The step before ends; 0 begins none.
     pub(super) fn open_step(&mut self, edits: u32) {
         self.open = (edits > 0).then_some(OpenStep { left: edits, has_begun: false });
     }
@@ -74,7 +75,7 @@ impl History {
         self.open.is_some()
     }
 
-    /// Adds an edit. Undone edits cannot be made again then, and the oldest edits may be too many: both are appended to
+    /// Adds an edit. Undone edits can then not be redone, and the oldest edits may be too many: both are appended to
     /// `lost`.
     pub(super) fn record(&mut self, edit: Edit, lost: &mut Lost) {
         for edit in self.taken_back.drain(..) {
@@ -87,8 +88,8 @@ impl History {
         }
     }
 
-    /// Forgets the oldest edit, or the one that would be made again last, but keeps the `keep` last ones that are done;
-    /// `false`: there was none.
+    /// Forgets the oldest edit, or the one that would be redone last, but keeps the `keep` last done ones. Returns
+    /// `false` if there was none.
     pub(super) fn forget_one(&mut self, keep: usize, lost: &mut Lost) -> bool {
         let edit = if self.done.len() > keep {
             self.done.pop_front().inspect(|edit| lost.done.push(edit.clone()))
@@ -129,7 +130,7 @@ impl History {
         self.open = (step.left > 0).then_some(step);
     }
 
-    /// The last edit, to be played backward and given to [`History::taken_back`]. It ends the step; an undo of nothing changes
+    /// The last edit, to be undone and given to [`History::taken_back`]. It ends the step; an undo of nothing changes
     /// nothing.
     pub(super) fn undo(&mut self) -> Option<Edit> {
         self.done.pop_back().inspect(|_| self.open = None)
@@ -139,7 +140,7 @@ impl History {
         self.taken_back.push(edit);
     }
 
-    /// The edit last taken back, to be played forward and given to [`History::made_again`]. It ends the step, too, if there is
+    /// The last undone edit, to be redone and given to [`History::made_again`]. It ends the step, too, if there is
     /// one.
     pub(super) fn redo(&mut self) -> Option<Edit> {
         self.taken_back.pop().inspect(|_| self.open = None)

@@ -11,26 +11,28 @@ impl Scene {
         &self.layers
     }
 
-    /// Whether strokes on this layer are to be left alone.
+    /// Whether the window leaves strokes on this layer alone.
     pub fn is_locked(&self, layer: u32) -> bool {
         self.layers.get(&layer).is_some_and(|state| state.locked == Some(true))
     }
 
-    /// The author who alone may draw on a layer now, if it has closed the layer and is present.
+    /// The present author who has closed a layer and alone may draw on it.
     pub fn closed_by(&self, layer: u32) -> Option<Author> {
         self.closed_layers.get(&layer).copied()
     }
 
-    /// Whether an author may draw on a layer, and change it and the strokes on it: unless another author has closed it
-    /// ([`mine`](crate::recording::Event::Layer::mine)). An event of somebody who may not is ignored and counted; of the
-    /// strokes that it names, those that the author may not touch are left out. A group that holds some of them is neither
-    /// placed nor hung elsewhere. A stroke that had begun before may go on, and everybody can take back and redo what is
-    /// one's own. Whoever runs the session ([`Author::SOLE`]) may touch everything.
+    /// Whether an author may draw on a layer, and change it and its strokes. The author may, unless another author has
+    /// closed it ([`mine`](crate::recording::Event::Layer::mine)).
+    ///
+    /// Other authors' events about a closed layer are ignored and counted; events that name several strokes leave out
+    /// those on it. A group with such a stroke is neither placed nor hung elsewhere. A stroke that began before the
+    /// layer was closed may continue, and every author can undo and redo own edits. The host ([`Author::SOLE`]) may
+    /// touch everything.
     pub fn may_touch(&self, author: Author, layer: u32) -> bool {
         author.is_sole() || self.closed_by(layer).is_none_or(|owner| owner == author)
     }
 
-    /// Whether an author may change where a group is: it and those below it hold no strokes that the author may not touch.
+    /// Whether an author may place a group: neither it nor a group below has a stroke that the author may not touch.
     pub(super) fn may_place(&self, author: Author, group: usize) -> bool {
         if author.is_sole() || self.closed_layers.values().all(|owner| *owner == author) {
             return true;
@@ -46,7 +48,8 @@ impl Scene {
         true
     }
 
-    /// An author says something of a layer, perhaps that it is the author's alone (or not any more); whether that can be.
+    /// Applies an author's change of a layer, and of its owner if `mine` is given. Returns `None` if the author may
+    /// not change it.
     pub(super) fn claim_layer(&mut self, author: Author, layer: u32, mine: Option<bool>) -> Option<()> {
         if !self.may_touch(author, layer) {
             return None;
@@ -80,7 +83,7 @@ impl Scene {
         state.locked = locked.or(state.locked);
         let was_hidden = state.hidden;
         state.hidden = hidden.or(was_hidden);
-        // The strokes may say something else than the layer, so all are asked unless events have said the same before.
+        // A stroke may differ from its layer: all strokes are visited, unless the layer's state is the same as before.
         if let Some(hidden) = hidden
             && was_hidden != Some(hidden)
         {

@@ -1,11 +1,11 @@
 //! Undoable edits in session order. Scene state = all active edits applied in order.
 //!
-//! Whose arrangement it is does not matter here: the state is what all active ones come to, one after the other. Moves add
-//! up; of groupings, placings and layers the last one counts. Each active arrangement knows what it found, so that taking
-//! back the last one that concerns a stroke or group costs no more than that. Where others have arranged the same since,
-//! what they found changes with it.
+//! The author of an arrangement does not matter here: all active arrangements take effect in order. Moves add up; of
+//! several groupings, placings or layers of a stroke or group, only the last counts. Each active arrangement stores
+//! the state before it. So undoing the last one on a stroke or group is cheap. Undoing an earlier one changes the
+//! stored state of the next one.
 //!
-//! An arrangement that no undo reaches any more stays for good, and becomes part of the base: all others are after it.
+//! An arrangement out of reach of undo stays for good and becomes part of the base, which precedes all others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,11 +17,11 @@ use crate::recording::Transform;
 pub(super) struct Log {
     /// Active arrangements, by their places.
     active: BTreeMap<u64, Arrangement>,
-    /// Undone arrangements that can be made again.
+    /// Undone arrangements that can be redone.
     taken_back: BTreeMap<u64, Arrangement>,
     /// The places of arrangements by the properties that they set.
     index: BTreeSet<(Turn, Key, u64)>,
-    /// The places of arrangements of more than [`MOST_INDEXED`] strokes. The index has them without their strokes.
+    /// The places of arrangements of more than [`MOST_INDEXED`] strokes. The index leaves out their strokes.
     broad: BTreeSet<(Turn, u64)>,
     next: u64,
     looked_at: u64,
@@ -66,7 +66,7 @@ fn drop_common<A, B>(from: &mut Vec<Named<A>>, of: &[Named<B>]) {
     }
 }
 
-/// The list of an arrangement of which the last one counts, with what each stroke had before.
+/// A list of strokes in an arrangement that replaces a value, with each stroke's value before.
 pub(super) trait Settled: Copy {
     fn key(stroke: u32) -> Key;
 
@@ -94,7 +94,7 @@ impl Settled for u32 {
 }
 
 impl Log {
-    /// Adds an arrangement that has been made; its place.
+    /// Adds an arrangement that took effect; returns its place.
     pub(super) fn add(&mut self, what: Arrangement) -> u64 {
         let at = self.next;
         self.next += 1;
@@ -102,7 +102,7 @@ impl Log {
         at
     }
 
-    /// Takes an arrangement out, to be given back by [`Log::put`].
+    /// Removes an arrangement, to be given back by [`Log::put`].
     pub(super) fn take(&mut self, at: u64) -> Arrangement {
         let (what, turn) = match self.active.remove(&at) {
             Some(what) => (what, Turn::MadeAgain),
@@ -129,7 +129,7 @@ impl Log {
         }
     }
 
-    /// One that was taken back will not be made again.
+    /// Removes an undone arrangement that cannot be redone any more.
     pub(super) fn remove(&mut self, at: u64) {
         self.take(at);
     }
@@ -164,7 +164,7 @@ impl Log {
         found
     }
 
-    /// Arrangements and strokes looked at so far.
+    /// Arrangements and strokes visited so far.
     pub(super) fn looked_at(&self) -> u64 {
         self.looked_at
     }
@@ -182,7 +182,7 @@ impl Log {
         }
     }
 
-    /// The offsets of moved strokes, once their move is taken back or made again, in `moved[..].of.before + by` or
+    /// Computes the offsets of strokes after their move is undone or redone, in `moved[..].of.before + by` or
     /// `before`. `now` returns a stroke's present offset.
     pub(super) fn turn_moves(
         &mut self,
@@ -216,8 +216,8 @@ impl Log {
         turned.collect()
     }
 
-    /// Takes a list back or makes it again, of which the last arrangement of a stroke counts: `own` is what it sets.
-    /// Calls `set` for the strokes that nothing later settles. `now` returns a stroke's present value.
+    /// Undoes or redoes a list of values: `own` is the arrangement's value. Calls `set` for each stroke whose value no
+    /// later arrangement sets. `now` returns a stroke's present value.
     pub(super) fn turn_settled<T: Settled>(
         &mut self,
         at: u64,
@@ -251,7 +251,7 @@ impl Log {
         .collect()
     }
 
-    /// The same for the name of a group: what it is to be, if nothing later settles it.
+    /// Does the same for the name of a group: returns its new name, if no later arrangement sets one.
     pub(super) fn turn_name(
         &mut self,
         at: u64,
@@ -268,7 +268,7 @@ impl Log {
         turn_one(later, before, turn, own, now)
     }
 
-    /// The same for the place of a group.
+    /// Does the same for the transform of a group.
     pub(super) fn turn_place(
         &mut self,
         at: u64,
@@ -291,9 +291,9 @@ impl Log {
         self.active.get_mut(&next)
     }
 
-    /// An active arrangement becomes part of the base: those before it have no say any more in what it settles, and its
-    /// moves come before theirs. Returns the strokes whose offset changes, if only in its last bit. `hangs`: whether it sets a
-    /// parent, with effect.
+    /// Makes an active arrangement part of the base: earlier arrangements lose the values that it replaces, and its
+    /// moves come before theirs. Returns the strokes whose offset changes, if only in its last bit. `hangs`: whether
+    /// it sets a parent, with effect.
     pub(super) fn forget(&mut self, at: u64, hangs: bool) -> Vec<(u32, glam::Vec3)> {
         if !self.active.contains_key(&at) {
             return Vec::new();
@@ -361,7 +361,7 @@ impl Log {
         for place in self.sharing(Turn::MadeAgain, keys, [0, u64::MAX], usize::MAX) {
             let Some(Arrangement::Move(list)) = self.active.get_mut(&place) else { continue };
             for (i, j) in common(moved, list) {
-                // Where no move was before this one, nothing changes.
+                // A stroke without an earlier move keeps its offset.
                 if offsets[i].is_none() && place > at {
                     continue;
                 }

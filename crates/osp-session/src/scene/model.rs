@@ -56,26 +56,26 @@ pub struct SceneCounts {
     pub drops: Drops,
 }
 
-/// Work counts of events so far.
+/// Work counts of all events so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneWork {
-    /// Groups looked at, and groupings whose outcome was determined again.
+    /// Groups visited, and groupings whose effect was determined again.
     pub group_steps: u64,
     /// Polygons placed again.
     pub displaced: u64,
-    /// All else that was looked at: events, the strokes that edits name, the arrangements that undo and redo pass, the strokes
-    /// of a layer, and the polygons that come, go or are to be placed again.
+    /// All other visits: events, strokes that edits name, arrangements that undo and redo pass, strokes of a layer,
+    /// and polygons that come, go or are placed again.
     pub looked_at: u64,
 }
 
 impl SceneWork {
-    /// All of it as one count. A unit takes some ten to some hundred nanoseconds.
+    /// Sum of the counts. A unit takes some ten to some hundred nanoseconds.
     pub fn total(&self) -> u64 {
         self.group_steps + self.displaced + self.looked_at
     }
 }
 
-/// A view that a session remembers.
+/// A view stored in a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownView {
     /// Eye in world space.
@@ -93,21 +93,21 @@ pub struct Scene {
     pub(super) polygons: Paged<ConvexPolygon>,
     /// Surfaces of polygons. Shorter than `polygons` if all further ones are plain.
     pub(super) surfaces: Paged<Surface>,
-    /// In world space, but for those of `in_space`.
+    /// In world space, except for those of `in_space`.
     pub(super) bounds: Paged<Aabb>,
-    /// The place of its stroke in `strokes`.
+    /// Place in `strokes` of the polygon's stroke.
     pub(super) owner: Paged<u32>,
     pub(super) strokes: Paged<Stroke, 256>,
     pub(super) stroke_by_id: HashMap<StrokeId, u32>,
     /// Numbers of strokes that were let go.
     pub(super) used: UsedNumbers,
     pub(super) groups: Groups,
-    /// Groups that are placed again and again become spaces that move as a whole; see [`Scene::keeping_groups_whole`].
+    /// Whether groups that are placed again and again move as a whole; see [`Scene::keeping_groups_whole`].
     pub(super) keeps_groups_whole: bool,
-    /// A bit for each polygon whose box is kept in the space of its group, not in the world's.
+    /// A bit for each polygon, set if its box is in the space of its group instead of the world's.
     pub(super) in_space: Vec<u64>,
     pub(super) layers: BTreeMap<u32, LayerState>,
-    /// Layers that their owners, who are there, have closed to all other authors.
+    /// Layers that present owners have closed to all other authors.
     pub(super) closed_layers: BTreeMap<u32, Author>,
     pub(super) views: BTreeMap<u32, KnownView>,
     /// Arrangements that authors can undo.
@@ -145,8 +145,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Edits that [`Event::Undo`] can take back, one after the other; an undo beyond is one of nothing. (Fewer where moves
-    /// and groupings name more than a million strokes together.)
+    /// Most edits that [`Event::Undo`] can undo in a row; a further undo changes nothing. (Fewer if moves and
+    /// groupings name more than a million strokes together.)
     pub const UNDO_DEPTH: usize = History::DEPTH;
 
     /// An empty scene.
@@ -179,7 +179,7 @@ impl Scene {
         self.let_go
     }
 
-    /// Whether these polygons were, every one.
+    /// Whether every one of these polygons was let go.
     pub fn are_let_go(&self, ids: Range<usize>) -> bool {
         self.owner.all_released(ids)
     }
@@ -213,7 +213,7 @@ impl Scene {
         }
     }
 
-    /// The stroke of a polygon; one of nothing that can be seen if it was let go. Panics if there is no such id.
+    /// The stroke of a polygon; an invisible placeholder if it was let go. Panics if there is no such id.
     pub fn stroke_of(&self, id: PolygonId) -> &Stroke {
         match self.owner.get(id.index()) {
             Some(&at) => &self.strokes[at as usize],
@@ -231,13 +231,13 @@ impl Scene {
         self.stroke_of(id).is_visible()
     }
 
-    /// Whether the polygon covers anything: a brush's stroke keeps what it does not need any more, shrunk to a point, and
-    /// its ends may be of no width. Panics if there is no such id.
+    /// Whether the polygon covers anything. A brush's stroke keeps unused polygons, shrunk to a point, and its ends
+    /// may have width 0. Panics if there is no such id.
     pub fn has_area(&self, id: PolygonId) -> bool {
         self.stroke_of(id).brush().is_none() || self.polygon(id).area_vector() != Vec3::ZERO
     }
 
-    /// All strokes in order of their beginning, without those that were let go; their number counts those, too.
+    /// All strokes in the order of their beginnings, without those that were let go; the length counts those, too.
     pub fn strokes(&self) -> &Paged<Stroke, 256> {
         &self.strokes
     }
@@ -267,7 +267,7 @@ impl Scene {
         self.can_redo_of(Author::SOLE)
     }
 
-    /// The views that the session remembers, by their numbers.
+    /// The views stored in the session, by their numbers.
     pub fn views(&self) -> &BTreeMap<u32, KnownView> {
         &self.views
     }
@@ -277,17 +277,15 @@ impl Scene {
         self.is_step_open_of(Author::SOLE)
     }
 
-    /// Takes one event and appends what it changed. Events that make no sense here (an unknown stroke, one that no undo
-    /// or redo brings back any more, an undo of nothing) are counted in [`SceneCounts::ignored_events`] and change
-    /// nothing.
+    /// Applies one event and appends its changes. Events that make no sense here change nothing and are counted in
+    /// [`SceneCounts::ignored_events`]: an unknown stroke, a stroke out of reach of undo and redo, an undo of nothing.
     pub fn apply(&mut self, event: &Event, changes: &mut Vec<Change>) {
         self.apply_all([event], changes);
     }
 
-    /// Takes the events of a frame and appends what they changed. A polygon that several of them move is placed again
-    /// once, one that several of them erase and bring back is told of once, and one that several samples of a stroke change
-    /// most often once, so that a frame costs no more than its
-    /// events and the polygons they touch.
+    /// Applies the events of a frame and appends their changes. The cost grows with the events and the polygons that
+    /// they touch. A polygon that several events move is placed again once. One that several events erase and bring
+    /// back is reported once. One that several samples of a stroke change is most often reported once.
     pub fn apply_all<'e>(&mut self, events: impl IntoIterator<Item = &'e Event>, changes: &mut Vec<Change>) {
         self.begin_batch(changes);
         for event in events {
@@ -296,9 +294,10 @@ impl Scene {
         self.end_batch(changes);
     }
 
-    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of [`SceneWork::total`]. Returns
-    /// the number of events applied; the others are for later frames. Cut anywhere, a list of events leads to the same model.
-    /// At least one event is applied. The end of the frame places the polygons of groups again; its cost comes on top.
+    /// Applies events as one frame, like [`Scene::apply_all`], until they have cost `most` units of
+    /// [`SceneWork::total`]. Returns the number of events applied, at least one; the others are for later frames. A
+    /// list of events leads to the same model wherever it is cut. At the end of the frame, the polygons of groups are
+    /// placed again, which costs extra.
     pub fn apply_within(&mut self, events: &[Event], most: u64, changes: &mut Vec<Change>) -> usize {
         let before = self.work().total();
         self.begin_batch(changes);

@@ -10,11 +10,11 @@ use osp::{
     polygon::{Change, ConvexPolygon, PolygonId},
 };
 
-/// Changes of a batch that are looked at for one that covers another. A sample of a ribbon replaces about eight
+/// Latest changes of a batch among which a covering change is searched. A sample of a ribbon replaces about eight
 /// polygons.
 const RECENT: usize = 64;
 
-/// Whether one of these changes covers a change: followers find the polygon in its state at the end of the batch.
+/// Whether one of these changes covers a change: receivers read the polygon in its state at the end of the batch.
 fn is_told(change: Change, told: &[Change]) -> bool {
     let is_told_by = |earlier: &Change| match (change, *earlier) {
         (Change::Update(id), Change::Insert(other) | Change::Update(other)) => id == other,
@@ -27,7 +27,8 @@ fn is_told(change: Change, told: &[Change]) -> bool {
 }
 
 impl Scene {
-    /// Makes again and paints the strokes that have got samples in this frame, as far as their whole length matters for that.
+    /// Remakes and repaints the strokes with samples in this frame, as far as that depends on the whole stroke's
+    /// length.
     pub(super) fn paint(&mut self, changes: &mut Vec<Change>) {
         let mut to_paint = std::mem::take(&mut self.to_paint);
         for at in to_paint.drain(..) {
@@ -57,7 +58,7 @@ impl Scene {
         self.repainted = repainted;
     }
 
-    /// Replaces the polygons of a stroke that its last sample has changed, and gives those that are new their ids.
+    /// Replaces the polygons of a stroke that its last sample has changed, and gives the new ones their ids.
     pub(super) fn file_fresh(&mut self, at: u32, changes: &mut Vec<Change>) {
         let fresh = std::mem::take(&mut self.fresh);
         let used_before = std::mem::replace(&mut self.strokes[at as usize].used, fresh.len());

@@ -1,5 +1,5 @@
-//! Groups that are placed again and again move as a whole: their polygons keep their boxes in the group's space, and a frame
-//! that places the group costs the groups below it, not the polygons.
+//! Groups that are placed again and again move as a whole: the boxes of their polygons stay in the group's space. A
+//! frame that places such a group costs the groups below it, not the polygons.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -14,28 +14,28 @@ use osp::{
 /// before.
 const SOON: u64 = 64;
 
-/// Scales and places, metres, beyond which a group does not move as a whole. Rounding there is so large that a test in its
-/// space decides nothing.
+/// Scales and translations, metres, beyond which a group does not move as a whole. Rounding there is so large that a
+/// test in its space decides nothing.
 const SCALES: std::ops::RangeInclusive<f32> = 1.0e-3..=1.0e3;
 const FARTHEST_M: f32 = 1.0e6;
 
 impl Scene {
-    /// An empty scene in which groups that are placed again and again move as a whole: their polygons are in a
-    /// [space](Change::Place) then. Whoever follows the changes has to know spaces, as
-    /// [`Pipeline`](osp::frame::Pipeline) does, or to ask [`Scene::for_each_change`] for those of each polygon.
+    /// An empty scene in which groups that are placed again and again move as a whole: their polygons are then in a
+    /// [space](Change::Place). Receivers of the changes have to support spaces, as [`Pipeline`](osp::frame::Pipeline)
+    /// does, or call [`Scene::for_each_change`] for the changes of each polygon.
     pub fn keeping_groups_whole() -> Self {
         Self { keeps_groups_whole: true, ..Self::default() }
     }
 
-    /// Hands out changes with each [`Change::Place`] as the updates that it stands for, for receivers without spaces; also
-    /// for polygons that are invisible now.
+    /// Calls `each` with every change. A [`Change::Place`] is replaced by updates of its polygons, including invisible
+    /// ones: for receivers without spaces.
     pub fn for_each_change(&self, changes: &[Change], mut each: impl FnMut(Change)) {
         for &change in changes {
             let Change::Place(SpaceId(group)) = change else {
                 each(change);
                 continue;
             };
-            // A replay may have been taken back to before there was such a group.
+            // A replay may have gone back to a time before the group existed.
             if group as usize >= self.groups.len() {
                 continue;
             }
@@ -55,7 +55,7 @@ impl Scene {
         self.stroke_of(id).group.map(|group| SpaceId(group as u32))
     }
 
-    /// A box around what a change has brought, world space: tight for a polygon; empty where nothing came or moved.
+    /// Box around the polygons of a change, world space: tight for a polygon; empty if nothing came or moved.
     pub fn bounds_of_change(&self, change: Change) -> Aabb {
         match change {
             Change::Insert(id) | Change::Update(id) => self.bounds(id),
@@ -69,7 +69,8 @@ impl Scene {
         (0..self.groups.len()).filter(|&at| self.groups.is_whole(Some(at))).map(|at| SpaceId(at as u32))
     }
 
-    /// Keeps the box of a polygon of a group (or of none): in the group's space if that moves as a whole, else in the world.
+    /// Stores the box of a polygon of a group (or of none): in the group's space if that moves as a whole, else in the
+    /// world.
     pub(super) fn keep_bounds(&mut self, id: PolygonId, group: Option<usize>, bounds: Aabb) {
         if id.index() == self.bounds.len() {
             self.bounds.push(bounds);
@@ -101,8 +102,8 @@ impl Scene {
         stroke.bounds_of(&self.polygon(id), &surface, self.groups.scale_to_world(stroke.group))
     }
 
-    /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes a
-    /// space in this frame, or is none any more, has all its strokes placed again for the last time.
+    /// Whether the polygons of a group that has moved in this frame need no change of their own. A group that becomes
+    /// a space in this frame, or stops being one, has all its strokes placed again for the last time.
     pub(super) fn moves_as_whole(&mut self, group: usize) -> bool {
         if !self.keeps_groups_whole {
             return false;
@@ -131,8 +132,8 @@ impl Groups {
     /// Place of a group's space in the world. The rounding on the way through its groups is bounded step by step.
     pub(super) fn place_of(&self, group: usize) -> SpacePlace {
         let mut world = DAffine3::IDENTITY;
-        // A corner at a distance of `r` metres comes to numbers of at most `reach.0 * r + reach.1`, and lies at most
-        // `rounding.0 * r + rounding.1` beside its place.
+        // A corner at a distance of `r` metres has coordinates of at most `reach.0 * r + reach.1`, and lies at most
+        // `rounding.0 * r + rounding.1` beside its exact place.
         let (mut reach, mut rounding) = ((1.0, 0.0), (0.0, 0.0));
         let mut above = Some(group);
         while let Some(at) = above {

@@ -12,7 +12,7 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// A stroke and what has become of it.
+/// A stroke and its state in the scene.
 #[derive(Clone, Debug)]
 pub struct Stroke {
     pub(super) id: Option<StrokeId>,
@@ -25,14 +25,15 @@ pub struct Stroke {
     pub(super) layer: u32,
     /// It is not drawn.
     pub(super) is_hidden: bool,
-    /// Whether its beginning hides it, which holds until an event shows its layer.
+    /// Whether its beginning hides it; an event that shows its layer ends that.
     pub(super) was_hidden: bool,
     pub(super) points: u32,
     /// Its polygons; more than one range where strokes overlap in time.
     pub(super) polygons: Vec<Range<u32>>,
     /// Polygons in use; those after them have shrunk to a point until the stroke needs them again.
     pub(super) used: u32,
-    /// Polygons that samples do not replace: those up to the last one that came as a polygon while it was drawn.
+    /// Polygons that samples do not replace: all up to the last one that an
+    /// [`Event::Polygon`](crate::recording::Event::Polygon) added to it.
     pub(super) fixed: u32,
     /// Samples have come since it was last painted.
     pub(super) is_unpainted: bool,
@@ -40,18 +41,18 @@ pub struct Stroke {
     pub(super) erasers: u16,
     pub(super) author: u16,
     pub(super) undone: bool,
-    /// No undo or redo brings it back any more; its polygons are let go next.
+    /// Out of reach of undo and redo; its polygons are let go next.
     pub(super) is_gone: bool,
-    /// Where [`Event::Move`](crate::recording::Event::Move) has brought it, in the space of its group (the world's, if it is in none).
+    /// Sum of its [moves](crate::recording::Event::Move), in the space of its group (the world's, if it is in none).
     pub(super) offset: Vec3,
     pub(super) group: Option<usize>,
     /// It has to be placed again before the changes are handed out.
     pub(super) is_displaced: bool,
     /// It has come or gone in this frame.
     pub(super) is_untold: bool,
-    /// It was placed again while it could not be seen, and nobody was told.
+    /// It was placed again while it was invisible, without a change.
     pub(super) was_displaced_unseen: bool,
-    /// While it is being drawn.
+    /// Present while it is being drawn.
     pub(super) builder: Option<Box<StrokeBuilder>>,
 }
 
@@ -60,7 +61,7 @@ impl Stroke {
         Self { id, color, ..Self::NONE }
     }
 
-    /// In the place of one that was let go.
+    /// Placeholder for a stroke that was let go.
     pub(super) const NONE: Self = Self {
         id: None,
         color: (0.0, 0.0, 0.0, 0.0),
@@ -173,7 +174,7 @@ impl Stroke {
     pub(super) fn bounds_of(&self, world: &ConvexPolygon, surface: &Surface, world_scale: f32) -> Aabb {
         let mut bounds = world.bounds();
         if surface.is_facing() {
-            // From every eye it stays in the ball through its corners. The factor covers rounding.
+            // It stays in the ball through its corners, whatever the eye. The factor covers rounding.
             let middle = bounds.center();
             let radius = world.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max) * 1.001;
             bounds = Aabb { min: middle - radius, max: middle + radius };

@@ -6,7 +6,7 @@ use super::{Scene, group::Extent};
 use crate::recording::{Author, GroupId, Motion, StrokeId, Transform};
 use osp::math::{Aabb, rotate};
 
-/// A group, and how much of it can be seen, with the groups below.
+/// A group, and counts of its visible contents, with the groups below.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupNode {
     /// Its number.
@@ -23,14 +23,13 @@ pub struct GroupNode {
     pub strokes: u64,
     /// Their polygons.
     pub polygons: u64,
-    /// The box of them all, world space; of a group that was placed several times, one around the box in its own space; empty
-    /// if there is none.
+    /// The box of all these polygons, world space; empty if there are none. For a group that moves as a whole, it
+    /// surrounds the transformed box of the group's own space.
     pub bounds: Aabb,
 }
 
 impl Scene {
-    /// The groups, each followed by those that hang under it. Their boxes are stored: only changes since the last call
-    /// are computed.
+    /// The groups, each followed by its children. Boxes are stored: only changes since the last call are computed.
     pub fn group_tree(&mut self) -> Vec<GroupNode> {
         let Self { groups, strokes, bounds, .. } = self;
         groups.refresh(|at| {
@@ -38,7 +37,7 @@ impl Scene {
                 return Extent::NOTHING;
             };
             let mut extent = Extent { strokes: 1, ..Extent::NOTHING };
-            // Those that the stroke does not need now have shrunk to one of its points.
+            // Unused polygons have shrunk to one of the stroke's points.
             for id in stroke.polygon_ids().take(stroke.used as usize) {
                 extent.polygons += 1;
                 extent.bounds = extent.bounds.union(&bounds[id.index()]);
@@ -64,7 +63,7 @@ impl Scene {
         nodes
     }
 
-    /// The group that a group hangs under.
+    /// The parent of a group.
     pub fn parent_of(&self, id: GroupId) -> Option<GroupId> {
         let parent = self.groups.parent(self.groups.find(id)?)?;
         Some(self.groups.id(parent))
@@ -75,8 +74,8 @@ impl Scene {
         self.groups.find(id).map(|group| self.groups.transform(group))
     }
 
-    /// A point of the world in the space that a group is placed in. `None` if there is no such group, or if those above it
-    /// have shrunk to a point.
+    /// A world point in the space that a group is placed in. `None` if there is no such group, or if a group above has
+    /// scale 0.
     pub fn in_parent_of(&self, id: GroupId, world: Vec3) -> Option<Vec3> {
         let mut chain = Vec::new();
         self.groups.chain(self.groups.parent(self.groups.find(id)?), &mut chain);
@@ -110,12 +109,13 @@ impl Scene {
         self.groups.name(self.groups.find(id)?)
     }
 
-    /// A number that no group has.
+    /// A number that no group has yet.
     pub fn free_group(&self) -> Option<GroupId> {
         self.free_groups().next()
     }
 
-    /// Numbers that no group has; in a session of several authors those of the one who has not joined, as of the window.
+    /// Numbers that no group has yet. In a session of several authors these are numbers of [`Author::SOLE`], such as
+    /// the window.
     pub fn free_groups(&self) -> impl Iterator<Item = GroupId> + '_ {
         let is_shared = self.authors().next().is_some();
         let last = if is_shared { (1 << Author::NUMBER_BITS) - 1 } else { u32::MAX };

@@ -1,4 +1,4 @@
-//! Undo and redo of each author: the effect of an edit is undone or made again among later edits of others.
+//! Undo and redo of each author: an edit is undone or redone among later edits of others.
 
 use super::{
     Scene,
@@ -9,7 +9,7 @@ use super::{
 use crate::recording::Author;
 
 impl Scene {
-    /// Notes an arrangement that has been made as the author's last edit.
+    /// Adds an arrangement that took effect to the author's history.
     pub(super) fn arrange(&mut self, author: Author, what: Arrangement) {
         let named = what.named();
         let at = self.log.add(what);
@@ -26,7 +26,7 @@ impl Scene {
             let size = |history: &History| if too_many { history.len() } else { history.named() };
             let sizes = self.authors.iter().map(|(&of, state)| (size(&state.history), std::cmp::Reverse(of)));
             let Some((_, std::cmp::Reverse(of))) = sizes.max() else { break };
-            // The edit that was just made stays.
+            // The newest edit stays.
             if !self.with_history(of, |history| history.forget_one(usize::from(of == author), &mut lost)) {
                 break;
             }
@@ -35,7 +35,7 @@ impl Scene {
         self.lost = lost;
     }
 
-    /// Changes a history, and follows how much it holds.
+    /// Changes a history, and updates the totals.
     fn with_history<T>(&mut self, author: Author, change: impl FnOnce(&mut History) -> T) -> T {
         let history = &mut self.authors.entry(author).or_default().history;
         let (edits, named) = (history.len(), history.named());
@@ -45,7 +45,7 @@ impl Scene {
         result
     }
 
-    /// Edits of an author that no undo or redo reaches any more.
+    /// Drops edits of an author that undo and redo no longer reach.
     fn forget(&mut self, author: Author, lost: &mut Lost) {
         let first = self.gone[0].len();
         for edit in lost.taken_back.drain(..) {
@@ -80,13 +80,13 @@ impl Scene {
         }
     }
 
-    /// Everything of an author is for good: nobody takes it back any more.
+    /// Makes all edits of an author final.
     pub(super) fn forget_all(&mut self, author: Author) {
         let mut lost = self.with_history(author, History::forget_all);
         self.forget(author, &mut lost);
     }
 
-    /// Nothing brings a stroke back any more: its number stays used, all else is as if it had never been.
+    /// Puts a stroke out of reach of undo and redo: its number stays used, everything else is forgotten.
     fn put_out_of_reach(&mut self, at: u32) {
         let Some(stroke) = self.strokes.get_mut(at as usize) else { return };
         stroke.is_gone = true;
@@ -138,7 +138,7 @@ impl Scene {
         }
     }
 
-    /// Takes an arrangement back, or makes it again.
+    /// Undoes or redoes an arrangement.
     fn turn(&mut self, at: u64, turn: Turn) {
         let mut what = self.log.take(at);
         match &mut what {

@@ -1,9 +1,9 @@
 use std::collections::BTreeMap;
 
-/// A set of numbers that are mostly given out in a row, as the rows.
+/// A set of numbers that are mostly consecutive, stored as ranges.
 #[derive(Clone, Debug, Default)]
 pub(super) struct UsedNumbers {
-    /// First and last of each row; rows do not touch.
+    /// First and last number of each range; ranges do not touch.
     rows: BTreeMap<u32, u32>,
 }
 

@@ -1,20 +1,21 @@
-//! How the three lines of a bolt of electricity wander off the stroke.
+//! Displacement of the three lines of a bolt of electricity from the stroke.
 
 use glam::Vec3;
 
-/// Half the width, metres, at which the displacement is as large as the numbers below say.
+/// Half the width, metres, for which [`STRENGTH_M`] holds.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Of one component of the displacement at that width, metres, for slow and fast noise: about 1 in 10 of a decimetre.
+/// Strength of each component of the displacement at that width, metres, for slow and fast noise: about 1 in 10 of a
+/// decimetre.
 const STRENGTH_M: [f32; 2] = [0.03, 0.021];
 
-/// How far copy 0, 1 or 2 of the line is off the stroke at a point of it; it is no more than some centimetres for the
-/// brush's sizes, and the same for the same point.
+/// Displacement of copy 0, 1 or 2 of the line at a point of the stroke. It is at most some centimetres for the brush's
+/// sizes, and the same for the same point.
 pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
     let wideness = half_width_m / HALF_WIDTH_M;
     if !(wideness > 1.0e-6 && wideness < 1.0e6) {
         return Vec3::ZERO;
     }
-    // Decimetres, as wide lines wander in wide curves.
+    // In decimetres at the usual width: wider lines have wider curves.
     let p = at * (10.0 / wideness);
     let frequency = [1.1, 1.433, 1.87][copy.min(2)];
     let slow = noise(p * frequency, 3 * copy as u32);
@@ -22,7 +23,7 @@ pub(super) fn displacement_m(at: Vec3, half_width_m: f32, copy: usize) -> Vec3 {
     (slow * STRENGTH_M[0] + fast * STRENGTH_M[1]) * wideness
 }
 
-/// Three components of smooth noise, each from -1 to 1: between random values at the corners of unit cubes.
+/// Three components of smooth noise, each from -1 to 1: interpolates random values at the corners of unit cubes.
 fn noise(p: Vec3, salt: u32) -> Vec3 {
     let cell = p.floor();
     let part = p - cell;

@@ -1,7 +1,7 @@
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
-/// Corners that a hull may have. More: finer hulls of long strokes, and more work for each point.
+/// Most corners of a hull. More: finer hulls of long strokes, and more work for each point.
 const MAX_CORNERS: usize = 1000;
 
 /// Directions whose farthest points stay when a hull has too many corners.
@@ -12,18 +12,18 @@ const PRECISION: f64 = 1.0 / (1 << 22) as f64;
 
 /// The convex hull of points that come one by one: triangles, each with its neighbours' corners.
 ///
-/// Every point that lies outside sees some of the triangles; they go, and new ones join their outline to the point
-/// (Clarkson and Shor, "Applications of Random Sampling in Computational Geometry, II", 1989, here without conflict
-/// lists, as a hull of a stroke has a hundred triangles). What a point sees is decided exactly (Shewchuk's predicates), so
-/// that points on a plane or a line and points that come twice do no harm.
+/// A point outside the hull replaces all triangles that face it: new triangles join their outline to the point
+/// (Clarkson and Shor, "Applications of Random Sampling in Computational Geometry, II", 1989). There are no conflict
+/// lists, as a hull of a stroke has a hundred triangles. The facing test is exact (Shewchuk's predicates), so points
+/// on a plane or a line and repeated points do no harm.
 #[derive(Clone, Debug)]
 pub(super) struct ConvexHull {
     tolerance_m: f64,
-    /// As long as the points lie in a plane, all of them; then the corners and some that no longer are any.
+    /// All points, as long as they lie in a plane; then the corners and some former corners.
     points: Vec<DVec3>,
     /// Counterclockwise from outside.
     triangles: Vec<Triangle>,
-    /// How far the hull reaches in each of [`DIRECTIONS`], once it has had too many corners.
+    /// Extent of the hull in each of [`DIRECTIONS`], once it has had too many corners.
     reach: Option<Vec<f64>>,
 }
 
@@ -32,10 +32,10 @@ struct Triangle {
     corners: [u32; 3],
     /// Outwards, unit; zero for a needle.
     normal: DVec3,
-    /// The first corner.
+    /// Position of the first corner.
     at: DVec3,
-    /// How far a point may be from the plane, as a part of its distance from the first corner, before rounding can no longer
-    /// put it on the other side; not finite for a needle.
+    /// Bound of a height's rounding error, as a part of the point's distance from the first corner; not finite for a
+    /// needle.
     rounding: f64,
 }
 
@@ -45,27 +45,27 @@ impl Triangle {
     }
 }
 
-/// A generous bound of the relative error of a sum of products of differences, in units in the last place.
+/// Bound of the relative error of a sum of products of differences.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl ConvexHull {
-    /// A hull of nothing, which takes no notice of points that lie outside by less than `tolerance_m`.
+    /// An empty hull. It ignores points that lie outside by less than `tolerance_m`.
     pub(super) fn new(tolerance_m: f64) -> Self {
         Self { tolerance_m, points: Vec::new(), triangles: Vec::new(), reach: None }
     }
 
-    /// Whether the points so far lie in a plane: there are no triangles then.
+    /// Whether the points so far lie in a plane: then there are no triangles.
     pub(super) fn is_flat(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// The triangles, counterclockwise from outside. One that a point has not changed keeps its place, mostly.
+    /// The triangles, counterclockwise from outside. A triangle that a point has not changed mostly keeps its place.
     pub(super) fn triangles(&self) -> impl ExactSizeIterator<Item = [DVec3; 3]> {
         self.triangles.iter().map(|triangle| self.corners(triangle))
     }
 
-    /// For each triangle the normals of the curved surface that the hull stands for: at each corner those of the
-    /// triangles there, weighted by their angles.
+    /// Normals of each triangle's corners for smooth shading: each is the mean of the normals of the triangles at the
+    /// corner, weighted by their angles.
     pub(super) fn smooth_normals(&self) -> impl ExactSizeIterator<Item = [DVec3; 3]> {
         let mut sums = vec![DVec3::ZERO; self.points.len()];
         for triangle in &self.triangles {
@@ -79,7 +79,7 @@ impl ConvexHull {
         self.triangles.iter().map(move |triangle| triangle.corners.map(|corner| sums[corner as usize]))
     }
 
-    /// Takes a point with finite coordinates. Whether the triangles are others than before.
+    /// Adds a point with finite coordinates. Returns whether the triangles have changed.
     pub(super) fn insert(&mut self, point: DVec3) -> bool {
         if self.is_flat() {
             self.points.push(point);
@@ -121,7 +121,7 @@ impl ConvexHull {
         if !is_far {
             return false;
         }
-        // Beside a sharp rim a point may be far from the hull and near to the planes.
+        // Near a sharp rim a point may be far from the hull and near to the planes.
         let (mut is_seen, mut is_near) = (false, false);
         for triangle in &self.triangles {
             let height_m = triangle.height_m(point);
@@ -157,7 +157,7 @@ impl ConvexHull {
         Triangle { corners, normal: doubled_m2.normalize_or_zero(), at: a, rounding }
     }
 
-    /// Makes the first tetrahedron, of points far from each other, and joins the other points to it.
+    /// Makes the first tetrahedron, of points far from each other, and adds the other points to it.
     fn begin(&mut self) {
         let Some([a, b, c, d]) = self.first_corners() else { return };
         for corners in [[a, b, c], [a, d, b], [b, d, c], [c, d, a]] {
@@ -190,9 +190,9 @@ impl ConvexHull {
         (side != 0.0).then_some([0, b, c, d])
     }
 
-    /// Whether a point at this height, as good as it is known, is on the outer side of a triangle's plane; exact.
+    /// Whether a point is on the outer side of a triangle's plane; exact. `height_m` is its rounded height.
     fn is_outside(&self, triangle: &Triangle, height_m: f64, point: DVec3) -> bool {
-        // Needles have no bound, and no comparison with it holds.
+        // The bound of a needle is not finite, so the comparison fails.
         let is_certain = height_m.abs() > triangle.rounding * (point - triangle.at).abs().element_sum();
         if is_certain { height_m > 0.0 } else { self.side_of(triangle.corners, point) > 0.0 }
     }
@@ -259,7 +259,7 @@ impl ConvexHull {
         self.points = points;
     }
 
-    /// Leaves the points that are farthest in one of [`DIRECTIONS`], and no triangles.
+    /// Keeps the points that are farthest in one of [`DIRECTIONS`], and no triangles.
     fn thin_out(&mut self) {
         if !self.is_flat() {
             self.forget_inner_points();
@@ -279,7 +279,7 @@ impl ConvexHull {
     }
 }
 
-/// From a point beside a triangle to the triangle; 0 from one above or below.
+/// Distance from a point to a triangle beside it; 0 for a point above or below.
 fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let edges = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3] - corners[i]));
@@ -327,7 +327,8 @@ mod tests {
         hull
     }
 
-    /// Every edge belongs to two triangles, which run through it in opposite directions, and it is one surface.
+    /// Checks that every edge belongs to two triangles, which run through it in opposite directions, and that the
+    /// surface is connected.
     fn assert_closed(hull: &ConvexHull) {
         let mut edges = BTreeSet::new();
         for triangle in &hull.triangles {
@@ -341,10 +342,10 @@ mod tests {
         assert_eq!(corners.len() + hull.triangles.len(), edges.len() / 2 + 2, "Euler's formula");
     }
 
-    /// The farthest that a point lies outside, metres.
+    /// Greatest distance of a point outside the hull, metres.
     fn farthest_outside_m(hull: &ConvexHull, points: &[DVec3]) -> f64 {
         let outside = |point: DVec3, triangle: &Triangle| {
-            // Of a needle the normal is noise; its neighbours hold the point.
+            // The normal of a needle is noise; its neighbours contain the point.
             let [a, b, c] = hull.corners(triangle);
             let is_needle =
                 (b - a).cross(c - a).length() < 1.0e-6 * (b - a).length().max((c - a).length()).powi(2);

@@ -1,4 +1,4 @@
-/// What was dropped while polygons were made, and why.
+/// Counts of dropped samples and polygons, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
     /// Samples at the place of the one before: a segment of length zero.

@@ -4,7 +4,8 @@ use super::{Drops, Sample};
 use crate::recording::NormalRule;
 use osp::math::{TOLERANCE_M, rotate};
 
-/// The unit direction from one sample to the next; `None`, and counted, where they are at one place or out of range.
+/// The unit direction from one sample to the next; `None`, and counted, if both are at one place or one is out of
+/// range.
 pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Option<Vec3> {
     let step = sample.position - last.position;
     let length_m = step.length();
@@ -44,7 +45,7 @@ pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
 ///   chosen to agree with the side before.
 /// * [`NormalRule::Transport`]: the side before, made perpendicular to the travel again.
 ///
-/// Where a rule gives nothing (the axis is parallel to the travel), transport takes its place.
+/// If a rule gives no direction (the axis is parallel to the travel), transport takes its place.
 pub(super) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Option<Vec3>) -> Vec3 {
     let q = sample.orientation;
     let agreeing = |v: Vec3| if previous.is_some_and(|p| p.dot(v) < 0.0) { -v } else { v };
@@ -74,7 +75,7 @@ pub(super) fn ribbon(previous: Vec3, travel: Vec3, orientation: Quat) -> [Vec3; 
     let agreeing = |v: Vec3| if previous.dot(v) < 0.0 { -v } else { v };
     let forward = rotate(orientation, Vec3::NEG_Z);
     let by_forward = agreeing(travel.cross(forward));
-    // Where the tracker points along the way, its up axis says how the ribbon lies.
+    // If the tracker points in the direction of travel, its up axis decides the ribbon's normal.
     let by_up = agreeing(travel.cross(rotate(orientation, Vec3::Y)));
     let sum = by_forward + by_up * forward.dot(travel).abs();
     let right = sum.try_normalize().unwrap_or_else(|| any_perpendicular(travel));

@@ -12,10 +12,10 @@ use crate::{
 };
 use osp::{math::COORDINATE_LIMIT_M, polygon::ConvexPolygon};
 
-/// How far a point has to lie outside a hull to change it, metres at scale 1.
+/// Distance outside the hull below which a point does not change it, metres at scale 1.
 pub(super) const TOLERANCE_M: f64 = 1.0e-6;
 
-/// Makes the convex hull of half balls around the samples, each towards where the hand goes, and of the first sample.
+/// Makes the convex hull of half balls around the samples, each in the direction of travel, and of the first sample.
 #[derive(Clone, Debug)]
 pub struct HullBuilder {
     brush: &'static Brush,
@@ -25,9 +25,9 @@ pub struct HullBuilder {
     knots: Knots,
     /// The direction of the width at the last kept sample.
     side: Option<Vec3>,
-    /// Of the kept samples.
+    /// Hull of the kept samples.
     hull: ConvexHull,
-    /// Whether a provisional end has been drawn that the hull does not hold.
+    /// Whether a provisional end is drawn that is not in `hull`.
     is_end_drawn: bool,
 }
 
@@ -47,7 +47,7 @@ impl HullBuilder {
         }
     }
 
-    /// Takes a sample and says in `out` what that does.
+    /// Takes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let is_first = !std::mem::replace(&mut self.has_begun, true);
         let Some(step) = self.knots.push(sample, drops) else {
@@ -101,14 +101,14 @@ impl HullBuilder {
         points
     }
 
-    /// Replaces what is drawn.
+    /// Replaces all polygons by those of a hull.
     fn draw(&self, hull: &ConvexHull, out: &mut Pieces) {
         out.truncate(0);
         draw_hull(hull, self.is_faceted, out);
     }
 }
 
-/// Appends the triangles of a hull. Those that are nothing in `f32` are left out without leaving holes that one could see.
+/// Appends the triangles of a hull. Triangles without area in `f32` are left out; they leave no visible hole.
 pub(super) fn draw_hull(hull: &ConvexHull, is_faceted: bool, out: &mut Pieces) {
     let mut nothing = Drops::default();
     if is_faceted {
@@ -126,11 +126,11 @@ pub(super) fn draw_hull(hull: &ConvexHull, is_faceted: bool, out: &mut Pieces) {
     }
 }
 
-/// Takes the points that are in range into a hull, and counts the others. Whether the hull has changed.
+/// Adds the points in range to a hull, and counts the others. Returns whether the hull has changed.
 pub(super) fn insert(hull: &mut ConvexHull, points: &[DVec3], drops: &mut Drops) -> bool {
     let mut is_changed = false;
     for &point in points {
-        // Not finite is not below the limit either.
+        // A NaN fails the first comparison, too.
         if point.abs().max_element() <= f64::from(COORDINATE_LIMIT_M) && point.is_finite() {
             is_changed |= hull.insert(point);
         } else {

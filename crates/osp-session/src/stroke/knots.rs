@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::{Drops, Sample, StrokeSettings};
 use crate::brush::Brush;
 
-/// How far the hand has to travel from the last kept sample until another one is kept.
+/// Distance from the last kept sample at which another one is kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spacing {
     /// Metres at scale 1.
@@ -12,7 +12,7 @@ pub(super) struct Spacing {
     pub part_of_size: f32,
 }
 
-/// A control point of a stroke as its brush sees it.
+/// A control point of a stroke with the values that its brush uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Knot {
     /// As recorded, with the recorded pressure.
@@ -34,14 +34,14 @@ pub(super) struct Step {
     pub length_m: f32,
     /// The unit direction of the move; zero if there is none.
     pub travel: Vec3,
-    /// Whether the new sample stays. If not, it is a provisional end of the stroke, which the next sample replaces.
+    /// Whether the new sample is kept. If not, it is a provisional end of the stroke, which the next sample replaces.
     pub is_kept: bool,
 }
 
-/// Tells the samples of a stroke that a brush keeps from provisional ends, and smooths their pressure.
+/// Divides the samples of a stroke into kept ones and provisional ends, and smooths their pressure.
 ///
-/// Most brushes ask for some distance between the samples that they keep. A sample nearer than that to the last kept one is
-/// drawn as the stroke's end, and replaced by the next one.
+/// Most brushes keep samples at a least distance only. A sample nearer to the last kept one is drawn as the stroke's
+/// end, and the next sample replaces it.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
     brush: &'static Brush,
@@ -56,7 +56,7 @@ pub(super) struct Knots {
 
 impl Knots {
     pub(super) fn new(settings: &StrokeSettings, brush: &'static Brush, spacing: Spacing) -> Self {
-        // A scale of zero would be no length to smooth over.
+        // At scale 0 there would be no length to smooth over.
         let scale = settings.scale.max(f32::MIN_POSITIVE);
         Self {
             brush,
@@ -79,7 +79,7 @@ impl Knots {
         self.last.as_ref()
     }
 
-    /// How far from the last kept sample this one is kept, metres.
+    /// Distance from the last kept sample from which this one is kept, metres.
     pub(super) fn spacing_m(&self, knot: &Knot) -> f32 {
         self.spacing.length_m * self.scale + self.spacing.part_of_size * knot.size_m
     }
@@ -112,8 +112,8 @@ impl Knots {
         Knot { sample, smoothed, size_m: self.width_m * self.brush.size(smoothed) }
     }
 
-    /// The smoothed pressure at the stroke's first sample: until a second one is kept, that of the newest; with brushes of
-    /// the old kind 0.
+    /// The smoothed pressure at the first sample of a stroke: 0 for brushes of the old kind; otherwise the newest
+    /// pressure until a second sample is kept.
     fn first_pressure(&self, next: &Sample) -> f32 {
         if !self.is_smooth {
             return self.last.map_or(next.pressure, |last| last.sample.pressure);
@@ -121,7 +121,7 @@ impl Knots {
         if self.brush.has_short_pressure_window { 0.0 } else { next.pressure }
     }
 
-    /// The old pressure fades to a tenth over a length of the brush.
+    /// The old pressure fades to a tenth over the brush's smoothing length.
     fn smoothed(&self, from: &Knot, pressure: f32, length_m: f32) -> f32 {
         if !self.is_smooth {
             return pressure;

@@ -1,7 +1,8 @@
-//! Tracker samples become polygons, one sample at a time: ribbons, walls and tubes, and what [brushes](crate::brush) make.
+//! Turns tracker samples into polygons, one sample at a time: ribbons, walls, tubes, and the forms of
+//! [brushes](crate::brush).
 //!
-//! Every builder takes samples as they come and says what they do to the polygons of the stroke ([`Pieces`]): most only
-//! append, a hull that grows or a ribbon that is smoothed replaces some. What is degenerate is dropped and counted in
+//! Every builder takes samples one by one and writes the changes of the stroke's polygons to [`Pieces`]. Most builders
+//! only append; a growing hull or a smoothed ribbon replaces some. Degenerate pieces are dropped and counted in
 //! [`Drops`], never passed on.
 //!
 //! Depends on [`recording`](crate::recording), [`brush`](crate::brush) and [`polygon`](osp::polygon).
@@ -116,7 +117,7 @@ impl StrokeBuilder {
         }
     }
 
-    /// Takes a sample; `out` has been begun for the stroke and says what that does to its polygons.
+    /// Takes a sample and writes the changes to `out`, which has been begun for the stroke.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         match self {
             Self::Ribbon(b) => out.push_all(drops, |out, drops| b.push(sample, out, drops)),
@@ -133,7 +134,7 @@ impl StrokeBuilder {
         }
     }
 
-    /// Ends the stroke; `out` says what that does to its polygons.
+    /// Ends the stroke and writes the changes to `out`.
     pub fn finish(&mut self, out: &mut Pieces, drops: &mut Drops) {
         match self {
             Self::Ribbon(_)
@@ -150,17 +151,17 @@ impl StrokeBuilder {
         }
     }
 
-    /// Makes polygons again that change with the length of the whole stroke; `out` says which: those at its end, and now and
-    /// then all. To be called once a frame, if samples have come.
+    /// Makes polygons again that depend on the length of the whole stroke: mostly polygons at its end, and now and
+    /// then all. `out` gets the changes. Call it once a frame, if samples have come.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if let Self::TubeBrush(b) = self {
             b.settle(out, drops);
         }
     }
 
-    /// Paints polygons again that the samples since the last call have changed only in their painting: what depends on the
-    /// length of the whole stroke, or on the distance from its end. Appends places, ascending, and how those are painted.
-    /// To be called once a frame, and after [`StrokeBuilder::finish`].
+    /// Repaints polygons whose look, but not form, has changed since the last call: because the length of the whole
+    /// stroke has changed, or the distance from its end. Appends their places, ascending, and their surfaces. Call it
+    /// once a frame, and after [`StrokeBuilder::finish`].
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         match self {
             Self::Ribbon(_)

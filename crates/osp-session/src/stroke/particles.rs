@@ -4,7 +4,7 @@ use super::{Drops, MAX_SCATTERED, Pieces, Sample, StrokeSettings, random::Random
 use crate::brush::{Brush, PARTICLE_STEP_M, Surface};
 use osp::polygon::ConvexPolygon;
 
-/// A stroke of a single particle is drawn as if pressed at least so hard.
+/// Least pressure of the particle in a stroke of a single particle.
 const LONE_PRESSURE: f32 = 0.8;
 
 /// The corners of a square about its middle, in the order of its texture's corners.
@@ -22,9 +22,9 @@ pub struct ParticlesBuilder {
     last: Option<(Sample, u32)>,
     /// From the first sample to the last.
     length_m: f64,
-    /// Places along the stroke that have had their particle.
+    /// Places along the stroke that have their particle already.
     taken: u64,
-    /// Where the stroke's only particle stands, as long as there is no other.
+    /// The stroke's only particle, as long as there is no other.
     lone: Option<Lone>,
 }
 
@@ -32,7 +32,7 @@ pub struct ParticlesBuilder {
 struct Lone {
     place: u32,
     position: Vec3,
-    /// Of the second sample, once there is one.
+    /// Pressure of the second sample, once there is one.
     pressure: f32,
 }
 
@@ -44,7 +44,7 @@ impl ParticlesBuilder {
             brush,
             width_m: settings.width_m,
             random: Random::new(settings.seed),
-            // No number of particles has to be infinite.
+            // The number of particles stays finite.
             interval_m: interval_m.max(f64::MIN_POSITIVE),
             last: None,
             length_m: 0.0,
@@ -53,7 +53,7 @@ impl ParticlesBuilder {
         }
     }
 
-    /// Takes a sample and says in `out` what that does.
+    /// Takes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some((last, number)) = self.last else {
             let lone = Lone { place: out.len(), position: sample.position, pressure: sample.pressure };
@@ -88,7 +88,7 @@ impl ParticlesBuilder {
             self.lone = None;
             self.place(lone.position, lone.pressure, 1, 0, out, drops);
         }
-        // The first particle of the stroke is the first one on the way to the second sample.
+        // The first particle of the stroke belongs to the way to the second sample.
         let already = u64::from(number == 0);
         let count = (taken - first).min(MAX_SCATTERED);
         drops.excess_pieces = drops.excess_pieces.saturating_add(taken - first - count);
@@ -103,7 +103,7 @@ impl ParticlesBuilder {
         self.place(lone.position, lone.pressure.max(LONE_PRESSURE), 1, 0, out, drops);
     }
 
-    /// Places particle `i` of those on the way to sample `knot`.
+    /// Places particle `i` on the way to sample `knot`.
     fn place(&self, position: Vec3, pressure: f32, knot: u32, i: u32, out: &mut Pieces, drops: &mut Drops) {
         let (brush, random) = (self.brush, self.random);
         let salt = knot.wrapping_mul(16).wrapping_add(i).wrapping_mul(16);

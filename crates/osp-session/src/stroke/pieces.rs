@@ -5,16 +5,16 @@ use super::polygon::{push_checked, push_quad};
 use crate::brush::Surface;
 use osp::polygon::ConvexPolygon;
 
-/// A polygon of a stroke and how it is painted.
+/// A polygon of a stroke and its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// Its corners.
     pub polygon: ConvexPolygon,
-    /// How it is painted.
+    /// Normals, texture coordinates and alpha of its corners.
     pub surface: Surface,
 }
 
-/// Where the polygons of a quad went: none, one or two, and which corners of the quad they have.
+/// Places of a quad's polygons (none, one or two), and the quad's corners that each has.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct QuadPieces {
     first: u32,
@@ -23,12 +23,12 @@ pub struct QuadPieces {
 }
 
 impl QuadPieces {
-    /// The place of the first one, or where it would be.
+    /// The place of the first one; without polygons, the next free place.
     pub fn first(&self) -> u32 {
         self.first
     }
 
-    /// The places of all, and how they are painted if `surface` paints the quad.
+    /// The places of all, with their parts of the quad's surface.
     pub fn painted(self, surface: Surface) -> impl Iterator<Item = (u32, Surface)> {
         (self.first..).zip(self.corners).take(usize::from(self.count)).map(move |(place, corners)| {
             let is_whole = corners == [0, 1, 2, 3];
@@ -37,28 +37,27 @@ impl QuadPieces {
     }
 }
 
-/// What a sample does to the polygons of its stroke: those before the first one that it touches stay, the others are
-/// replaced.
+/// Changes of a stroke's polygons by a sample: polygons before the first changed one stay, all others are replaced.
 ///
 /// Places count from the stroke's first polygon.
 #[derive(Clone, Debug, Default)]
 pub struct Pieces {
     kept: u32,
-    /// Polygons before this place came from elsewhere, or before such: no sample takes them back.
+    /// Number of polygons that no sample takes back: all up to the last one that came from elsewhere.
     fixed: u32,
     fresh: Vec<Piece>,
-    /// Polygons on their way to `fresh`.
+    /// Scratch: polygons to be added to `fresh`.
     polygons: Vec<ConvexPolygon>,
 }
 
 impl Pieces {
-    /// Begins again for a stroke that has `count` polygons, of which the first `fixed` stay whatever the samples do.
+    /// Begins again for a stroke that has `count` polygons; the first `fixed` of them stay whatever the samples do.
     pub fn begin(&mut self, count: u32, fixed: u32) {
         (self.kept, self.fixed) = (count, fixed);
         self.fresh.clear();
     }
 
-    /// Polygons that the stroke has now.
+    /// Number of polygons of the stroke now.
     pub fn len(&self) -> u32 {
         self.kept + self.fresh.len() as u32
     }
@@ -68,14 +67,14 @@ impl Pieces {
         self.len() == 0
     }
 
-    /// Takes back all polygons from place `len` on, but for those that are fixed.
+    /// Removes all polygons from place `len` on, except for fixed ones.
     pub fn truncate(&mut self, len: u32) {
         let len = len.max(self.fixed);
         self.fresh.truncate(len.saturating_sub(self.kept) as usize);
         self.kept = self.kept.min(len);
     }
 
-    /// The place of the first polygon that is not as it was.
+    /// The place of the first changed polygon.
     pub fn kept(&self) -> u32 {
         self.kept
     }
@@ -97,7 +96,7 @@ impl Pieces {
     pub fn push_quad(&mut self, corners: [Vec3; 4], surface: Surface, drops: &mut Drops) -> QuadPieces {
         let before = self.fresh.len();
         let mut pieces = self.no_quad();
-        // Where two neighbours are one point, the quad is a triangle.
+        // If two neighbouring corners coincide, the quad is a triangle.
         let double = (0..4).find(|&i| corners[i] == corners[(i + 1) % 4]);
         self.push_all(drops, |out, drops| match double.map(|i| [1, 2, 3].map(|k| corners[(i + k) % 4])) {
             Some([a, b, c]) => push_checked(ConvexPolygon::triangle(a, b, c), out, drops),
@@ -131,7 +130,7 @@ impl Pieces {
         }
     }
 
-    /// What a quad without polygons would be here.
+    /// A quad without polygons at this place.
     pub fn no_quad(&self) -> QuadPieces {
         QuadPieces { first: self.len(), ..QuadPieces::default() }
     }

@@ -41,7 +41,7 @@ pub(crate) fn push_quad([a, b, c, d]: [Vec3; 4], out: &mut Vec<ConvexPolygon>, d
     for half in halves {
         push_checked(half, out, drops);
     }
-    // A quad of which nothing is left is one polygon dropped, not two.
+    // A quad without any polygon counts as one dropped polygon, not two.
     drops.degenerate = drops.degenerate.min(before.degenerate + 1);
     drops.out_of_range = drops.out_of_range.min(before.out_of_range + 1);
 }

@@ -9,16 +9,16 @@ use super::{
 use crate::brush::{Brush, Surface, UV_PERIOD, Uv};
 use osp::math::rotate;
 
-/// Moves below this are ignored; metres at scale 1.
+/// Shorter moves are ignored; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 const SPACING: Spacing = Spacing { length_m: 0.0015, part_of_size: 0.2 };
-/// Over this length a ribbon whose texture runs by distance fades out at its end; metres at scale 1.
+/// Length of the fade at the end of a ribbon whose texture runs by distance; metres at scale 1.
 const FADE_M: f32 = 0.025;
 
-/// Makes a ribbon of rectangles between the samples that its brush keeps, each smoothed with its neighbours once it has a
-/// next one.
+/// Makes a ribbon of rectangles between the samples that its brush keeps. Each one is smoothed with its neighbours
+/// once the next one exists.
 ///
-/// Where the hand turns back, the ribbon breaks into segments that are not joined. Source: the quad strips of Tilt Brush
+/// If the hand turns back, the ribbon breaks into segments that are not joined. Source: the quad strips of Tilt Brush
 /// (Apache-2.0), as facts.
 #[derive(Clone, Debug)]
 pub struct QuadStripBuilder {
@@ -27,7 +27,7 @@ pub struct QuadStripBuilder {
     scale: f32,
     random: Random,
     knots: Knots,
-    /// The quads that may still change, in form or in painting: those kept, then a provisional end if there is one.
+    /// The quads that may still change, in form or in look: the kept ones, then a provisional end if there is one.
     quads: Vec<Quad>,
     kept: usize,
     /// Kept quads since the last break.
@@ -35,14 +35,14 @@ pub struct QuadStripBuilder {
     /// Kept quads of the whole stroke.
     count: u32,
     last: Option<Last>,
-    /// By how much the ribbon is narrower now than the hand asks for, since it turns sharply.
+    /// Difference between the hand's width and the ribbon's, metres: a ribbon is narrower in sharp turns.
     shrink_m: f32,
-    /// The first quad of the segment that was last painted, and how much of that has been.
+    /// The first quad of the segment that was last painted, and the state of its painting.
     painted: (u32, Refresh),
     is_finished: bool,
 }
 
-/// The last kept quad before it was joined to the one before, and smoothed.
+/// The last kept quad before it was joined to the one before and smoothed.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     form: Rectangle,
@@ -62,7 +62,7 @@ struct Rectangle {
 #[derive(Clone, Copy, Debug)]
 struct Form {
     corners: [Vec3; 4],
-    /// Of the trailing and the leading edge.
+    /// Normals of the trailing and the leading edge.
     normals: [Vec3; 2],
 }
 
@@ -73,7 +73,7 @@ struct Quad {
     number: u32,
     /// The number of the first quad of its segment.
     first: u32,
-    /// Of the segment before it.
+    /// Length of the segment before it.
     before_m: f32,
     /// Texture coordinate by distance, at the trailing edge and the leading one.
     u: [f32; 2],
@@ -100,7 +100,7 @@ impl Form {
         0.5 * (leading_left.distance(trailing_left) + leading_right.distance(trailing_right))
     }
 
-    /// Gives two quads a common edge: between theirs, or (for a provisional end) that of the one behind.
+    /// Gives two quads a common edge: the mean of their edges, or (for a provisional end) the edge of the quad behind.
     fn join(behind: &mut Self, ahead: &mut Self, is_kept: bool) {
         if is_kept {
             for (leading, trailing) in [(3, 0), (2, 1)] {
@@ -150,7 +150,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Takes a sample: replaces a provisional end, and at most the two quads before it.
+    /// Takes a sample: replaces a provisional end, and changes at most the two quads before it.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else { return };
         if step.length_m < LEAST_MOVE_M * self.scale || step.length_m == 0.0 {
@@ -174,7 +174,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Ends the stroke: a segment of one quad, and an end that hangs on none or on one, are taken back.
+    /// Ends the stroke: removes a segment of one quad, and a provisional end that follows no quad or one.
     pub fn finish(&mut self, out: &mut Pieces) {
         let is_break = self.quads.last().is_some_and(Quad::is_first) && self.quads.len() > self.kept;
         let stays = match self.in_segment {
@@ -191,7 +191,7 @@ impl QuadStripBuilder {
         self.is_finished = true;
     }
 
-    /// Paints the quads that may look otherwise since the last call, and forgets those that never will again.
+    /// Paints the quads whose look may have changed since the last call, and drops those that can no longer change.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let settled = match self.uv {
             Uv::Stretched => self.repaint_stretched(out),
@@ -242,8 +242,8 @@ impl QuadStripBuilder {
         let ahead_left = last.forward.dot(form.middle - form.right - last.middle);
         let mut shrink_m = self.shrink_m;
         if ahead_right * ahead_left < 0.0 {
-            // The inner end would lie behind the quad before: it stays at that quad's inner end, which makes this one
-            // narrower.
+            // The inner end would lie behind the quad before: it is moved to that quad's inner end, which makes this
+            // quad narrower.
             form.right = if ahead_left < 0.0 {
                 form.middle - (last.middle - last.right)
             } else {
@@ -277,7 +277,7 @@ impl QuadStripBuilder {
         let last = self.last.as_ref().map(|last| last.form);
         match self.quads.as_mut_slice() {
             [.., back, mid] if in_segment > 1 && is_break => {
-                // The last one stays as it is but for the common edge.
+                // The last one keeps its form, except for the common edge.
                 if let Some(last) = last {
                     mid.form.corners = last.corners();
                 }
@@ -285,7 +285,7 @@ impl QuadStripBuilder {
             }
             [.., _] if is_break => {
                 if is_kept {
-                    // A single quad between two breaks is only in the way.
+                    // A single quad between two breaks is removed.
                     self.quads.pop();
                     self.kept -= 1;
                 }
@@ -319,7 +319,7 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Measures the last three quads, which have changed, for their texture.
+    /// Measures the texture coordinates of the last three quads, which have changed.
     fn measure(&mut self, width_m: f32) {
         for i in self.quads.len().saturating_sub(3)..self.quads.len() {
             let behind = i.checked_sub(1).map(|i| self.quads[i]);
@@ -327,19 +327,19 @@ impl QuadStripBuilder {
             let (before_m, u) = match behind {
                 Some(behind) if !quad.is_first() => (behind.end_m(), behind.u[1]),
                 _ if quad.is_first() => (0.0, self.random.unit(quad.first.wrapping_mul(6))),
-                // The quad behind it is settled and forgotten, and with it this one.
+                // The quad behind it is settled and dropped, so this one is settled, too.
                 _ => (quad.before_m, quad.u[0]),
             };
             quad.before_m = before_m;
             let tiles = self.brush.tile_rate * (quad.form.length_m() / width_m.max(f32::MIN_POSITIVE));
-            // Textures repeat: whole parts do not matter, nor does where in a texture a needle ends. What a short quad
-            // shows may have a longer period.
+            // Textures repeat: whole parts have no effect, and neither has the end of a texture in a needle. The
+            // visible texture of a short quad may have a longer period.
             let u = if tiles <= 1.0 { u.rem_euclid(UV_PERIOD) } else { u - u.floor() };
             quad.u = [u, u + if tiles < 1.0e6 { tiles } else { 0.0 }];
         }
     }
 
-    /// From where to where the row of the texture that a segment shows reaches across it.
+    /// Range of the texture across the stroke that a segment shows.
     fn row(&self, quad: &Quad) -> [f32; 2] {
         let random = self.random.unit(quad.first.wrapping_mul(6));
         let rows = u32::from(self.brush.atlas_rows.max(1));
@@ -351,7 +351,7 @@ impl QuadStripBuilder {
         [row, row + 1].map(|row| row as f32 / rows as f32)
     }
 
-    /// How one of the last quads is painted as far as the stroke goes now.
+    /// Surface of one of the last quads, for the present length of the stroke.
     fn surface_of(&self, i: usize) -> Surface {
         let quad = &self.quads[i];
         let segment = self.quads[i..].iter().take_while(|other| other.first == quad.first);
@@ -365,7 +365,8 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Paints segments over their whole length; of the last one, which will change again, mostly the end.
+    /// Paints segments whose texture spans their whole length; of the last one, which will change again, mostly the
+    /// end.
     fn repaint_stretched(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let last_first = if self.is_finished { self.quads.len() } else { self.kept - self.in_segment };
         let (closed, open) = self.quads.split_at(last_first);
@@ -388,7 +389,7 @@ impl QuadStripBuilder {
         self.kept.saturating_sub(self.in_segment.max(2))
     }
 
-    /// Paints so many quads at the end of a segment.
+    /// Paints the last `count` quads of a segment.
     fn stretch(&self, segment: &[Quad], count: usize, out: &mut Vec<(u32, Surface)>) {
         let Some(last) = segment.last() else { return };
         let (row, total_m) = (self.row(last), last.end_m());
@@ -396,7 +397,8 @@ impl QuadStripBuilder {
         out.extend(quads.iter().flat_map(|quad| quad.pieces.painted(stretched(quad, total_m, row))));
     }
 
-    /// Paints what is near the end of a segment; what is far from it, measured by quads that keep their form, is settled.
+    /// Paints the quads near the end of a segment. Quads far from it, measured along quads that keep their form, are
+    /// settled.
     fn repaint_fading(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let from = out.len();
         let (mut ahead_m, mut settled_ahead_m, mut settled) = (0.0, 0.0, 0);
@@ -404,7 +406,7 @@ impl QuadStripBuilder {
         for (i, quad) in self.quads.iter().enumerate().rev() {
             if self.quads.get(i + 1).is_none_or(|next| next.is_first()) {
                 ahead_m = 0.0;
-                // A segment that a kept quad has ended is settled wholly.
+                // A segment that ends with a kept quad is settled as a whole.
                 settled_ahead_m = if i < keep_form { f32::INFINITY } else { 0.0 };
             }
             if settled == 0 && i < keep_form && settled_ahead_m >= FADE_M * self.scale {
@@ -420,7 +422,7 @@ impl QuadStripBuilder {
         settled.min(self.kept.saturating_sub(4))
     }
 
-    /// How a quad is painted whose texture runs by distance, with this length ahead of it.
+    /// Surface of a quad whose texture runs by distance, with this length of stroke ahead of it.
     fn fading(&self, quad: &Quad, ahead_m: f32) -> Surface {
         let fade_m = (FADE_M * self.scale).max(f32::MIN_POSITIVE);
         let leading = (ahead_m / fade_m).min(1.0);
@@ -435,7 +437,7 @@ fn stretched(quad: &Quad, total_m: f32, row: [f32; 2]) -> Surface {
     quad.surface([quad.before_m / total_m, quad.end_m() / total_m], row, quad.alpha)
 }
 
-/// From one unit direction to another along the shorter arc.
+/// Direction between two unit directions along the shorter arc.
 fn between(from: Vec3, to: Vec3, part: f32) -> Vec3 {
     let cos = from.dot(to).clamp(-1.0, 1.0);
     if cos.abs() > 0.9995 {

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-/// The random numbers of a stroke: a number for each salt, always the same, in any order.
+/// The random numbers of a stroke: always the same number for a salt, in any order.
 ///
 /// Source: Chris Wellons' hash "lowbias32" (public domain), as Open Brush uses it.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ impl Random {
         x ^= x >> 15;
         x = x.wrapping_mul(0x846c_a68b);
         x ^= x >> 16;
-        // 24 bits fit an f32, so that 1 never comes out.
+        // 24 bits fit an f32, so the result is never 1.
         (x >> 8) as f32 / (1 << 24) as f32
     }
 
@@ -30,7 +30,7 @@ impl Random {
         half_range * (2.0 * self.unit(salt) - 1.0)
     }
 
-    /// A direction; takes two salts. (z is the other way round than in Open Brush, as the axis is.)
+    /// A direction; takes two salts. (The sign of z differs from Open Brush's, as the axis does.)
     pub(super) fn on_sphere(self, salt: u32) -> Vec3 {
         let z = 1.0 - 2.0 * self.unit(salt);
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * self.unit(salt.wrapping_add(1)));

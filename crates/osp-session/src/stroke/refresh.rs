@@ -1,22 +1,22 @@
-/// The least that is made again at the end: a stroke as long as most, so that only long ones are ever out of date.
+/// Least number of parts made again at the end: most strokes are no longer, so only long ones are ever out of date.
 const LEAST: usize = 32;
 
-/// Says how much of a segment is made again when it has grown, of those that change as a whole: mostly its end, seldom
-/// all of it.
+/// Decides how many parts of a growing segment are made again, if all depend on its length: mostly its end, seldom all
+/// of it.
 ///
-/// A part is made again before half of what lies between it and the end is newer. So the end always has its right form, and
-/// what lies far behind it is a bit out of date until the stroke ends. A segment of `n` parts that grows part by part makes
-/// `n (2 log n + 32)` parts or so.
+/// A part is made again before half of the parts between it and the end are newer. So the end always has its right
+/// form, and parts far behind it are slightly out of date until the stroke ends. A segment that grows to `n` parts,
+/// one by one, makes about `n (2 log n + 32)` parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Refresh {
-    /// The most parts that the segment has had.
+    /// Most parts of the segment so far.
     count: usize,
-    /// The longest that the segment was when all of it was made.
+    /// Greatest length of the segment when all of it was made, metres.
     whole_m: f32,
 }
 
 impl Refresh {
-    /// How many parts at the end are to be made again, now that the segment has so many and this length.
+    /// Number of parts at the end to make again, for a segment of `count` parts and this length.
     pub(super) fn parts(&mut self, count: usize, length_m: f32) -> usize {
         let before = self.count;
         self.count = before.max(count);
@@ -39,7 +39,7 @@ mod tests {
     fn the_end_is_made_often_and_all_of_it_seldom() {
         const COUNT: usize = 1 << 14;
         let (mut refresh, mut made, mut whole) = (Refresh::default(), 0, 0);
-        // For which length each part was last made.
+        // Number of parts that the segment had when each part was last made.
         let mut made_at = vec![0; COUNT];
         for count in 1..=COUNT {
             let parts = refresh.parts(count, count as f32);
@@ -52,7 +52,7 @@ mod tests {
             }
         }
         assert!(made < 64 * COUNT && whole < 100, "{made} parts, {whole} times all");
-        // A part that comes and goes, and comes again, is no growth.
+        // A part that goes and comes again is no growth.
         for count in [COUNT - 1, COUNT, COUNT - 1, COUNT] {
             assert_eq!(refresh.parts(count, count as f32), LEAST);
         }

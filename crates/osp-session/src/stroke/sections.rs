@@ -10,9 +10,9 @@ use super::{
 /// The most lanes of a section.
 pub(super) const LANES: usize = 4;
 
-/// How far a diamond rises in the middle, as a part of half its width.
+/// Height of a diamond's middle above its sides, as a part of half its width.
 const BELLY: f32 = 0.125;
-/// How much of a texture is left out at each side of a diamond, since it is ragged there.
+/// Part of a texture that is left out at each side of a diamond, since the texture is ragged there.
 const CHOP: f32 = 0.1;
 /// Height of a box as a part of its width.
 const BOX_HEIGHT: f32 = 0.375;
@@ -23,7 +23,7 @@ pub(super) enum Section {
     Flat,
     /// A line that is pulled to a point at both ends of a segment.
     Tapered,
-    /// Three lines that wander about, together at both ends of a segment.
+    /// Three lines with noisy displacements, joined at both ends of a segment.
     Bolt,
     /// Raised in the middle on both sides, pinched at the ends.
     Diamond,
@@ -31,7 +31,7 @@ pub(super) enum Section {
     Box,
 }
 
-/// What a section has of one lane of the ribbon: a line from one side to the other.
+/// One lane of a section: a line across the ribbon from one side to the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rim {
     pub ends: [Vec3; 2],
@@ -50,7 +50,7 @@ impl Section {
         }
     }
 
-    /// Vertices that the original has in a section: random numbers depend on it.
+    /// Vertices of a section in the original: random numbers depend on their number.
     pub(super) fn vertices(self) -> u32 {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => 2,
@@ -59,12 +59,12 @@ impl Section {
         }
     }
 
-    /// Whether the whole segment has another form when it grows.
+    /// Whether a segment's form depends on its length.
     pub(super) fn depends_on_length(self) -> bool {
         matches!(self, Self::Tapered | Self::Bolt)
     }
 
-    /// From where to where a lane reaches across the texture.
+    /// Range of the texture across the stroke that a lane shows.
     pub(super) fn across(self, lane: usize) -> [f32; 2] {
         match self {
             Self::Flat | Self::Tapered | Self::Bolt => [0.0, 1.0],
@@ -73,7 +73,7 @@ impl Section {
         }
     }
 
-    /// How much of its offset from the middle line a section has at this part of its segment.
+    /// Factor of a section's offsets from the middle line at the part `u` of its segment.
     pub(super) fn envelope(self, u: f32) -> f32 {
         let sine = libm::sinf(std::f32::consts::PI * u.clamp(0.0, 1.0)).max(0.0);
         match self {
@@ -83,7 +83,7 @@ impl Section {
         }
     }
 
-    /// The section at a node that a piece of ribbon ends at.
+    /// The section at the node at the end of a piece.
     pub(super) fn at(self, track: &Track, i: usize, envelope: f32) -> Rims {
         let nodes = track.nodes();
         let (node, before) = (&nodes[i], &nodes[i - 1]);

@@ -3,20 +3,20 @@ use crate::{
     recording::{NormalRule, Tool},
 };
 
-/// How a stroke is drawn.
+/// Settings of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeSettings {
-    /// The brush; without one, the samples become what `tool` says.
+    /// The brush; without one, `tool` makes the polygons.
     pub brush: Option<&'static Brush>,
-    /// What the samples become without a brush.
+    /// Form of a stroke without a brush.
     pub tool: Tool,
     /// Full width at full pressure, metres.
     pub width_m: f32,
     /// Part of the width left at pressure 0.
     pub thinnest: f32,
-    /// How a ribbon without a brush lies to the tracker.
+    /// Direction of a ribbon without a brush, relative to the tracker.
     pub normal: NormalRule,
-    /// What the random numbers of a brush start from.
+    /// Seed of a brush's random numbers.
     pub seed: u32,
     /// Factor of the lengths that are part of a brush (spacing, fading), not of the width.
     pub scale: f32,

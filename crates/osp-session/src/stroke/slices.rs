@@ -6,10 +6,11 @@ use super::{
 };
 use crate::brush::{Brush, Surface};
 
-/// Nearer samples have no slice; metres at scale 1.
+/// Samples nearer than this get no slice; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 
-/// Makes a square across the stroke at every sample that its brush keeps, turned as little as possible from one to the next.
+/// Makes a square across the stroke at every sample that its brush keeps, turned as little as possible from one to the
+/// next.
 ///
 /// Source: the slices of Tilt Brush (Apache-2.0), as facts.
 #[derive(Clone, Debug)]
@@ -17,7 +18,7 @@ pub struct SlicesBuilder {
     scale: f32,
     knots: Knots,
     last: Option<Frame>,
-    /// Polygons of the slices that stay.
+    /// Number of polygons in kept slices.
     kept: u32,
 }
 
@@ -64,7 +65,7 @@ impl SlicesBuilder {
 }
 
 impl Frame {
-    /// Its right side after the smallest turn that takes its direction to this one.
+    /// Right side of the square after the smallest rotation from its direction to this one.
     fn turned_to(&self, travel: Vec3) -> Vec3 {
         let half_way = self.travel + travel;
         let right = self.right - half_way * (travel.dot(self.right) / (1.0 + self.travel.dot(travel)));

@@ -11,7 +11,7 @@ use crate::{
     recording::NormalRule,
 };
 
-/// Makes squares in the plane of the stroke, at distances of a part of their size.
+/// Makes squares in the plane of the stroke, at distances in proportion to their size.
 #[derive(Clone, Debug)]
 pub struct SprayBuilder {
     brush: &'static Brush,
@@ -33,7 +33,7 @@ impl SprayBuilder {
         Self { brush, random: Random::new(settings.seed), knots, kept: 0, is_midpoint }
     }
 
-    /// Takes a sample and says in `out` what that does: nothing if it is too near to the last one kept.
+    /// Takes a sample and writes the changes to `out`: none if it is too near to the last one kept.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops).filter(|step| step.is_kept) else { return };
         self.kept = self.kept.wrapping_add(1);
@@ -46,7 +46,7 @@ impl SprayBuilder {
         let all = (step.length_m / interval_m) as u64;
         let count = all.min(MAX_SCATTERED);
         drops.excess_pieces = drops.excess_pieces.saturating_add(all - count);
-        // The sign is Open Brush's: z runs the other way there.
+        // Sign as in Open Brush, where z has the opposite direction.
         let right = -frame::side(NormalRule::Travel, &sample, step.travel, None);
         for i in 0..count as u32 {
             let middle = step.from.sample.position + step.travel * (interval_m * i as f32);
@@ -80,7 +80,7 @@ impl SprayBuilder {
     }
 }
 
-/// The next point of a lattice of cubes, towards +x, +y and -z.
+/// The next point of a cubic lattice, towards +x, +y and -z.
 fn on_lattice(point: Vec3, pitch_m: f32) -> Vec3 {
     let cells = point / pitch_m;
     Vec3::new(cells.x.ceil(), cells.y.ceil(), cells.z.floor()) * pitch_m

@@ -7,7 +7,7 @@ use super::{
 use crate::brush::Brush;
 use osp::math::rotate;
 
-/// Nearer samples are not joined; metres at scale 1.
+/// Samples nearer than this are not joined; metres at scale 1.
 const LEAST_MOVE_M: f32 = 0.0005;
 
 /// A control point of a welded ribbon.
@@ -15,29 +15,29 @@ const LEAST_MOVE_M: f32 = 0.0005;
 pub(super) struct Node {
     pub position: Vec3,
     orientation: Quat,
-    /// Full width that the hand asks for, metres.
+    /// Full width for the hand's pressure, metres.
     pub size_m: f32,
     /// Full width as drawn, metres.
     pub width_m: f32,
     pub opacity: f32,
-    /// From the node before, metres.
+    /// Distance from the node before, metres.
     pub length_m: f32,
     /// Whether a piece of ribbon ends here; if not, the ribbon is broken.
     pub is_linked: bool,
     /// Direction of the width and normal; zero where the ribbon is broken.
     pub right: Vec3,
     pub normal: Vec3,
-    /// Vertices of the ribbon up to here: what the random numbers of the next segment start from.
+    /// Vertices of the ribbon up to here: seed of the next segment's random numbers.
     pub vertices: u32,
 }
 
-/// The control points of a ribbon whose pieces share their edges, framed one after the other.
+/// The control points of a ribbon whose pieces share their edges, with a frame at each.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     brush: &'static Brush,
     scale: f32,
     knots: Knots,
-    /// Brushes of the old kind do not look ahead: nothing is smoothed, and how far they may turn depends on their width.
+    /// Brushes of the old kind do not look ahead: they smooth nothing, and their greatest turn depends on their width.
     is_old: bool,
     /// Vertices at each end of a piece.
     vertices_at_end: u32,
@@ -75,12 +75,12 @@ impl Track {
         &self.nodes
     }
 
-    /// How many of the nodes are kept.
+    /// Number of kept nodes.
     pub(super) fn kept(&self) -> usize {
         self.kept
     }
 
-    /// Takes a sample and says which node is the first that is not as it was.
+    /// Takes a sample and returns the first changed node.
     pub(super) fn push(&mut self, sample: Sample, drops: &mut Drops) -> Option<usize> {
         let step = self.knots.push(sample, drops);
         if self.nodes.is_empty() {
@@ -107,7 +107,7 @@ impl Track {
         self.nodes.truncate(self.kept);
         self.nodes.push(self.node(&step.to));
         let last = self.nodes.len() - 1;
-        // The node before turns half-way to the new one.
+        // The frame of the node before turns half-way to the new one.
         let first = if self.is_old || last < 2 { last } else { last - 1 };
         (first..=last).for_each(|i| self.link(i));
         if step.is_kept {
@@ -117,13 +117,13 @@ impl Track {
         Some(first)
     }
 
-    /// Takes back all nodes from this one on.
+    /// Removes all nodes from this one on.
     pub(super) fn truncate(&mut self, len: usize) {
         self.nodes.truncate(len);
         self.kept = self.kept.min(len);
     }
 
-    /// Forgets the first nodes, at least four of the kept ones excepted; says how many.
+    /// Drops the first nodes, but keeps at least four kept ones; returns the number of dropped nodes.
     pub(super) fn forget(&mut self, count: usize) -> usize {
         let count = count.min(self.kept.saturating_sub(4));
         self.nodes.drain(..count);
@@ -189,7 +189,7 @@ impl Track {
     }
 }
 
-/// The width of a node, less where its section would cross the one before, and not growing too fast.
+/// The width of a node: reduced if its section would cross the one before, and limited in its growth.
 fn width_m(before: &Node, node: &Node) -> f32 {
     let width_before_m = if before.is_linked { before.width_m } else { before.size_m };
     let forward = before.normal.cross(before.right);

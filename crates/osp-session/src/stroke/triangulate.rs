@@ -1,4 +1,4 @@
-//! Polygons of any number of corners become convex pieces of three or four.
+//! Splits polygons of any number of corners into convex pieces of three or four.
 //!
 //! Ear clipping after G. H. Meisters, "Polygons Have Ears", 1975; the normal is Newell's sum over the edges.
 
@@ -8,7 +8,7 @@ use super::Drops;
 use super::polygon::{push_checked, push_quad};
 use osp::polygon::ConvexPolygon;
 
-/// How often all corners are looked at again when no ear is left; bounds the work for outlines that have none.
+/// Number of further passes over all corners when no ear is left; bounds the work for outlines without ears.
 const LOOKS_AGAIN: u32 = 8;
 
 /// Twice the area times the normal, by Newell's sum; robust for bent and concave outlines.
@@ -29,7 +29,8 @@ pub(super) fn flatten(corners: &mut [Vec3]) {
     }
 }
 
-/// Appends a polygon of three or more corners as convex pieces; O(n) for a convex outline, O(n^2) otherwise. Fewer than three corners count as degenerate.
+/// Appends a polygon of three or more corners as convex pieces; O(n) for a convex outline, O(n^2) otherwise. Fewer
+/// than three corners count as degenerate.
 pub fn split_into_convex(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
     match *corners {
         [] | [_] | [_, _] => drops.degenerate += 1,
@@ -72,7 +73,7 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
     let mut looks_again = LOOKS_AGAIN;
     while left.len() > 3 {
         let mut found = ears.iter().position(|&ear| ear);
-        // Outlines that touch themselves: what was in an ear's way may be gone.
+        // An outline that touches itself: the corner inside an ear may be gone by now.
         if found.is_none() && looks_again > 0 {
             looks_again -= 1;
             ears = ears_of(&left);
@@ -84,7 +85,7 @@ fn clip_ears(corners: &[Vec3], out: &mut Vec<ConvexPolygon>, drops: &mut Drops) 
         push_checked(ConvexPolygon::triangle(left[(i + n - 1) % n], left[i], left[(i + 1) % n]), out, drops);
         left.remove(i);
         ears.remove(i);
-        // Only the two neighbours have got other edges.
+        // Only the two neighbours have new edges.
         let n = left.len();
         for neighbour in [(i + n - 1) % n, i % n] {
             ears[neighbour] = is_ear(&left, neighbour, normal);

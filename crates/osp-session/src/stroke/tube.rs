@@ -13,7 +13,7 @@ const CIRCLE: [(f32, f32); TUBE_SIDES] = {
     [(1.0, 0.0), (H, H), (0.0, 1.0), (-H, H), (-1.0, 0.0), (-H, -H), (0.0, -1.0), (H, -H)]
 };
 
-/// Makes a closed tube: a ring of quads between each two samples (rotation-minimising frame), a cap at each end.
+/// Makes a closed tube: a ring of quads between each two samples (rotation-minimising frame), and a cap at each end.
 #[derive(Clone, Debug)]
 pub struct TubeBuilder {
     settings: StrokeSettings,
@@ -28,7 +28,7 @@ impl TubeBuilder {
         Self { settings, last: None, ring: None, side: None }
     }
 
-    /// Takes a sample and appends the piece of tube to it from the one before.
+    /// Takes a sample and appends the piece of tube from the sample before.
     pub fn push(&mut self, sample: Sample, out: &mut Vec<ConvexPolygon>, drops: &mut Drops) {
         let Some(last) = self.last else {
             self.last = Some(sample);

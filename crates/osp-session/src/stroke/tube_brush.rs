@@ -11,14 +11,14 @@ use super::{
 use crate::brush::{Brush, Family, Surface, TubeShape, UV_PERIOD, Uv};
 use osp::polygon::ConvexPolygon;
 
-/// A tube breaks where the hand moves less than this, metres at scale 1.
+/// A tube breaks if the hand moves less than this, metres at scale 1.
 const SHORTEST_MOVE_M: f32 = 5.0e-4;
 
 /// Makes a tube around the samples, in segments: it breaks where the hand turns sharply.
 ///
-/// A tube whose texture runs by distance grows at its end. One that has a shape, or a texture stretched over a segment,
-/// changes as a whole with each sample. Its end is made again in [`TubeBrushBuilder::settle`], once a frame, all of it now
-/// and then, and when the segment or the stroke ends.
+/// A tube whose texture runs by distance grows at its end. A tube with a shape, or with a texture stretched over a
+/// segment, changes as a whole with each sample. [`TubeBrushBuilder::settle`] makes its end again once a frame, and
+/// all of it now and then. All of it is made again when the segment or the stroke ends.
 #[derive(Clone, Debug)]
 pub struct TubeBrushBuilder {
     brush: &'static Brush,
@@ -36,49 +36,49 @@ pub struct TubeBrushBuilder {
     /// The kept samples, and then a provisional end.
     line: Vec<Knot>,
     has_end: bool,
-    /// Of `line`; the last two may still change.
+    /// The rings at the knots of `line`; the last two may still change.
     rings: Vec<Ring>,
-    /// What is drawn and will not change.
+    /// End of the drawn part that no longer changes.
     done: Cursor,
-    /// What was dropped of that which may still change.
+    /// Drops of the drawn part that may still change.
     pending: Drops,
     is_unsettled: bool,
     /// The segment that still grows, if it changes as a whole.
     open: Open,
 }
 
-/// The cross-section at a knot, and the way to it from the one before.
+/// The cross-section at a knot, and the connection with the one before.
 #[derive(Clone, Copy, Debug)]
 struct Ring {
     middle: Vec3,
     radius_m: f32,
-    /// From the ring before.
+    /// Distance from the ring before, metres.
     length_m: f32,
-    /// None at the start and where the tube breaks: nothing joins the ring to the one before.
+    /// None at the start and at a break of the tube: nothing joins the ring to the one before.
     frame: Option<Frame>,
     /// The first ring of its segment that is joined to the one before.
     first: usize,
-    /// From the start of its segment.
+    /// Distance from the start of its segment, metres.
     along_m: f32,
 }
 
-/// A ring's corners, and how it is painted.
+/// A ring's corners and texture coordinate.
 #[derive(Clone, Debug)]
 struct Section {
     corners: Vec<Vec3>,
     frame: Frame,
     radius_m: f32,
     u: f32,
-    /// How far its sides are moved outwards.
+    /// Distance by which its sides are moved outwards, metres.
     petal_m: f32,
 }
 
-/// The rings of a segment, all of which are joined to the one before.
+/// The rings of a segment, each joined to the one before.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     first: usize,
     last: usize,
-    /// At its start.
+    /// Frame at its start.
     frame: Frame,
     span: Span,
 }
@@ -93,14 +93,14 @@ struct Open {
     is_outdated: bool,
 }
 
-/// A section of a segment as it is drawn, and what is drawn up to it.
+/// A section of a segment, and the drops up to it.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     until: Cursor,
     radius_m: f32,
     petal_m: f32,
     u: f32,
-    /// Where a texture by distance has come to.
+    /// Texture coordinate by distance.
     u_by_distance: f32,
 }
 
@@ -110,9 +110,9 @@ struct Cursor {
     knot: usize,
     /// Polygons so far.
     place: u32,
-    /// Corners that Open Brush would have made: the random numbers of a segment start from them.
+    /// Corners that Open Brush would have made: seed of a segment's random numbers.
     corners: u32,
-    /// Where the texture has come to, by distance.
+    /// Texture coordinate by distance.
     u: f32,
     row: u8,
 }
@@ -150,7 +150,7 @@ impl TubeBrushBuilder {
         })
     }
 
-    /// Takes a sample and says in `out` what that does.
+    /// Takes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(step) = self.knots.push(sample, drops) else {
             if let (true, Some(first)) = (self.line.is_empty(), self.knots.last()) {
@@ -171,7 +171,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// Makes again what changes as a whole with each sample: of a segment that still grows mostly the end.
+    /// Makes again the parts that change with each sample: in a segment that still grows, mostly the end.
     pub fn settle(&mut self, out: &mut Pieces, drops: &mut Drops) {
         if std::mem::take(&mut self.is_unsettled) {
             self.make_segments(false, out, drops);
@@ -186,7 +186,7 @@ impl TubeBrushBuilder {
         add(drops, &std::mem::take(&mut self.pending));
     }
 
-    /// Makes again the segments that may still change; one that grows as a whole if `is_end`.
+    /// Makes again the segments that may still change. If `is_end`, a segment that grows as a whole is made, too.
     fn make_segments(&mut self, is_end: bool, out: &mut Pieces, drops: &mut Drops) {
         self.update_rings();
         let mut open = std::mem::take(&mut self.open);
@@ -225,7 +225,7 @@ impl TubeBrushBuilder {
         (self.open, self.pending) = (open, dropped);
     }
 
-    /// What is drawn will not change, and neither will the knots up to this one.
+    /// Settles the drawn part, and the knots up to this one.
     fn close(
         &mut self,
         knot: usize,
@@ -266,7 +266,7 @@ impl TubeBrushBuilder {
         Some(Segment { first, last, frame: self.rings[first].frame?, span })
     }
 
-    /// From which section on a segment that grows is made again.
+    /// First section of a growing segment that is made again.
     fn first_to_make(&self, segment: &Segment, open: &mut Open) -> usize {
         if open.first != segment.first {
             *open = Open { first: segment.first, ..Open::default() };
@@ -306,7 +306,7 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// The ring at knot `i`; the one before it is known.
+    /// The ring at knot `i`; needs the ring before.
     fn ring(&self, i: usize) -> Ring {
         let knot = &self.line[i];
         let at = knot.sample.position;
@@ -337,7 +337,7 @@ impl TubeBrushBuilder {
         Ring { length_m, frame, first, along_m: before_m + length_m, ..ring }
     }
 
-    /// Joins knot `i` to the one before, as wide as the samples say.
+    /// Joins knot `i` to the one before, at the widths of the samples.
     fn add_piece(&self, i: usize, cursor: &mut Cursor, out: &mut Pieces, drops: &mut Drops) {
         let (before, ring) = (self.rings[i - 1], self.rings[i]);
         if let Some(frame) = ring.frame {
@@ -357,7 +357,7 @@ impl TubeBrushBuilder {
         (cursor.knot, cursor.place) = (i, out.len());
     }
 
-    /// Adds a segment, of which the sections up to number `from` are drawn; `drawn` has these, and then all.
+    /// Adds a segment. The sections before number `from` are drawn already; `drawn` contains them, and then all.
     fn add_segment(
         &self,
         segment: &Segment,
@@ -401,8 +401,8 @@ impl TubeBrushBuilder {
 
     /// The ring and the frame of the section of this number.
     ///
-    /// In Open Brush a ring belongs to two knots, and the shape moves it to the later one, with the earlier one's frame;
-    /// so a shaped segment starts at its first knot, not at the one before.
+    /// In Open Brush a ring belongs to two knots. The shape moves the ring to the later knot, with the earlier knot's
+    /// frame. So a shaped segment starts at its first knot, not at the one before.
     fn place_of(&self, segment: &Segment, number: usize) -> (Ring, Frame) {
         let at = segment.first + number;
         let before = self.rings[(at - 1).max(segment.first)];
@@ -410,7 +410,7 @@ impl TubeBrushBuilder {
         (ring, before.frame.unwrap_or(segment.frame))
     }
 
-    /// The section of this number; a texture by distance has come to `u` there.
+    /// The section of this number; `u` is the texture coordinate by distance there.
     fn section_of(&self, segment: &Segment, number: usize, u: f32) -> Section {
         let (ring, frame) = self.place_of(segment, number);
         let u = match self.uv {
@@ -426,7 +426,7 @@ impl TubeBrushBuilder {
         Section { petal_m, ..self.section(ring.middle, radius_m, frame, u) }
     }
 
-    /// By how much a texture advances over a length on a tube of this radius.
+    /// Change of the texture coordinate over a length on a tube of this radius.
     fn u_over(&self, length_m: f32, radius_m: f32) -> f32 {
         let u = self.brush.tile_rate * length_m / (std::f32::consts::TAU * radius_m);
         if u.is_finite() { u } else { 0.0 }
@@ -440,7 +440,7 @@ impl TubeBrushBuilder {
         cursor.count(self.corners_of_ring());
     }
 
-    /// As Open Brush counts them: hard edges have two corners in one place, and so has the seam of a soft tube.
+    /// Corners of a ring in Open Brush: hard edges have two corners in one place, and so has the seam of a soft tube.
     fn corners_of_ring(&self) -> usize {
         if self.is_hard { 2 * self.circle.len() } else { self.circle.len() + 1 }
     }
@@ -463,7 +463,7 @@ impl TubeBrushBuilder {
         drops: &mut Drops,
     ) {
         let count = self.circle.len();
-        // Any whole number may go; a short quad keeps apart what a longer period needs (one bulb of seven lit).
+        // A whole number may be subtracted, except for the longer period of a short quad (one bulb of seven lit).
         let first_u = match front.u - back.u {
             ..=1.0 => back.u - back.u.rem_euclid(UV_PERIOD),
             _ => back.u.floor(),
@@ -493,7 +493,7 @@ impl TubeBrushBuilder {
         cursor.count(self.corners_of_ring());
     }
 
-    /// The texture's other coordinate, round the tube: at a corner of a section, or between two.
+    /// The texture coordinate around the tube, at a corner of a section or between two.
     fn v(&self, corner: f32, row: u8) -> f32 {
         (f32::from(row) + corner / self.circle.len() as f32) / f32::from(self.brush.atlas_rows.max(1))
     }
@@ -512,7 +512,7 @@ impl TubeBrushBuilder {
         self.add_cap(back, ring.radius_m, (tip, -frame.ahead), -1.0, cursor, out, drops);
     }
 
-    /// Closes the tube at knot `i`, if it has come there.
+    /// Closes the tube at knot `i`, if a piece ends there.
     fn add_front_cap(
         &self,
         i: usize,
@@ -535,7 +535,8 @@ impl TubeBrushBuilder {
         }
     }
 
-    /// A cone from a section to its tip, whose normal is given; `sign` says whether it lies ahead.
+    /// A cone from a section to its tip. The normal at the tip is given; `sign` is 1 for a tip ahead of the section,
+    /// else -1.
     #[expect(clippy::too_many_arguments, reason = "two caps share the rest")]
     fn add_cap(
         &self,

@@ -17,20 +17,20 @@ impl Frame {
         Self { ahead, up, right: ahead.cross(up) }
     }
 
-    /// Where a segment starts.
+    /// The frame at the start of a segment.
     pub(super) fn first(ahead: Vec3, orientation: Quat) -> Self {
         let up = rotate(orientation, Vec3::Y);
         Self::new(ahead, if up.dot(ahead) < 0.01 { rotate(orientation, Vec3::X) } else { up })
     }
 
-    /// Turned by the smallest rotation that takes it to another direction.
+    /// The frame after the smallest rotation that takes its direction to another one.
     pub(super) fn turned_to(self, ahead: Vec3) -> Self {
         let both = self.ahead + ahead;
         let up = self.up - both * (ahead.dot(self.up) / (1.0 + self.ahead.dot(ahead)).max(1.0e-6));
         Self::new(ahead, up)
     }
 
-    /// Away from the middle, for the cosine and sine of an angle that starts below.
+    /// Direction away from the middle, for the cosine and sine of an angle from the bottom.
     pub(super) fn outwards(&self, (cos, sin): (f32, f32)) -> Vec3 {
         -self.up * cos - self.right * sin
     }

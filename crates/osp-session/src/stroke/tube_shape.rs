@@ -1,15 +1,15 @@
 use crate::brush::{Effect, TubeShape};
 
-/// Knots over which a double taper rises, and over which it falls.
+/// Number of knots over which a double taper rises, and over which it falls.
 const TAPERED: f32 = 5.0;
 
-/// Fewer knots than this make no double taper.
+/// Least number of knots of a double taper.
 const FEWEST_TAPERED: f32 = 3.0;
 
-/// How far petals move outwards, as a part of the width.
+/// Distance by which petals move outwards, as a part of the width.
 const PETAL: f32 = 1.5;
 
-/// How the radius of a tube changes along a segment.
+/// Change of a tube's radius along a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     pub(super) kind: TubeShape,
@@ -18,13 +18,13 @@ pub(super) struct Shape {
     pub(super) width_m: f32,
 }
 
-/// A segment of a tube, as its shape sees it.
+/// Properties of a segment that its shape depends on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
-    /// Its knots.
+    /// Number of its knots.
     pub(super) count: usize,
     pub(super) length_m: f32,
-    /// How far the way to the last knot has come, 1 if it has come far enough for the knot to be kept.
+    /// Progress towards the last knot, 0 to 1: at 1 the knot is kept.
     pub(super) progress: f32,
 }
 
@@ -40,13 +40,13 @@ impl Shape {
         }
     }
 
-    /// How far the sides move outwards there, metres.
+    /// Distance by which the sides move outwards there, metres.
     pub(super) fn petal_m(&self, t: f32, pressure: f32) -> f32 {
         if self.kind == TubeShape::Petal { t * t * t * PETAL * self.width_m * pressure } else { 0.0 }
     }
 }
 
-/// Rises over the first knots and falls over the last ones; changes smoothly while the next knot is on its way.
+/// Rises over the first knots and falls over the last ones; changes smoothly while the hand approaches the next knot.
 fn double_taper(span: &Span, number: f32) -> f32 {
     let count = span.count as f32;
     if count < FEWEST_TAPERED {
@@ -64,15 +64,15 @@ fn double_taper(span: &Span, number: f32) -> f32 {
         }
     };
     let (now, next) = (among(count), among(count + 1.0));
-    // The application's own blend against a dent at the start.
+    // The application's own blend, which prevents a dent at the start.
     let now = now + (next - now) * 0.185;
     let blended = now + (next - now) * span.progress;
     let room = 2.0 * TAPERED - FEWEST_TAPERED;
     (blended * ((count - FEWEST_TAPERED + span.progress) / room).clamp(0.0, 1.0)).clamp(0.0, 1.0)
 }
 
-/// How much farther out a corner of a tube is than its radius, at a place along and round it (0 to 1): the same for whole
-/// numbers more.
+/// Factor of the radius at a corner of a tube, for a position along it and around it (0 to 1). Whole numbers in `u`
+/// make no difference.
 pub(super) fn swelling(effect: Effect, u: f32, around: f32) -> f32 {
     let pi = std::f32::consts::PI;
     match effect {

@@ -4,7 +4,7 @@ use super::{Drops, Sample, split_into_convex, triangulate::flatten};
 use crate::recording::Event;
 use osp::polygon::ConvexPolygon;
 
-/// Makes one planar polygon whose corners are the samples; it is there when the stroke ends.
+/// Makes one planar polygon when the stroke ends; its corners are the samples.
 #[derive(Clone, Debug, Default)]
 pub struct WallBuilder {
     corners: Vec<Vec3>,

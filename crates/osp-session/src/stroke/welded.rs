@@ -9,7 +9,7 @@ use super::{
 };
 use crate::brush::{Brush, Outline, Surface, Uv};
 
-/// A last segment with fewer knots is dropped.
+/// Least number of knots of a last segment; a shorter one is dropped.
 const LEAST_KNOTS: usize = 6;
 
 /// Makes a ribbon whose pieces share their edges: flat, tapered, thick or a box.
@@ -22,26 +22,26 @@ pub struct WeldedBuilder {
     section: Section,
     random: Random,
     track: Track,
-    /// What each node of the track has.
+    /// The piece at each node of the track.
     links: Vec<Link>,
     /// The length of the last segment when all of it was last made.
     made_m: f32,
-    /// How many links of the stroke are forgotten.
+    /// Number of dropped links of the stroke.
     forgotten: usize,
-    /// The start of the segment that was last painted, and how much of that has been.
+    /// The start of the segment that was last painted, and the state of its painting.
     painted: (usize, Refresh),
     is_finished: bool,
 }
 
-/// The piece of ribbon that ends at a node, or nothing.
+/// The piece of ribbon that ends at a node, or no piece.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     is_linked: bool,
-    /// What the random numbers of its segment start from; tells segments apart.
+    /// Seed of its segment's random numbers; differs between segments.
     segment: u32,
     /// The first link of its segment, counted from the start of the stroke.
     start: usize,
-    /// Of the segment, before and with this piece.
+    /// Length of the segment up to the piece, without and with it, metres.
     along_m: [f32; 2],
     /// Texture coordinate by distance, at both ends.
     u: [f32; 2],
@@ -99,11 +99,11 @@ impl WeldedBuilder {
         }
     }
 
-    /// Takes a sample: replaces a provisional end, and at most two pieces before it. A form that depends on the length of
-    /// the segment is made again when that has grown by an eighth, which is a few pieces a sample on average.
+    /// Takes a sample: replaces a provisional end, and changes at most two pieces before it. A form that depends on
+    /// the segment's length is made again when that has grown by an eighth: a few pieces a sample on average.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let Some(changed) = self.track.push(sample, drops) else { return };
-        // A section looks ahead to the next node, be it only to see whether there is one.
+        // A section depends on the next node, or on its absence.
         let mut from = changed.saturating_sub(1);
         let mut place = self.links.get(from).map(Link::place);
         self.links.truncate(from);
@@ -153,12 +153,12 @@ impl WeldedBuilder {
         }
     }
 
-    /// Paints the pieces that may look otherwise since the last call, and forgets those that never will again.
+    /// Paints the pieces whose look may have changed since the last call, and drops those that can no longer change.
     pub fn repaint(&mut self, out: &mut Vec<(u32, Surface)>) {
         let mut settled = self.track.kept().saturating_sub(2);
         if self.uv == Uv::Stretched {
             let start = self.start_of_last();
-            // At the end there is no other chance.
+            // This is the last call.
             let closed = if self.is_finished { self.links.len() } else { start };
             for segment in self.links[..closed].chunk_by(|a, b| a.segment == b.segment) {
                 self.stretch(segment, segment.len(), out);
@@ -180,7 +180,7 @@ impl WeldedBuilder {
         self.forgotten += forgotten;
     }
 
-    /// Paints so many links at the end of a segment.
+    /// Paints the last `count` links of a segment.
     fn stretch(&self, segment: &[Link], count: usize, out: &mut Vec<(u32, Surface)>) {
         let total_m = segment.last().map_or(0.0, |link| link.along_m[1]);
         for link in &segment[segment.len() - count.min(segment.len())..] {
@@ -201,7 +201,7 @@ impl WeldedBuilder {
         self.links.iter().rev().find(|link| link.is_linked).map_or(0.0, |link| link.along_m[1])
     }
 
-    /// Measures the nodes that have no links.
+    /// Measures the nodes without links.
     fn measure(&mut self) {
         for i in self.links.len()..self.track.nodes().len() {
             let node = &self.track.nodes()[i];
@@ -236,9 +236,9 @@ impl WeldedBuilder {
         }
     }
 
-    /// Makes all pieces from this one on.
+    /// Makes all pieces from this one on again.
     fn make(&mut self, from: usize, out: &mut Pieces, drops: &mut Drops) {
-        // What is made again and what may be replaced has been counted, or will be.
+        // Pieces that are made again, and provisional ones, are counted elsewhere.
         let mut uncounted = Drops::default();
         let mut segment = from..from;
         for i in from..self.links.len() {
@@ -252,7 +252,7 @@ impl WeldedBuilder {
         }
     }
 
-    /// Makes the piece that ends at a node, of a segment of this length.
+    /// Makes the piece that ends at a node, in a segment of length `total_m`.
     fn make_piece(&mut self, i: usize, total_m: f32, out: &mut Pieces, drops: &mut Drops) {
         let mut link = self.links[i];
         link.pieces = [out.no_quad(); LANES];
@@ -280,7 +280,7 @@ impl WeldedBuilder {
         self.links[i] = link;
     }
 
-    /// How a lane of a piece is painted, in a segment of this length.
+    /// Surface of a lane of a piece, in a segment of length `total_m`.
     fn surface(&self, link: &Link, lane: usize, total_m: f32) -> Surface {
         let random = self.random.unit(link.segment);
         let rows = u32::from(self.brush.atlas_rows.max(1));

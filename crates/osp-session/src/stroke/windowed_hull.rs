@@ -11,10 +11,10 @@ use super::{
 use crate::brush::Brush;
 use osp::math::rotate;
 
-/// Samples whose segments make a hull.
+/// Number of samples whose segments make a hull.
 const WINDOW: usize = 5;
 
-/// Makes the convex hulls of every five samples in a row, each a segment along the hand's x axis.
+/// Makes the convex hull of every five consecutive samples; each sample is a segment along the hand's x axis.
 #[derive(Clone, Debug)]
 pub struct WindowedHullBuilder {
     brush: &'static Brush,
@@ -24,7 +24,7 @@ pub struct WindowedHullBuilder {
     has_begun: bool,
     /// The segments at the last kept samples, four at most.
     window: VecDeque<[DVec3; 2]>,
-    /// Polygons of hulls that stay.
+    /// Number of polygons of hulls that stay.
     done: u32,
 }
 
@@ -43,7 +43,7 @@ impl WindowedHullBuilder {
         }
     }
 
-    /// Takes a sample and says in `out` what that does.
+    /// Takes a sample and writes the changes to `out`.
     pub fn push(&mut self, sample: Sample, out: &mut Pieces, drops: &mut Drops) {
         let is_first = !std::mem::replace(&mut self.has_begun, true);
         let Some(step) = self.knots.push(sample, drops) else {

@@ -23,8 +23,8 @@ pub(super) const MAX_SNAPSHOTS: usize = 32;
 const MAX_SNAPSHOT_WEIGHT: usize = 4_000_000;
 
 impl Session {
-    /// Reads a whole session of any format for a replay, at the position before its first frame. A damaged session plays up
-    /// to the damage, which the remarks name.
+    /// Reads a whole session of any format for a replay, at the position before its first frame. A damaged session
+    /// plays up to the damage; the remarks name it.
     ///
     /// # Errors
     /// The file cannot be read, or is of no known format.
@@ -79,7 +79,7 @@ struct Reading {
 }
 
 impl ReplayReader {
-    /// A reader of this file, which it does not open yet.
+    /// A reader of this file; the first step opens it.
     pub fn new(path: &Path, pace: Pace, camera: CameraChoice, options: &OpenOptions) -> Self {
         let stage = Stage::Closed(pace, *options);
         Self { path: path.to_owned(), camera, events: 0, stage }

@@ -1,10 +1,10 @@
-//! Moving things: one, ten and a hundred per cent of the polygons move in every frame, in pieces or as a group, or as
+//! Moving things: 1, 10 and 100 % of the polygons move in every frame. They move in pieces, as a group, or as
 //! instances of one mesh. Every structure takes the boxes of all of them at once; a group index
 //! ([`osp_rivals::groups::GroupIndex`]) takes the transforms of the groups.
 //!
-//! Each structure runs beside the reference, frame by frame. All structures have to see the same polygons. The group index,
-//! which tests a polygon's box in the space of its group, may see others: it has to see every polygon of which a point is in
-//! view, and none whose turned box is not.
+//! Each structure runs beside the reference, frame by frame. All structures have to see the same polygons. The group
+//! index tests a polygon's box in the space of its group, so it may see others. It has to see every polygon with a
+//! point in view, and none whose turned box is out of view.
 
 mod exact;
 mod subject;
@@ -27,17 +27,17 @@ use osp_session::{
 
 const PART: &str = "moving";
 const NOTES: [&str; 4] = [
-    "in pieces: pieces of 32 polygons, each on its own small circle; the structure is told the new boxes, and culls from inside.",
-    "scattered: single polygons drawn by lot; the numbers of all polygons are shuffled, so that they follow no order of space.",
-    "as a group: the polygons are placed by one transform; the box of each is computed from its corners and filed, and all are \
+    "in pieces: pieces of 32 polygons, each on its own small circle; the structure gets the new boxes, then culls from inside.",
+    "scattered: single polygons chosen at random; the numbers of all polygons are shuffled, so that they follow no order of space.",
+    "as a group: one transform places the polygons; the box of each is computed from its corners and stored, and all are \
      culled; group-index gets the transform alone. instances: 100 nodes show one mesh, and all move.",
-    "entries set: entries that got another box where they were filed; filed: elsewhere, or again; boxes computed: those of nodes.",
+    "entries set: those whose box changed in place; filed: those inserted elsewhere, or again; boxes computed: those of nodes.",
 ];
 
-/// Frames that a budget leaves at least, and that are measured at most.
+/// Least number of frames in a budget.
 const FEWEST: u64 = 3;
 const MOST: u64 = 400;
-/// A structure that would take so many budgets at a size, going by the size before, is left out.
+/// A structure that would take more than this many budgets at a size is left out, judged by the size before.
 const LONGEST: f64 = 20.0;
 
 /// Settings of [`move_things`].
@@ -47,7 +47,7 @@ pub struct MovingConfig {
     pub sizes: Vec<u32>,
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The one that the others are compared with.
+    /// The structure that the others are compared with.
     pub reference: IndexKind,
     /// Time for the frames of a structure with one motion, seconds.
     pub budget_secs: f64,
@@ -117,7 +117,7 @@ fn task(motion: &str) -> String {
     format!("{PART}/{motion}")
 }
 
-/// The motion in hand.
+/// The motion that is being measured.
 struct Measured<'a> {
     world: &'a World<'a>,
     name: &'static str,
@@ -206,7 +206,7 @@ impl Measured<'_> {
         self.rows.value(&task, recording, name, "time").unwrap_or(0.0)
     }
 
-    /// Whether a frame's answer is what it has to be.
+    /// Whether a frame's answer is right.
     fn sees_right(
         &self,
         name: &str,
@@ -227,7 +227,7 @@ impl Measured<'_> {
     }
 }
 
-/// Times of computing the boxes of what moves, microseconds.
+/// Times to compute the boxes of the moving polygons, microseconds.
 fn boxes_us(world: &World<'_>) -> Vec<f64> {
     let mut moved = Vec::with_capacity(world.moving());
     let time = |frame: u64| {

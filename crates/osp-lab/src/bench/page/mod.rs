@@ -17,9 +17,9 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("uplot/LICENSE");
 
-/// The report as one HTML page that needs no other file: the verdict, the contents, and a chapter for each part with its tables
-/// (sorted by a click on a head) and its charts (values under the pointer, lines shown and hidden). Without scripts the tables are
-/// best first, and there are no charts.
+/// The report as one HTML page that needs no other file. It has the verdict, the contents, and a chapter for each
+/// part. A click on a table's head sorts the table. A chart shows values under the pointer, and its lines can be
+/// hidden. Without scripts the tables are best first, and there are no charts.
 pub fn page(report: &BenchReport) -> String {
     let mut chapters = Html::default();
     let mut charts = Charts::default();
@@ -145,7 +145,7 @@ impl Html {
         self.html.push_str(html);
     }
 
-    /// Text, whatever is in it.
+    /// Text; special characters are escaped.
     fn text(&mut self, text: &str) {
         push_html(&mut self.html, text);
     }
@@ -223,7 +223,7 @@ impl Html {
         self.raw("</tbody></table></div>");
     }
 
-    /// The place of a chart, which the script draws. Its id.
+    /// The place of a chart, which the script draws. Returns its id.
     fn figure(&mut self, title: &str, chart: &charts::Chart) -> String {
         let id = self.id(title);
         let _ = write!(self.html, "<figure id=\"{id}\">");

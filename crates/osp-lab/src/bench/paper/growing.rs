@@ -1,4 +1,4 @@
-//! Figs. 19 and 21 to 23: polygons come one after the other, and every frame files, culls and draws.
+//! Figs. 19 and 21 to 23: polygons come one after the other, and every frame inserts, culls and draws.
 
 use osp_session::platform::time::Instant;
 
@@ -23,7 +23,7 @@ use osp_session::{
     scene::Scene,
 };
 
-/// Consecutive frames that are measured at a time; the first is not counted: it catches up with those before.
+/// Consecutive frames that are measured at a time; the one before them catches up and does not count.
 const STRETCH: u64 = 10;
 
 /// The part in which nothing is inserted.
@@ -34,7 +34,7 @@ const PART: &str = "paper-growing";
 #[derive(Clone, Copy, Debug)]
 struct GrowingFrame {
     frame: u64,
-    /// In the model.
+    /// Polygons in the model.
     polygons: u64,
     /// Polygons that came, went or moved.
     changed: u64,
@@ -54,7 +54,7 @@ impl GrowingFrame {
     }
 }
 
-/// A tree whose tests of filing are counted, or another one.
+/// A tree whose insertion tests are counted, or another one.
 enum Tree {
     Osp(OspPaper),
     Octree(OctreePaper),
@@ -136,7 +136,7 @@ impl Lane {
     }
 }
 
-/// The paper's two trees as they are printed, and the same two as well as we can.
+/// The paper's two trees as they are printed, and in osp's best versions.
 fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
     let cube = input.cube(config.cube());
     let capacity = usize::try_from(input.summary.counts.polygons).unwrap_or(usize::MAX);
@@ -151,7 +151,7 @@ fn trees(input: &PaperInput<'_>, config: &PaperConfig) -> [Tree; 4] {
     ]
 }
 
-/// Plays the session; the moments of the frames that were measured.
+/// Plays the session; returns the moments of the measured frames.
 pub(super) fn grow<I>(
     rows: &mut Rows,
     input: &PaperInput<'_>,
@@ -200,8 +200,8 @@ where
     Ok(moments)
 }
 
-/// Whether a frame is measured, and whether it counts: stretches from the first frame to the last, evenly spaced, the first
-/// frame of each to catch up.
+/// Whether a frame is measured, and whether it counts. Measured are evenly spaced rows of frames from the first frame
+/// to the last; the first frame of each row only catches up.
 fn measured(frame: u64, frames: u64, most: u64) -> Option<bool> {
     if frames <= most.max(2 * (STRETCH + 1)) {
         return Some(true);

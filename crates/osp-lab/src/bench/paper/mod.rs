@@ -1,8 +1,8 @@
-//! The experiments of the OSP paper (section 4, Figs. 19 to 23), as it is printed and beside what osp makes of it.
+//! The experiments of the OSP paper (section 4, Figs. 19 to 23), as printed and with osp's versions.
 //!
-//! The trees and the occluders are the paper's: single polygons ranked by equation (1), nodes tested by their sphere or
-//! their eight corners, all polygons of a node drawn that the frustum cuts (Fig. 6). What of that culls visible polygons
-//! takes part here and in `osp verify` only, and its table says so.
+//! The trees and the occluders are the paper's: single polygons ranked by equation (1), nodes tested by their sphere
+//! or their eight corners, all polygons of a node drawn that the frustum cuts (Fig. 6). Methods that cull visible
+//! polygons take part only here and in `osp verify`, and their tables mark them.
 
 mod cubes;
 mod drawing;
@@ -57,7 +57,7 @@ where
     let flown = if input.summary.heads > 0 { "the recorded head" } else { choice.name() };
     for note in [
         drawing,
-        "Who is ahead can be compared with the paper; its frame rates cannot: they are those of its machine and renderer.".to_owned(),
+        "The ranking can be compared with the paper's; the frame rates cannot: the paper used another machine and renderer.".to_owned(),
         format!(
             "The paper's tree: {} levels over a cube of {cube_m} m. As in Fig. 6 osp-paper and octree-paper draw all polygons of a node \
              that the frustum cuts; osp and octree-rebuild draw those in view.",

@@ -1,9 +1,9 @@
-//! Rays, ranges and neighbours: the nearest hit, any hit, what is in a box and the nearest polygons of a point, with every
-//! structure, in a model that is complete and in one that grows; the two orders of a ray's walk; and what becomes of a
-//! tree whose boxes are refitted as polygons move.
+//! Rays, ranges and neighbours, with every structure, in a complete model and in a growing one. Queries are the
+//! nearest hit, any hit, the polygons in a box, and the polygons nearest to a point. Also the two orders of a ray's
+//! walk, and the decay of a tree whose boxes are refitted as polygons move.
 //!
-//! Times are those of a structure's own query, beside the reference's in turns. Nodes and boxes of a ray are those of one
-//! walk that is the same for all ([`outline`]), so that they compare the trees and not the code.
+//! Times are those of a structure's own query, in turns with the reference's. Nodes and boxes of a ray are counted in
+//! one walk that is the same for all ([`outline`]). So the counts compare the trees and not the code.
 
 mod model;
 mod moves;
@@ -49,7 +49,7 @@ const NOTES: [&str; 4] = [
     "moved: boxes that a ray tests after every polygon has drifted in its own direction, by half a per cent of the diagonal a move. \
      sah-refitted: the tree as it was built at first, its boxes made to fit; sah-rebuilt: built after the last move; bvh-sah refits \
      until its boxes have grown by half, then rebuilds.",
-    "time is that of the structure's own query; nodes and boxes of a walk tell the trees apart and not the code.",
+    "time is that of the structure's own query; the nodes and boxes of a walk depend on the tree, not on its code.",
 ];
 
 /// Neighbours requested.
@@ -58,10 +58,10 @@ const NEIGHBOURS: usize = 8;
 const BATCH: usize = 8;
 /// Frames of the growing model, at most.
 const FRAMES: usize = 60;
-/// Values that a budget leaves at least, and that are taken at most.
+/// Least number of values in a budget.
 const FEWEST: usize = 3;
 const MOST: usize = 2000;
-/// Questions that are timed at a time.
+/// Queries that are timed together.
 const TOGETHER: usize = 16;
 
 /// Settings of [`cast_rays`].
@@ -69,9 +69,9 @@ const TOGETHER: usize = 16;
 pub struct RaysConfig {
     /// The structures.
     pub kinds: Vec<Contender>,
-    /// The one that the others are compared with.
+    /// The structure that the others are compared with.
     pub reference: IndexKind,
-    /// Rays from outside, rays from inside, boxes and points, each so many.
+    /// Number of rays from outside, of rays from inside, of boxes and of points.
     pub questions: usize,
     /// Time for each kind of question with a structure, seconds.
     pub budget_secs: f64,
@@ -151,7 +151,7 @@ fn answers(index: &dyn SpatialIndex, model: &RaysModel, questions: &Questions) -
     }
 }
 
-/// Cost of a query: times with the structure and the reference, exact tests a question, nodes and boxes a question.
+/// Cost of a query: times with the structure and the reference, exact tests, nodes and boxes a query.
 struct Asked {
     times: Vec<(f64, f64)>,
     exact_tests: f64,
@@ -261,7 +261,7 @@ impl Pair<'_> {
                 std::hint::black_box(ask(index, question, &mut unused));
             }
         };
-        // Both are asked as often, so that neither has warmer caches.
+        // Both run as many queries, so that neither has warmer caches.
         let ns = [self.index, self.reference].map(|index| {
             let start = Instant::now();
             ask_all(index, shares[0]);
@@ -438,7 +438,7 @@ mod tests {
             for task in TASKS {
                 assert!(of(task, "values") >= Some(FEWEST as f64), "{}, {task}", kind.name());
             }
-            // Whoever looks at the nearest first looks at no more; equal places may take turns.
+            // Best first visits no more nodes than any other order; nodes at the same distance may change places.
             let [in_order, best_first] = WALKS.map(|walk| of(walk, "nodes").expect("it is measured"));
             assert!(best_first <= in_order * 1.05 + 0.5, "{}", kind.name());
         }

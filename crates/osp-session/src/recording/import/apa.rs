@@ -1,15 +1,15 @@
 //! A-Painter (Mozilla, 2016) `.apa`: little-endian; a magic word, the brushes' names, then strokes of 36-byte points.
 //!
 //! A-Painter's line brush (`src/brushes/line.js` in aframevr/a-painter) spans the ribbon along the controller's local
-//! x axis, half of `size * pressure` to either side: so [`NormalRule::SideX`], and no width is left at pressure 0.
-//! Positions are metres, right-handed with y up (WebVR), and the rotation turns three.js' axes, which are ours. The
-//! recorded position is the controller's, not that of the brush's tip before it: the tip's offset is added when a
-//! drawing is shown, and only where a controller's model is known, so it is left out here.
+//! x axis. It reaches half of `size * pressure` to either side: so [`NormalRule::SideX`], and no width is left at
+//! pressure 0. Positions are metres, right-handed with y up (WebVR), and rotations are in the axes of three.js, which
+//! are ours. The recorded position is the controller's. A-Painter adds the offset of the brush's tip only for display,
+//! and only for known controllers, so the offset is left out here.
 //!
-//! Its plain brushes (flat, smooth) are the plain ribbon. Those with textures and those that stamp leaves or blots are
-//! drawn with what comes nearest among the brushes of Tilt Brush (`apa_brushes.ron`). These keep a part of their width at
-//! pressure 0, so pressures are changed to give the width that A-Painter gives, as far down as the brush goes. A brush with
-//! no counterpart is a plain ribbon, and the header says so.
+//! A-Painter's plain brushes (flat, smooth) become the plain ribbon. Brushes with textures, or with stamps of leaves
+//! or blots, become the most similar brushes of Tilt Brush (`apa_brushes.ron`). These keep a part of their width at
+//! pressure 0. So pressures are changed to give the width that A-Painter gives, down to the brush's least width. A
+//! brush with no counterpart becomes a plain ribbon, and the header lists it.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -25,13 +25,13 @@ use crate::{
 
 /// The first bytes of a file: a string, its length first.
 pub(super) const MAGIC: &[u8] = b"\x08apainter";
-/// The only version there is.
+/// The only version that exists.
 const VERSION: u16 = 1;
-/// Early recordings hold pressures up to 2. A file that does is taken to mean 2 by "full pressure".
+/// Early recordings hold pressures up to 2. If a file has a pressure above 1, 2 is its full pressure.
 const GREATEST_PRESSURE: f32 = 2.0;
-/// Brushes that are plain ribbons there, too.
+/// A-Painter's brushes that are plain ribbons, too.
 const PLAIN: [&str; 2] = ["flat", "smooth"];
-/// Most characters of a brush's name, and most names, that a header holds.
+/// Most characters of a brush's name, and most names, in a header.
 const MOST_NAME_CHARS: usize = 40;
 const MOST_NAMES: usize = 8;
 
@@ -67,7 +67,7 @@ fn open_bytes(input: Input<'_>) -> Result<ByteReader, RecordingError> {
     Ok(ByteReader::new(path.to_owned(), reader))
 }
 
-/// Names brushes that are drawn as plain ribbons and are none.
+/// Names the brushes that have no counterpart and are drawn as plain ribbons.
 fn without_counterpart(names: &[String], used: &[bool; 256]) -> Option<String> {
     let is_missing = |name: &str| !PLAIN.contains(&name) && !NEAREST.contains_key(name);
     let missing = names.iter().zip(used).filter(|&(name, &used)| used && is_missing(name));
@@ -108,9 +108,9 @@ fn read_head(bytes: &mut ByteReader) -> Result<(Vec<String>, u32), RecordingErro
     Ok((names, bytes.u32("the number of strokes")?))
 }
 
-/// The greatest pressure in the file, at least 1, and which brushes draw: a first pass, which stops at any damage and
-/// leaves it to the second pass to report. Without it either drawings of the older kind come out at half their width, or
-/// all others get twice the width at half the pressure.
+/// The greatest pressure in the file, at least 1, and the brushes that draw. This first pass stops at any damage and
+/// leaves it to the second pass to report. Without it either the older drawings have half their width, or all others
+/// have twice the width at half the pressure.
 fn first_pass(input: Input<'_>) -> (f32, [bool; 256]) {
     let (mut full, mut used) = (1.0_f32, [false; 256]);
     let mut scan = || -> Result<(), RecordingError> {

@@ -1,8 +1,8 @@
 //! The zip inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory; the entry's bytes are then read from the file itself, because an
-//! entry opened by that crate borrows its archive and so could not live in a stream of events. A file whose end is
-//! missing has no central directory; a lenient reader then walks the local headers from the front.
+//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself: an entry of that
+//! crate borrows its archive, so a stream of events cannot hold it. A file whose end is missing has no central
+//! directory; a lenient reader then walks the local headers from the front.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 

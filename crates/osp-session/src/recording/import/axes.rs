@@ -1,19 +1,19 @@
 //! Changes of axes, and the few products of rotations that they need.
 //!
 //! Unity's axes are left-handed: +x right, +y up, +z forward. Ours are right-handed with -z forward, so both differ by
-//! the mirror z → -z. A mirrored rotation keeps its angle; of its axis the part along z stays and the parts along x and
-//! y turn round (an axis is a pseudovector).
+//! the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: the part along z stays, and the
+//! parts along x and y change sign.
 //!
 //! The products are written out for the reason given at [`rotate`](osp::math::rotate): the same bits everywhere.
 
 use glam::{Quat, Vec3};
 
-/// A position or direction in Unity's axes, in ours.
+/// Our position or direction for one in Unity's axes.
 pub(super) fn position_from_unity(p: Vec3) -> Vec3 {
     Vec3::new(p.x, p.y, -p.z)
 }
 
-/// A rotation in Unity's axes, in ours. What looked along Unity's local +z looks along our local -z.
+/// Our rotation for one in Unity's axes. Unity's local +z becomes our local -z.
 pub(super) fn rotation_from_unity(q: Quat) -> Quat {
     Quat::from_xyzw(-q.x, -q.y, q.z, q.w)
 }
@@ -28,13 +28,13 @@ pub(super) fn product(a: Quat, b: Quat) -> Quat {
     )
 }
 
-/// The unit quaternion along `q`; one of non-numbers if there is none.
+/// `q` as a unit quaternion; NaN if `q` has no direction.
 pub(super) fn unit(q: Quat) -> Quat {
     let length = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
     Quat::from_xyzw(q.x / length, q.y / length, q.z / length, q.w / length)
 }
 
-/// The rotation that takes `q` back, for a unit quaternion.
+/// The inverse of a unit quaternion.
 pub(super) fn inverse(q: Quat) -> Quat {
     Quat::from_xyzw(-q.x, -q.y, -q.z, q.w)
 }

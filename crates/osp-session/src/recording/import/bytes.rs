@@ -150,7 +150,7 @@ impl ByteReader {
         self.expected_at(self.offset, expected, found)
     }
 
-    /// An error at a place that was passed.
+    /// An error at a position before the present one.
     pub(super) fn expected_at(
         &self,
         offset: u64,

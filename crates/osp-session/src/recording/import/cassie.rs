@@ -3,18 +3,19 @@
 //! making and erasing; `raw_data/NAME.json` has the user's actions and head. Either is enough; if the other stands in the
 //! folder beside, both are read. Strokes that the mirror added are only in the history.
 //!
-//! # What the files do not say, as found in them
-//! - `creation_time` is the **end** of a stroke: at the action "add stroke", which has the same time, the hand is within
-//!   4 mm of the stroke's last sample (median 1 mm), and 5 to 17 cm (median) from its first.
-//! - Samples have no time. They are 2 to 4 cm apart, so each is given [`SAMPLE_SECS`] before the next, less where the
-//!   stroke before it ended later than that; two strokes of one time (mirror) run side by side.
-//! - Samples are in canvas space, head and hand are in the room. The canvas, which the user grabs and scales, is placed
-//!   by canvasPos, canvasRot and canvasScale: room = pos + rot * (scale * canvas). Only the inverse of this puts the hand
-//!   on the stroke, the head at arm's length from it (0.24 to 0.6 m in the room) and the stroke before the eyes. In canvas
-//!   space a head comes nearer to the strokes as the canvas is scaled up.
+//! # Properties that the files do not state
+//!
+//! - `creation_time` is the **end** of a stroke. The action "add stroke" has the same time. At that time the hand is
+//!   within 4 mm of the stroke's last sample (median 1 mm), and 5 to 17 cm (median) from its first.
+//! - Samples have no time. They are 2 to 4 cm apart, so each is set [`SAMPLE_SECS`] before the next, or less if the
+//!   stroke before it ended later. Two strokes of one time (mirror) overlap in time.
+//! - Samples are in canvas space, head and hand are in the room. The user grabs and scales the canvas; canvasPos,
+//!   canvasRot and canvasScale place it: room = pos + rot * (scale * canvas). Only the inverse of this puts the hand
+//!   on the stroke. The head is then at arm's length from it (0.24 to 0.6 m in the room), and the stroke before the
+//!   eyes. In canvas space a head comes nearer to the strokes as the canvas is scaled up.
 //! - Until the headset is tracked its position is exactly zero; such states have no head here.
-//! - No orientation was recorded: ribbons take a rotation-minimising frame. Nor was a width, nor a brush: CASSIE draws
-//!   thin tubes, which are the brush Wire here.
+//! - No orientation was recorded: ribbons take a rotation-minimising frame. No width and no brush was recorded either:
+//!   CASSIE draws thin tubes, so strokes have the brush Wire here.
 
 use std::path::{Path, PathBuf};
 use std::vec;
@@ -116,7 +117,7 @@ fn strokes_of_history(history: Vec<HistoryStroke>) -> Vec<Stroke> {
     history.into_iter().map(stroke).collect()
 }
 
-/// The strokes of `raw_data` alone. One that no action added takes the time of the stroke before it in the list.
+/// The strokes of `raw_data` alone. A stroke without an action takes the time of the stroke before it in the list.
 fn strokes_of_raw(raw: RawData) -> Vec<Stroke> {
     let mut actions: Vec<_> =
         raw.states.iter().map(|s| (s.element_id, s.interaction_type, s.time.0)).collect();

@@ -32,7 +32,7 @@ pub(super) struct RawData {
     pub(super) strokes: Vec<RawStroke>,
 }
 
-/// An action, or a look at the idle user.
+/// A sample of the user's state, with or without an action.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct State {
@@ -112,7 +112,7 @@ impl From<RotationForm> for Rotation {
     }
 }
 
-/// Reads a file of either kind; `warnings` takes what a lenient reader passed over.
+/// Reads a file of either kind. A lenient reader appends what it passed over to `warnings`.
 pub(super) fn read(
     input: Input<'_>,
     options: &OpenOptions,
@@ -122,7 +122,7 @@ pub(super) fn read(
     let io = |error| RecordingError::io(path, error);
     let file = input.open().map_err(io)?;
     let bytes = file.len().map_err(io)?;
-    // All of it is held. Real ones have less than a million bytes.
+    // The whole file is held in memory. Real ones have less than a million bytes.
     let most = options.limits.whole_bytes();
     if bytes > most {
         return Err(beyond(path, Place::File, most, "bytes"));

@@ -10,7 +10,7 @@ pub(in crate::recording) const FORMATS: &[&str] =
 /// A function that opens one format.
 type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
 
-/// The reader for what cannot be mistaken: a folder, or a file that starts with the mark of a binary format.
+/// The reader for a folder, or for a file that starts with the mark of a binary format.
 pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     if input.is_folder() {
         tilt::is_tilt_folder(input).then_some(open_tilt)
@@ -25,10 +25,10 @@ pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Op
     }
 }
 
-/// The reader for a text file: by its name, and for any other name by what looks like JSON.
+/// The reader for a text file, by its name; or by its contents, if they look like JSON.
 pub(in crate::recording) fn by_name(path: &Path, start: &[u8]) -> Option<Opener> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
-    // Text may be packed with gzip. A binary format by its name is one whose mark is damaged: its reader says so.
+    // Text may be packed with gzip. A file named as a binary format has a damaged mark here: its reader reports that.
     let endings: [(&str, Opener); 9] = [
         (".poses", open_poses),
         (".poses.gz", open_poses),

@@ -30,7 +30,7 @@ pub(super) struct LineReader {
 }
 
 impl LineReader {
-    /// Longest line that is read. The longest that means something is a face of 1024 corners, about 24 KiB.
+    /// Longest line that is read. The longest useful line is a face of 1024 corners, about 24 KiB.
     pub(super) const MOST_LINE_BYTES: usize = 64 << 10;
 
     pub(super) fn open(input: Input<'_>, options: &OpenOptions) -> Result<Self, RecordingError> {
@@ -109,7 +109,7 @@ impl LineReader {
         Ok(None)
     }
 
-    /// The line read last is damaged: an error that ends the reading, or a note and the line is passed over.
+    /// Reports that the line read last is damaged: as an error that ends the reading, or as a note.
     pub(super) fn damaged(
         &mut self,
         expected: impl Display,

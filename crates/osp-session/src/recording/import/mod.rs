@@ -10,8 +10,9 @@
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
 //! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
 //!
-//! Every reader but CASSIE's and glTF's works from a stream and holds no more than the piece it decodes (an `.obj` must
-//! keep its vertices). No count that a file states is believed: memory grows with bytes that were really there.
+//! Every reader but CASSIE's and glTF's works from a stream and holds no more than the piece it decodes (an `.obj`
+//! must keep its vertices). Readers do not trust the counts that a file states: memory grows only with bytes that were
+//! read.
 //!
 //! # Damage
 //! The events before the damage are delivered, then one error that names the byte or line and what was expected

@@ -1,8 +1,8 @@
 //! Wavefront `.obj` and `.obj.gz`: each face becomes a [`Polygon`](Event::Polygon) event at time 0.
 //!
-//! Read are `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex) and, for
-//! colours, `usemtl`, `g` and `o`. All else is passed over. Units and axes are taken as they are: the format states
-//! neither; y is up by custom, though scenes with z up are common.
+//! The reader takes `v`, `f` (corners as `v`, `v/vt`, `v//vn`, `v/vt/vn`; negative numbers count from the last vertex)
+//! and, for colours, `usemtl`, `g` and `o`. It passes over all else. Units and axes stay as they are: the format
+//! states neither; y is up by custom, though scenes with z up are common.
 
 use glam::Vec3;
 use xxhash_rust::xxh3::xxh3_64;
@@ -105,8 +105,8 @@ impl Obj {
         Ok(None)
     }
 
-    /// Coordinates; a weight or a colour that may follow is not read. A damaged vertex keeps its number, as one that no
-    /// face can have.
+    /// Coordinates; a weight or a colour that may follow is not read. A damaged vertex keeps its number, and a face
+    /// that uses it is damaged.
     fn read_vertex<'a>(
         &mut self,
         line: &str,

@@ -1,9 +1,9 @@
 //! `.poses`: the path of a tracker, one pose a line, `time x y z qw qx qy qz`, in seconds and metres; `#` starts a
 //! comment.
 //!
-//! The axes are libsurvive's, a right-handed world with z up (gravity is its -z: in a recording of a controller pulled
-//! up and down it is z that varies, by 0.88 m). Ours has y up, so the world is turned by -90° about x: (x, y, z) becomes
-//! (x, z, -y). The comment line `# up: y` says that a file has y up already, as OpenXR and OpenVR do.
+//! The axes are libsurvive's: right-handed, z up, gravity along -z. (In a recording of a controller pulled up and
+//! down, z varies by 0.88 m.) Ours has y up, so the world is turned by -90° about x: (x, y, z) becomes (x, z, -y). The
+//! comment line `# up: y` marks a file that has y up already, as OpenXR and OpenVR do.
 //!
 //! A tracker records without a pen, so the whole path is one ribbon, cut where the tracking was lost.
 
@@ -80,7 +80,7 @@ struct Poses {
     /// Time and position of the pose before, if a stroke is open.
     last: Option<(f64, Vec3)>,
     next_stroke: u32,
-    /// Events that follow the one given last, in order.
+    /// Events that follow the last returned one, in order.
     ahead: [Option<Event>; 2],
 }
 
@@ -125,7 +125,7 @@ impl Poses {
         Ok((t, p, q))
     }
 
-    /// The events of one more pose: the first of them; the others go to `ahead`.
+    /// Turns the next pose into events: returns the first and queues the others in `ahead`.
     fn advance(&mut self) -> Result<Option<Event>, RecordingError> {
         let Some((t, p, q)) = self.next_point()? else {
             let open = self.last.take();

@@ -19,7 +19,7 @@ pub(super) trait StrokeFormat: Send {
     fn read_point(&mut self, bytes: &mut ByteReader) -> Result<Sample, RecordingError>;
 }
 
-/// The settings of a stroke, which a file has before its points; in metres.
+/// The settings of a stroke, stored before its points; metres.
 pub(super) struct StrokeHead {
     pub(super) width_m: f32,
     pub(super) color: [f32; 4],
@@ -54,7 +54,7 @@ pub(super) struct StrokeStream<F> {
     bytes: ByteReader,
     on_damage: OnDamage,
     notes: Notes,
-    /// The first damage that a lenient reader passed over, and how many strokes have any.
+    /// The first damage that a lenient reader passed over, and the number of damaged strokes.
     passed_over: Option<(RecordingError, u64)>,
     strokes: u32,
     next_stroke: u32,
@@ -64,7 +64,7 @@ pub(super) struct StrokeStream<F> {
 
 enum State {
     Between,
-    /// Inside a stroke: a point that was read ahead, and how many follow it.
+    /// Inside a stroke: a point that was read ahead, and the number of points after it.
     Stroke {
         stroke: StrokeId,
         ahead: Option<Event>,
@@ -173,7 +173,7 @@ impl<F: StrokeFormat> StrokeStream<F> {
         Ok(Some(begin))
     }
 
-    /// The next point, or the damage in it, after which the next one can be read all the same.
+    /// The next point, or the damage in it; the point after a damaged one can still be read.
     fn point(&mut self, stroke: StrokeId) -> Result<Result<Event, RecordingError>, RecordingError> {
         let at = self.bytes.offset();
         let Sample { time_secs: t, p, q, pressure } = self.format.read_point(&mut self.bytes)?;
@@ -210,8 +210,8 @@ impl<F: StrokeFormat> EventSource for StrokeStream<F> {
             Err(error) => error,
         };
         let state = std::mem::replace(&mut self.state, State::Done);
-        // A fault of the system is not damage: reading again may succeed.
-        // Nor is a limit: what the session is read into notes it.
+        // A fault of the system is not damage: reading again may succeed. A limit is not damage either:
+        // [`Limited`](super::super::limited::Limited) notes it.
         if self.on_damage == OnDamage::Fail
             || matches!(error, RecordingError::Io { .. } | RecordingError::Limit { .. })
         {

@@ -1,9 +1,9 @@
 //! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte head and a zip, or a folder with the same files.
 //!
 //! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
-//! `metadata.json` holds brushes, layers, light and the view of the thumbnail. Whoever does not know a stroke's brush
-//! draws a ribbon, the width of which does not depend on pressure: how much it does belongs to the brush, and no file
-//! holds it. Strokes keep the order of the file, whatever their times.
+//! `metadata.json` holds brushes, layers, light and the view of the thumbnail. A program without a stroke's brush
+//! draws a ribbon of constant width: the effect of pressure belongs to the brush, and no file holds it. Strokes keep
+//! the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -25,9 +25,9 @@ use crate::recording::{
 pub(super) const MAGIC: &[u8] = b"tilT";
 /// The first word of `data.sketch`.
 const SKETCH_MAGIC: u32 = 0xC576_A5CD;
-/// Versions of `data.sketch` that can be read: 6 says that long stroke extensions or header bytes may occur.
+/// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
-/// Names of the two files, the usual first; `.bytes` is what sketches inside a Unity project end in.
+/// Names of the two files, the usual first; sketches inside a Unity project end in `.bytes`.
 const SKETCH_NAMES: [&str; 2] = ["data.sketch", "data.sketch.bytes"];
 const METADATA_NAMES: [&str; 3] = ["metadata.json", "metadata.json.bytes", "main.json"];
 
@@ -133,7 +133,7 @@ fn no_sketch(path: &Path, found: &str) -> RecordingError {
     }
 }
 
-/// Everything in `data.sketch` before the strokes; gives their number.
+/// Reads everything in `data.sketch` before the strokes; returns their number.
 fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
     let magic = bytes.u32("the sketch's first word")?;
     if magic != SKETCH_MAGIC {

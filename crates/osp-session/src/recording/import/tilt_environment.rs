@@ -1,7 +1,7 @@
-//! Light and background of a `.tilt`: an environment of the program's, and what the artist changed.
+//! Light and background of a `.tilt`: one of the program's environments, with the artist's changes.
 //!
-//! Lights and sky are in the space of the scene, which is that of the strokes unless the file has a transform of the
-//! canvas. Fog is dense per decimetre of the scene, however large the scene stood in the room.
+//! Lights and sky are in the space of the scene. The strokes are in the same space, unless the file has a transform of
+//! the canvas. Fog density is per decimetre of the scene, whatever the scene's scale in the room.
 
 use std::sync::LazyLock;
 
@@ -19,7 +19,7 @@ use osp::math::rotate;
 const UNITS_PER_METER: f32 = 10.0;
 /// Most characters of a name that comes from the file.
 const MOST_NAME_CHARS: usize = 60;
-/// The environment whose light is taken where the file changes one that is unknown.
+/// The environment whose light is used if a file changes an unknown one.
 const USUAL: &str = "Standard";
 
 /// An environment of the table.
@@ -96,7 +96,7 @@ struct CustomLight {
     color: [f32; 4],
 }
 
-/// The environment of a sketch, in our axes and the space of its strokes; what of it is not shown is added to `left_out`.
+/// The environment of a sketch, in our axes and the space of its strokes; appends what is not shown to `left_out`.
 pub(super) fn read(
     fields: &mut Fields<'_>,
     scene_from_canvas: TiltTransform,
@@ -150,7 +150,7 @@ pub(super) fn read(
     }
 }
 
-/// Takes an environment from the space of the scene, in our axes, to that of the strokes.
+/// Transforms an environment in our axes from the scene's space to the strokes' space.
 fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Environment {
     let TiltTransform(_, rotation, scale) = scene_from_canvas;
     let back = axes::inverse(axes::rotation_from_unity(axes::unit(rotation)));

@@ -25,7 +25,7 @@ pub(super) struct TiltTransform(pub(super) Vec3, pub(super) Quat, pub(super) f32
 impl TiltTransform {
     pub(super) const IDENTITY: Self = Self(Vec3::ZERO, Quat::IDENTITY, 1.0);
 
-    /// A pose in the space that this transform leads out of.
+    /// Transforms a pose by the inverse.
     pub(super) fn take_back(self, p: Vec3, q: Quat) -> (Vec3, Quat) {
         let back = axes::inverse(axes::unit(self.1));
         (rotate(back, p - self.0) / self.2, axes::product(back, q))
@@ -69,8 +69,8 @@ impl Fields<'_> {
         })
     }
 
-    /// A transform between two spaces, the identity if there is none; `None`, with a warning, if it cannot be taken back:
-    /// then nobody knows where the camera stands.
+    /// A transform between two spaces, the identity if the field is absent; `None`, with a warning, if it has no
+    /// inverse: the camera's place is then unknown.
     pub(super) fn transform(&mut self, name: &str) -> Option<TiltTransform> {
         let found = self.read(name).unwrap_or(TiltTransform::IDENTITY);
         let TiltTransform(p, q, scale) = found;
@@ -90,7 +90,7 @@ impl Fields<'_> {
     }
 }
 
-/// A value that is an object: other values are taken for their fields in order, if they are lists.
+/// A value that must be an object. Without this type, a list would be accepted as the fields in order.
 pub(super) struct Object<T>(pub(super) T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {

@@ -1,7 +1,7 @@
-//! `metadata.json` of a `.tilt`: who made it, its brushes, layers and camera, and what the file only names.
+//! `metadata.json` of a `.tilt`: artists, brushes, layers and camera of the sketch, and the media that it only names.
 //!
-//! It must be a JSON object, with a sound table of brushes if it has one. The rest is read field by field: one that is
-//! damaged is left out with a warning.
+//! It must be a JSON object, with a sound table of brushes if it has one. The other fields are read one by one: a
+//! damaged field is left out with a warning.
 
 use std::path::PathBuf;
 
@@ -20,17 +20,17 @@ use crate::{
     recording::{Author, Camera, Event, Header, Layer, Paint, RecordingError},
 };
 
-/// Vertical field of view of the (square) thumbnail; the file does not hold it, this one fits the pictures.
+/// Vertical field of view of the (square) thumbnail; the file does not hold it, this value fits the pictures.
 const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
-/// Nothing nearer is in the picture, metres of the room.
+/// Near distance of the thumbnail, metres of the room.
 const THUMBNAIL_NEAR_M: f32 = 0.01;
-/// What a sketch that does not say so was made with.
+/// The program of a sketch that names none.
 const USUAL_PROGRAM: &str = "Tilt Brush";
 /// Most bytes that are read. Real ones have a few thousand.
 const MOST_BYTES: u64 = 16 << 20;
 /// Most characters of a name.
 const MOST_NAME_CHARS: usize = 60;
-/// Most layers that are read. Those after them can be seen.
+/// Most layers that are read; later ones count as visible.
 const MOST_LAYERS: usize = 1000;
 /// Most pictures, models and so on that are named.
 const MOST_NAMES: usize = 4;
@@ -55,7 +55,7 @@ pub(super) struct Metadata {
     path: PathBuf,
 }
 
-/// The numbers of strokes' brushes mean nothing without it.
+/// Names of the brushes; a stroke has the number of its brush.
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct BrushTable {
@@ -63,7 +63,7 @@ struct BrushTable {
     brush_index: Vec<String>,
 }
 
-/// An object of which nothing is kept.
+/// An object whose contents are dropped.
 #[derive(Deserialize)]
 struct Anything {}
 
@@ -149,7 +149,7 @@ impl Metadata {
         self.brushes.iter().map(name).collect()
     }
 
-    /// Writes where it comes from, camera, layers, light and what is missing into the header.
+    /// Adds source, camera, layers, light and missing contents to the header.
     pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
         if self.text.is_empty() {
             USUAL_PROGRAM.clone_into(&mut header.source);
@@ -184,7 +184,7 @@ fn camera(fields: &mut Fields<'_>, scene_from_canvas: TiltTransform) -> Option<C
         fields.warn(format_args!("expected {expected} of the thumbnail's camera; found {p} m and {q}"));
         return None;
     }
-    // What was large in the room is small in the canvas, and the other way round.
+    // The canvas may be scaled in the room: the near distance scales inversely.
     let near_m = THUMBNAIL_NEAR_M / (room_from_scene.2 * scene_from_canvas.2);
     let near_m = Some(near_m).filter(|near_m| (1.0e-5..=1.0).contains(near_m));
     Some(Camera { p, q, fov_degrees: THUMBNAIL_FOV_DEGREES, near_m })
@@ -202,7 +202,7 @@ fn layers(fields: &mut Fields<'_>) -> Vec<Layer> {
     layers.first.into_iter().map(layer).collect()
 }
 
-/// How many there are, and the names of the first.
+/// Number of media, and the names of the first.
 fn sentence(media: &Listed<Medium, MOST_NAMES>, one: &str, many: &str) -> Option<String> {
     if media.count == 0 {
         return None;
@@ -216,7 +216,7 @@ fn sentence(media: &Listed<Medium, MOST_NAMES>, one: &str, many: &str) -> Option
 }
 
 impl Medium {
-    /// Without the folders that it was in.
+    /// Name of the medium, without its folders.
     fn name(&self) -> Option<String> {
         let name = self.file_path.as_ref().or(self.file_name.as_ref()).or(self.asset_id.as_ref())?;
         Some(shorten(name.rsplit(['/', '\\']).next()?, MOST_NAME_CHARS))

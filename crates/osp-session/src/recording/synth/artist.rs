@@ -1,4 +1,4 @@
-//! The artist: a clock, a hand, a head, and the events that come of them.
+//! The artist: a clock, a hand, a head, and the events that they make.
 
 use std::collections::VecDeque;
 
@@ -10,16 +10,16 @@ use super::path::Node;
 use super::random::Random;
 use crate::recording::{Author, Event, GroupId, NormalRule, StrokeId, Tool, Transform};
 
-/// A head pose is written with every such sample of the hand: 30 a second.
+/// A head pose is written with every third sample of the hand: 30 a second.
 const TICKS_A_HEAD: u64 = 3;
 
-/// Longest walk to the next piece of work, ticks; then the artist works at full stretch.
+/// Longest walk to the next piece of work, ticks; then the artist works with an arm stretched out.
 const LONGEST_WALK_TICKS: u32 = 1800;
 
 /// Strokes back that an artist still changes.
 const MEMORY: usize = 64;
 
-/// How near the head must be to its place before a stroke begins, metres.
+/// Greatest distance of the head from its place when a stroke begins, metres.
 const NEAR_M: f64 = 0.3;
 
 /// From the hand to the eye while drawing, metres.
@@ -28,20 +28,20 @@ const ARM_M: f64 = 0.55;
 /// Part of the width left at pressure 0.
 const THINNEST: f32 = 0.2;
 
-/// The subject of the session. Once the wanted number of polygons is reached, its further strokes are not drawn.
+/// The subject of the session. Once the session has its polygons, the subject's further strokes are not drawn.
 pub(super) trait Subject: Send {
     /// Draws the next piece: a stroke, or the few things that belong together.
     fn work(&mut self, artist: &mut Artist);
 }
 
-/// The wanted position of the head, and the point that it looks at.
+/// Place for the head, and the point that it looks at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stance {
     pub(super) eye: DVec3,
     pub(super) at: DVec3,
 }
 
-/// How a ribbon is drawn.
+/// Form of a ribbon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RibbonStyle {
     pub(super) width_m: f64,
@@ -104,7 +104,7 @@ impl Artist {
         self.polygons >= self.wanted
     }
 
-    /// Part of the wanted polygons that is done.
+    /// Finished part of the session's polygons, 0 to 1.
     pub(super) fn progress(&self) -> f64 {
         self.polygons as f64 / self.wanted.max(1) as f64
     }
@@ -293,7 +293,7 @@ impl Artist {
         }
     }
 
-    /// Undoes the last edits, and in half of the cases redoes them. Whether they stand in the end.
+    /// Undoes the last edits, and in half of the cases redoes them. Returns whether they are in effect afterwards.
     fn undo(&mut self, edits: usize, stance: Stance) -> bool {
         let again = self.rng.chance(0.5);
         for _ in 0..edits {
@@ -315,7 +315,7 @@ impl Artist {
         self.queue.push_back(event(t));
     }
 
-    /// One sample of the hand later.
+    /// Advances the clock to the next sample of the hand.
     fn tick(&mut self, stance: Stance) {
         self.ticks += 1;
         self.head.advance(stance.eye, stance.at);

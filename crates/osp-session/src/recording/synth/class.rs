@@ -1,5 +1,5 @@
-//! Several artists scribble in one volume at once, each with a hand and a head of its own; now and then one moves a little
-//! what another has just drawn, and takes that back or not.
+//! Several artists scribble in one volume at once, each with a hand and a head of its own. Now and then one of them
+//! moves another's last stroke a little, and sometimes undoes that.
 
 use std::collections::VecDeque;
 
@@ -7,26 +7,26 @@ use glam::Vec3;
 
 use crate::recording::{Author, Event, EventSource, GroupId, RecordingError, Session, StrokeId};
 
-/// From one artist's beginning to the next one's, seconds.
+/// Time between the beginnings of two artists, seconds.
 const LATER_SECS: f64 = 2.0;
 
-/// Of so many head poses one is kept: ten a second are enough to see where everybody looks.
+/// One of this many head poses is kept: ten a second are enough to see where everybody looks.
 const HEADS: u32 = 3;
 
-/// Of so many strokes of an artist, the next one moves one.
+/// After every fifth stroke of an artist, the next artist moves that stroke.
 const STROKES_A_MOVE: u32 = 5;
 
-/// How far, metres.
+/// Way of such a move, metres.
 const NUDGE: Vec3 = Vec3::new(0.0, 0.0625, 0.0);
 
-/// An artist, and the event that is next.
+/// An artist, and the artist's next event.
 struct Pupil {
     author: Author,
     session: Session,
     next: Option<Event>,
     heads: u32,
     is_there: bool,
-    /// The last edit was taken back, and an edit of another kind would make it impossible to make it again.
+    /// The last edit was undone: an edit of another kind would make the redo impossible.
     may_redo: bool,
     last_secs: f64,
 }
@@ -38,7 +38,7 @@ pub(super) struct Class {
 }
 
 impl Class {
-    /// Each session is that of the next artist.
+    /// Takes one session for each artist, in order.
     pub(super) fn new(sessions: impl Iterator<Item = Session>) -> Self {
         let pupil = |(n, session): (u32, Session)| Pupil {
             author: Author(n),
@@ -50,7 +50,7 @@ impl Class {
             last_secs: 0.0,
         };
         let mut pupils: Vec<Pupil> = (1..).zip(sessions).map(pupil).collect();
-        // All are there from the start, so that nobody waits for who comes later.
+        // All first events are read at the start: the merge needs the earliest of them.
         pupils.iter_mut().for_each(Pupil::read);
         Self { pupils, queue: VecDeque::new() }
     }
@@ -75,7 +75,7 @@ impl Pupil {
     /// Reads the next event that is kept, as one of this author.
     fn read(&mut self) {
         self.next = loop {
-            // A made up session has no damage.
+            // A synthetic session has no damage.
             let Some(Ok(event)) = self.session.next() else { break None };
             if matches!(event, Event::Head { .. }) {
                 self.heads += 1;

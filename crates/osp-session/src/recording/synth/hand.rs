@@ -1,4 +1,4 @@
-//! How a hand follows a path.
+//! Motion of a hand along a path.
 //!
 //! * Speed along a stroke: T. Flash and N. Hogan, "The coordination of arm movements: an experimentally confirmed
 //!   mathematical model", 1985 (minimum jerk). A stroke is cut out of a longer movement, so the hand is already
@@ -126,13 +126,13 @@ impl Hand {
     }
 }
 
-/// Part of the way that is done after a part of the time.
+/// Covered part of the way after a part of the time.
 fn progress(part: f64) -> f64 {
     let smooth = part * part * part * (10.0 + part * (6.0 * part - 15.0));
     SPEED_AT_ENDS * part + (1.0 - SPEED_AT_ENDS) * smooth
 }
 
-/// A path measured in the time that it takes.
+/// A path, measured by the time that the hand needs.
 #[derive(Debug)]
 pub(super) struct Way {
     nodes: Vec<Node>,
@@ -141,7 +141,7 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// Of two nodes or more.
+    /// The path through two nodes or more.
     pub(super) fn new(mut nodes: Vec<Node>) -> Self {
         // A hand rounds off what is sharp on a surface.
         for _ in 0..SMOOTHING {
@@ -175,7 +175,7 @@ impl Way {
         Self { nodes, effort }
     }
 
-    /// Its length with bends counted for as much as they slow the hand, metres.
+    /// Length of the path, with bends counted for as much as they slow the hand, metres.
     fn effort_m(&self) -> f64 {
         self.effort[self.nodes.len() - 1]
     }
@@ -184,7 +184,7 @@ impl Way {
         self.nodes[0]
     }
 
-    /// Place and unit direction of travel after a part of the effort (Catmull and Rom, 1974, between the nodes).
+    /// Position and unit direction of travel after a part of the effort (Catmull and Rom, 1974, between the nodes).
     fn at(&self, part: f64) -> (Node, DVec3) {
         let last = self.nodes.len() - 1;
         let want = part.clamp(0.0, 1.0) * self.effort[last];

@@ -16,7 +16,7 @@ pub(super) struct Head {
     eye: DVec3,
     velocity: DVec3,
     look: DVec3,
-    /// How far the bob of walking has gone, radians.
+    /// Phase of the bob of walking, radians.
     stride: f64,
     /// Fastest that the artist moves, m/s.
     speed_limit: f64,

@@ -22,10 +22,10 @@ impl SynthKind {
     /// Every kind.
     pub const ALL: [Self; 5] = [Self::Portrait, Self::Room, Self::Scribble, Self::Brushes, Self::Class];
 
-    /// How many artists there are in [`SynthKind::Class`], unless it is said.
+    /// Default number of artists of [`SynthKind::Class`].
     pub const CLASS_AUTHORS: u32 = 3;
 
-    /// Most artists that there can be in it.
+    /// Most artists of [`SynthKind::Class`].
     pub const MOST_AUTHORS: u32 = 64;
 
     /// The kinds that an artist draws, with a hand, a head and second thoughts.
@@ -49,7 +49,7 @@ impl fmt::Display for SynthKind {
     }
 }
 
-/// A kind that is none.
+/// Error of a text that names no kind.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("expected portrait, room, scribble, brushes or class; found `{0}`")]
 pub struct ParseSynthKindError(String);

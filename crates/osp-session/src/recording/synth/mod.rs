@@ -1,13 +1,13 @@
 //! Synthetic sessions: an artist with a hand, a head and a subject, drawn by rules from a seed.
 //!
-//! They replace recorded sessions where there are none, and can have any length. The hand moves as hands do
-//! (smooth strokes that slow down in bends, tremor, pauses), the head follows the work at arm's length and walks, and
-//! now and then something is undone, erased or moved. The same seed gives the same events, bit for bit, on every
-//! machine: transcendental functions come from [`libm`], everything else is plain `f64` arithmetic.
+//! They stand in for recorded sessions, and can have any length. The hand moves as human hands do (smooth strokes that
+//! slow down in bends, tremor, pauses), and the head follows the work at arm's length. Now and then the artist undoes,
+//! erases or moves something. The same seed gives the same events, bit for bit, on every machine: transcendental
+//! functions come from [`libm`], everything else is plain `f64` arithmetic.
 //!
-//! The files, each knowing those before it: `kind`, `volume` (where it is drawn), `random` (numbers), `vector` (rotations),
-//! `path` (where a stroke goes), `hand` (how the hand follows it), `head`, `artist` (clock, events and edits), and a file for
-//! each subject.
+//! Each file depends only on those before it: `kind`, `volume`, `random` (numbers), `vector` (rotations), `path` (of a
+//! stroke), `hand` (motion along a path), `head`, `artist` (clock, events and edits). Then there is a file for each
+//! subject.
 
 mod artist;
 mod brushes;
@@ -31,7 +31,7 @@ use volume::{CENTER, VOLUME_M};
 use super::{AUTHORS_FORMAT, Event, EventSource, Header, RecordingError, Root, Session};
 
 /// A synthetic session of about `polygons` polygons: it ends with the first stroke that reaches the number. Polygons
-/// that are erased or undone later count, too. Events are made as they are requested; memory does not grow.
+/// that are erased or undone later count, too. Events are made on request; memory does not grow.
 pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
     let source = format!("osp synth {kind} --polygons {polygons} --seed {seed}");
     let mut artist = Artist::new(polygons, seed);
@@ -49,13 +49,13 @@ pub fn synthesize(kind: SynthKind, polygons: u32, seed: u64) -> Session {
         }
         SynthKind::Class => return synthesize_class(SynthKind::CLASS_AUTHORS, polygons, seed),
     };
-    // Nothing in it came with a later format, so programs of the first can read it.
+    // It needs no later format, so programs for the first format can read it.
     let root = Some(Root { center: CENTER, size });
     let header = Header { format: 1, root, ..Header::new(kind.name(), source) };
     Session { header, format: "synth", events: Box::new(Synth { artist, subject }) }
 }
 
-/// A session of [`SynthKind::Class`] with so many artists, of whom each draws a part of the polygons.
+/// A session of [`SynthKind::Class`] with `authors` artists. Each of them draws an equal part of the polygons.
 pub fn synthesize_class(authors: u32, polygons: u32, seed: u64) -> Session {
     let authors = authors.clamp(1, SynthKind::MOST_AUTHORS);
     let kind = SynthKind::Class;

@@ -13,7 +13,7 @@ const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 /// A bust: sketched with a few long lines, then covered patch by patch with small strokes, in layers.
 #[derive(Debug)]
 pub(super) struct Portrait {
-    /// Where around the bust the artist works, radians from its face.
+    /// Direction from the bust to the artist, radians from the bust's face.
     angle: f64,
     height: f64,
     strokes_left: u32,
@@ -36,7 +36,7 @@ impl Portrait {
         Self { angle: 0.0, height: 0.0, strokes_left: 12, region: Region::Sketch }
     }
 
-    /// Goes on around the bust and chooses what there is to do on that side.
+    /// Moves the artist on around the bust and chooses the work on that side.
     fn next_patch(&mut self, artist: &mut Artist) {
         let rng = &mut artist.rng;
         self.angle += 0.45 + 0.45 * rng.normal();

@@ -310,7 +310,7 @@ impl Rooms {
         DVec3::new(inward.x, 0.0, inward.z).normalize_or(DVec3::Z) * 0.5
     }
 
-    /// Now and then a finished ornament is made one thing and shifted.
+    /// Now and then, groups a finished ornament and shifts it.
     fn finish_ornament(&mut self, artist: &mut Artist) {
         if self.ornament.strokes.len() >= 4 && artist.rng.chance(0.25) {
             let rng = &mut artist.rng;

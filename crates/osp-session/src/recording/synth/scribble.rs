@@ -3,7 +3,7 @@ use glam::DVec3;
 use super::artist::{Artist, Mirrored, RibbonStyle, Subject};
 use super::path::{Course, in_space};
 
-/// Half of the volume's edge that is filled, metres; what lies beyond is left for tremor and drift.
+/// Half of the filled volume's edge, metres; the rest is left for tremor and drift.
 const HALF_M: f64 = 1.96;
 
 const CENTER: DVec3 = DVec3::new(0.0, 1.5, 0.0);

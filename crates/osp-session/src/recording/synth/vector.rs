@@ -44,7 +44,7 @@ pub(super) fn quaternion(x: DVec3, y: DVec3, z: DVec3) -> [f64; 4] {
     }
 }
 
-/// The direction in the level plane, or `fallback` if there is none.
+/// The horizontal direction of `v`, or `fallback` if there is none.
 pub(super) fn level(v: DVec3, fallback: DVec3) -> DVec3 {
     DVec3::new(v.x, 0.0, v.z).try_normalize().unwrap_or(fallback)
 }

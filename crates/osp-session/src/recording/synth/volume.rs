@@ -3,5 +3,5 @@ use glam::Vec3;
 /// Edge of the modelling volume, metres.
 pub(super) const VOLUME_M: f32 = 4.0;
 
-/// Centre of the modelling volume: between knee and hand at full stretch.
+/// Centre of the modelling volume: between the knee and the raised hand.
 pub(super) const CENTER: Vec3 = Vec3::new(0.0, 1.5, 0.0);

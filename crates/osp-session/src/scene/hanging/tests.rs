@@ -106,7 +106,7 @@ impl Both {
         Self { groups: anew.groups.clone(), anew, hangings: Hangings::default(), next: 0 }
     }
 
-    /// A grouping, if there can be such a one.
+    /// A grouping; `None` if it is refused.
     fn group(&mut self, group: usize, parent: Option<usize>) -> Option<u64> {
         self.hangings.settle(&mut self.groups);
         let id = self.groups.id(group);
@@ -166,7 +166,7 @@ impl Dice {
     }
 }
 
-/// Groupings of so many groups, taken back and made again in any order, as many authors do.
+/// Applies groupings of `count` groups, undone and redone in any order, as many authors do.
 fn play(seed: u64, count: usize, steps: usize, forgets: bool) -> Both {
     let mut dice = Dice(Pcg64::new(u128::from(seed), 3));
     let mut both = Both::new(count as u32);
@@ -216,7 +216,7 @@ fn the_same_where_groupings_are_forgotten() {
     }
 }
 
-/// Chains of up to 64 groups: what is refused for its height is refused the same way.
+/// Chains of up to 64 groups: a grouping that would exceed that is refused in the same way.
 #[test]
 fn the_same_where_chains_become_too_long() {
     for seed in 0..60u64 {
@@ -265,8 +265,8 @@ fn a_grouping_that_is_taken_back_leaves_the_group_where_it_found_it() {
     assert_eq!(both.groups.parent(0), None);
 }
 
-/// What forgotten groupings leave undecided is decided with the first undo after them, though other undo and redo follow in the
-/// frame.
+/// An effect that forgotten groupings leave open is settled by the next undo, even if other undo and redo follow in
+/// the frame.
 #[test]
 fn what_is_outdated_is_settled_with_the_next_undo() {
     let mut both = Both::new(3);

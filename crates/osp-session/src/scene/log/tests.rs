@@ -36,7 +36,7 @@ fn placed(group: usize) -> Arrangement {
     Arrangement::Place { group, before: to, to }
 }
 
-/// The index has what the arrangements set, and nothing else.
+/// Checks that the index has the properties that arrangements set, and no others.
 fn check(log: &Log, of: &str) {
     let mut index = BTreeSet::new();
     for (turn, arrangements) in [(Turn::MadeAgain, &log.active), (Turn::TakenBack, &log.taken_back)] {
@@ -96,7 +96,7 @@ fn nothing_is_left_of_what_is_forgotten() {
     }
 }
 
-/// Undone arrangements that cannot be made again are not stored, either.
+/// Undone arrangements that cannot be redone are not stored, either.
 #[test]
 fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
     let mut scene = Scene::new();
@@ -116,7 +116,7 @@ fn an_edit_after_an_undo_leaves_nothing_of_what_was_taken_back() {
     assert_eq!(scene.counts().ignored_events, 0);
 }
 
-/// The index has no strokes of a large arrangement; it is found by being one of few.
+/// The index lists no strokes of a large arrangement; a search of the few large ones finds it.
 #[test]
 fn arrangements_of_very_many_strokes_are_found_without_the_index() {
     let mut log = Log::default();
@@ -136,7 +136,7 @@ fn arrangements_of_very_many_strokes_are_found_without_the_index() {
     assert!(log.broad.contains(&(Turn::TakenBack, large)));
 }
 
-/// Of what has set a property later only the next one is looked at: it knows what it found.
+/// An undo visits only the next later arrangement of a property: that one stores the state before it.
 #[test]
 fn the_next_that_sets_a_property_is_enough() {
     let steps = [10, 1000].map(|later| {

@@ -1,4 +1,4 @@
-//! Numbers in buffers, read where they lie: nothing is allocated for what a file only claims to hold.
+//! Reads numbers from buffers in place, so that a file's claims about its size allocate nothing.
 
 use ::gltf::json::{
     Root,
@@ -8,7 +8,7 @@ use ::gltf::json::{
 
 use super::{container::File, fault::Fault};
 
-/// A row of elements at a distance of each other.
+/// Elements at equal distances in a buffer.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     bytes: &'a [u8],
@@ -152,7 +152,7 @@ impl<'a> Elements<'a> {
         integer(self.kind, self.bytes(number))
     }
 
-    /// The numbers of an element; those that it does not have stay as they are in `usual`.
+    /// The numbers of an element; missing ones stay as in `usual`.
     pub(super) fn vector(&self, number: usize, usual: [f32; 4]) -> [f32; 4] {
         let bytes = self.bytes(number);
         let mut values = usual;

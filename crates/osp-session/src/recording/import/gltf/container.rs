@@ -17,8 +17,8 @@ const CHUNK_HEAD_BYTES: usize = 8;
 const VERSION: u32 = 2;
 const JSON_CHUNK: &[u8] = b"JSON";
 const BIN_CHUNK: &[u8] = b"BIN\0";
-/// The largest buffers that a model of so many polygons needs, bytes a polygon: three corners of 64 bytes that are no
-/// other polygon's, and their indices.
+/// Bytes of buffers that a polygon needs at most: three corners of 64 bytes that it shares with no other polygon, and
+/// their indices.
 const BYTES_A_POLYGON: u64 = 256;
 /// Objects of JSON become a few hundred bytes each, numbers of lists up to 32.
 const POLYGONS_AN_OBJECT: u64 = 16;
@@ -90,7 +90,7 @@ fn binary_json(
     let length = word(bytes, 8).ok_or_else(|| cut(bytes.len()))?;
     if length as usize > bytes.len() {
         let found = format!("{} bytes", bytes.len());
-        damage.note(path, Fault::new(format!("a .glb of {length} bytes, as its head says"), found))?;
+        damage.note(path, Fault::new(format!("a .glb of {length} bytes, from its header"), found))?;
     }
     let json_bytes = word(bytes, HEAD_BYTES).ok_or_else(|| cut(bytes.len()))? as usize;
     let start = HEAD_BYTES + CHUNK_HEAD_BYTES;
@@ -126,7 +126,7 @@ fn binary_chunk(
 }
 
 fn parse(path: &Path, start: usize, json: &[u8], limits: &Limits) -> Result<Root, RecordingError> {
-    // Before anything is made of it: what it can become in memory.
+    // Checked before parsing: the size of the parsed JSON in memory.
     let count = |of: &[u8]| json.iter().filter(|byte| of.contains(byte)).count() as u64;
     let bounds = [
         (count(b"{"), limits.polygons / POLYGONS_AN_OBJECT, "objects in its JSON"),
@@ -160,7 +160,8 @@ fn shortened(text: &str) -> String {
     text.chars().take(200).collect()
 }
 
-/// Whether a file that requires this extension can be read: it is known, or changes only how surfaces look.
+/// Whether a file that requires this extension can be read: the extension is supported, or changes only how surfaces
+/// look.
 fn is_optional_here(extension: &str) -> bool {
     const KNOWN: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "KHR_xmp_json_ld"];
     const LOOKS: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"];

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use crate::recording::{Notes, RecordingError};
 
-/// Pieces passed over that get a warning of their own; all are counted.
+/// Most damaged pieces that get a warning of their own; all are counted.
 const MOST_WARNINGS: u64 = 16;
 
 /// Faulty part of a file.

@@ -1,4 +1,4 @@
-//! Camera and lights of a glTF file, and what of it is not shown.
+//! Camera and lights of a glTF file, and a list of the contents that are not shown.
 
 use ::gltf::json::{
     camera, extensions::scene::khr_lights_punctual as lights, mesh::Mode, validation::Checked,
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::recording::{Camera, Environment, Header};
 
-/// Light from everywhere, and the sky, of a file that only says what shines from where: those of a new sketch.
+/// Ambient light and sky of a file: the format has only directed lights. The same as in a new sketch.
 const AMBIENT: f32 = 0.392;
 const SKY: [Vec3; 2] = [Vec3::new(0.27, 0.27, 0.32), Vec3::new(0.035, 0.035, 0.086)];
 

@@ -1,15 +1,16 @@
 //! glTF 2.0, `.glb` and `.gltf` ("glTF 2.0 Specification", Khronos Group, 2021): each node that has a mesh, itself or
 //! below, becomes a group with the node's name and transform, each triangle a [`Polygon`](Event::Polygon) at time 0.
 //!
-//! Two triangles that follow one another, share an edge and lie flat become one quad: what is drawn stays the same.
-//! Axes and units are ours already (+y up, metres, a camera looks along its -z). A
-//! [`Transform`](crate::recording::Transform) has one scale; what a node has beyond that (other scales for other axes, a
-//! mirror, a shear) goes into the vertices below it. Colours are the base colour times the vertices' mean colour; a stroke
-//! holds the polygons of one colour in one part of a mesh. The first camera becomes the session's view, directional lights its [`Environment`](crate::recording::Environment).
-//! Textures, skins, animations, points and lines are left out, which the header says.
+//! Two consecutive triangles that share an edge and lie flat become one quad, which looks the same. Axes and units are
+//! ours already (+y up, metres, a camera looks along its -z). A [`Transform`](crate::recording::Transform) has one
+//! scale. The rest of a node's transform (other scales for other axes, a mirror, a shear) is applied to the vertices
+//! below the node. Colours are the base colour times the vertices' mean colour; a stroke holds the polygons of one
+//! colour in one part of a mesh. The first camera becomes the session's view, directional lights its
+//! [`Environment`](crate::recording::Environment). Textures, skins, animations, points and lines are left out, and the
+//! header lists them.
 //!
-//! Of the crate `gltf` the JSON types are used. Every number in them is checked here where it is used, because the crate's
-//! own check can panic on damaged files.
+//! The JSON types are those of the crate `gltf`. Every number in them is checked here where it is used, because the
+//! crate's own check can panic on damaged files.
 
 mod accessor;
 
@@ -39,8 +40,8 @@ use crate::recording::{
 
 /// Polygons that are decoded at a time.
 const CHUNK: usize = 1 << 14;
-/// Colours of one part of a mesh that are kept as they are. Beyond, colours are rounded to 16 steps a channel, so that a
-/// painted mesh does not become a stroke for each of its triangles.
+/// Most colours of one part of a mesh that are kept as they are. Beyond, colours are rounded to 16 steps a channel, so
+/// that a painted mesh does not become a stroke for each of its triangles.
 const MOST_COLORS: usize = 1024;
 
 /// Opens a glTF file with the buffers beside it.

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::recording::{Author, Event, GroupId, RecordingError, StrokeId, Transform, import::axes};
 
-/// Groups below one another; a node deeper than that goes into the group above it.
+/// Most groups below one another; a deeper node belongs to the group above it.
 const MOST_DEPTH: usize = 60;
 /// Part by which scales of the axes may differ and count as one.
 const SAME_SCALE: f64 = 1.0e-5;
@@ -19,7 +19,7 @@ pub(super) struct Planned {
     pub(super) group: GroupId,
     parent: Option<GroupId>,
     name: Option<String>,
-    /// None: it moves nothing, or belongs to the group of a node above.
+    /// None for the identity, or for a node that belongs to the group of a node above.
     pub(super) to: Option<Transform>,
     /// Its mesh.
     pub(super) mesh: Option<usize>,
@@ -48,7 +48,7 @@ pub(super) struct Nodes {
     pub(super) seen: Vec<Seen>,
 }
 
-/// A node to visit, and what those above it come to.
+/// A node to visit, and the accumulated transforms above it.
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,
@@ -104,7 +104,7 @@ impl Nodes {
         }
     }
 
-    /// Plans the group of a node; what that leaves for those below.
+    /// Plans the group of a node; returns the transform that is left for the vertices below.
     fn plan_group(
         &mut self,
         file: &File,
@@ -144,7 +144,7 @@ impl Nodes {
     }
 }
 
-/// The nodes that the file shows: those of its scene, or all that hang under no other.
+/// The nodes that the file shows: the nodes of its scene, or all nodes without a parent.
 fn roots(file: &File) -> Vec<usize> {
     let number = file.root.scene.map_or(0, |scene| scene.value());
     if let Some(scene) = file.root.scenes.get(number) {
@@ -172,7 +172,7 @@ fn having_meshes(nodes: &[Node]) -> Vec<bool> {
     let mut has_mesh = vec![false; nodes.len()];
     for (node, number) in nodes.iter().zip(0..) {
         let mut at = node.mesh.map(|_| number);
-        // Stops where it has been: a ring of nodes, too.
+        // Stops at a node that was visited, which ends cycles, too.
         while let Some(number) = at.filter(|&number: &usize| !has_mesh[number]) {
             has_mesh[number] = true;
             at = parents[number];
