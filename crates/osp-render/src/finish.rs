@@ -6,7 +6,7 @@ use super::{
     shaders,
 };
 
-/// Makes finished pictures of what was drawn: the last passes of a frame.
+/// The last passes of a frame, which make the finished picture from the drawn colours.
 #[derive(Debug)]
 pub(super) struct Finish {
     source_layout: wgpu::BindGroupLayout,
@@ -59,7 +59,7 @@ impl Finish {
         }
     }
 
-    /// Encodes the passes that make the target's picture; `spreads`: whether light spreads.
+    /// Encodes the passes that make the target's picture; `spreads`: whether bright light spreads (bloom).
     pub(super) fn encode(
         &self,
         gpu: &Gpu,
@@ -151,7 +151,7 @@ fn begin<'e>(
             view,
             depth_slice: None,
             resolve_target: None,
-            // All of it is drawn over.
+            // Every pixel is overwritten.
             ops: wgpu::Operations {
                 load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
                 store: wgpu::StoreOp::Store,
@@ -174,7 +174,7 @@ fn draw(
     let mut pass = begin(encoder, view, None);
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, source, &[]);
-    // The number of the only instance tells the shader how large what it draws is.
+    // The shader reads the size of its target from the number of the only instance.
     let size = width | height << 16;
     pass.draw(0..3, size..size + 1);
 }

@@ -18,49 +18,50 @@ const GAP: usize = 16;
 /// Polygons of one transfer (1.5 MiB), so that loading a large session does not need as much staging memory again.
 const TRANSFER: usize = 1 << 14;
 
-/// Most polygons of a chunk, whole clusters: 128 MiB, what every adapter binds at once.
+/// Most polygons of a chunk, whole clusters: 128 MiB, the largest binding that every adapter supports.
 const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / CLUSTER * CLUSTER;
 
 /// Polygons of the first chunk and of the index buffer, unless the scene has more.
 const FIRST_LEN: usize = 1 << 12;
 
-/// Corners of a polygon, and so vertices.
+/// Corners, and so vertices, of a polygon.
 pub(super) const CORNERS: u32 = 4;
-/// Of the two triangles of a polygon.
+/// Indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
 
-/// Every polygon of a scene on the GPU, in chunks of fixed size: growth adds a chunk and never moves present ones.
+/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks; only the first chunk is copied,
+/// while it is smaller than the others.
 #[derive(Debug)]
 pub(super) struct GpuScene {
     /// Polygons of a chunk, whole clusters.
     chunk_len: usize,
     /// Most polygons of a draw call.
     draw_len: usize,
-    /// Of as many polygons as the scene has, up to `draw_len`: the same for each but for its place.
+    /// Indices of as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
     chunks: Vec<wgpu::Buffer>,
-    /// For each chunk, whether the placeholder is in its place: the scene has released every polygon of it.
+    /// For each chunk, whether the placeholder replaces it because the scene has released all its polygons.
     is_free: Vec<bool>,
-    /// Polygons that the scene had let go when that was last looked at.
+    /// Number of polygons that the scene had released at the last [`GpuScene::flush`].
     let_go: u64,
     pages: Vec<wgpu::BindGroup>,
-    /// Bound in the place of chunks that do not exist yet, or no more.
+    /// Bound in place of chunks that do not exist yet or any more.
     placeholder: wgpu::Buffer,
     layout: wgpu::BindGroupLayout,
-    /// Polygons that are on the GPU.
+    /// Number of polygons on the GPU.
     uploaded: usize,
     /// One bit for each uploaded polygon that has moved since.
     moved: Vec<u64>,
     any_moved: bool,
     /// Groups that have moved as a whole since.
     placed: Vec<Change>,
-    /// One bit for each polygon that can be seen through …
+    /// One bit for each transparent polygon.
     transparent: Vec<u64>,
-    /// … and for each whose light is added.
+    /// One bit for each additive polygon.
     additive: Vec<u64>,
-    /// Whether a brush has painted any of them.
+    /// Whether a brush has painted any polygon.
     has_brushes: bool,
-    /// Whether any of these brushes moves by itself.
+    /// Whether any brush is animated.
     is_animated: bool,
     scratch: Vec<PolygonRecord>,
     colors: Colors,
@@ -94,7 +95,7 @@ impl GpuScene {
         }
     }
 
-    /// Changes the colours: everything is sent again.
+    /// Sets the colours and returns whether they change. If so, all polygons are sent again.
     pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
         let is_other = colors != self.colors;
         if is_other {
@@ -117,7 +118,7 @@ impl GpuScene {
         &self.chunks
     }
 
-    /// Polygons of a page, which one draw call reaches.
+    /// Polygons of a page: a draw call draws from a single page.
     pub(super) fn page_len(&self) -> usize {
         self.chunk_len * CHUNKS_A_PAGE
     }
@@ -127,12 +128,12 @@ impl GpuScene {
         self.draw_len as u32
     }
 
-    /// Draw calls that so many polygons of a page take.
+    /// Number of draw calls for this number of polygons of a page.
     pub(super) fn draw_calls(&self, polygons: usize) -> u64 {
         polygons.div_ceil(self.draw_len) as u64
     }
 
-    /// Binds the polygons of a page, and the indices; `false`: there is no such page.
+    /// Binds the polygons of a page, and the indices. Returns `false` if there is no such page.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, page: u32) -> bool {
         let Some(page) = self.pages.get(page as usize) else { return false };
         pass.set_bind_group(1, page, &[]);
@@ -164,7 +165,7 @@ impl GpuScene {
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
     }
 
-    /// Whether a brush that moves by itself has painted any polygon.
+    /// Whether an animated brush has painted any polygon.
     pub(super) fn is_animated(&self) -> bool {
         self.is_animated
     }
@@ -174,8 +175,8 @@ impl GpuScene {
         self.has_brushes
     }
 
-    /// Notes what has moved. New polygons need no note: [`GpuScene::flush`] sends whatever is above the last one sent,
-    /// visible or not.
+    /// Records polygons that have moved or changed their paint. [`GpuScene::flush`] finds new polygons by their
+    /// numbers.
     pub(super) fn note(&mut self, changes: &[Change]) {
         for change in changes {
             match *change {
@@ -193,7 +194,7 @@ impl GpuScene {
         }
     }
 
-    /// Forgets the polygons from `count` on: their numbers are given out again.
+    /// Forgets the polygons from `count` on: the scene assigns their numbers again.
     pub(super) fn truncate(&mut self, count: usize) {
         if count >= self.uploaded {
             return;
@@ -208,7 +209,7 @@ impl GpuScene {
         self.uploaded = count;
     }
 
-    /// Sends what is new or has moved; returns the bytes sent.
+    /// Sends polygons that are new or have moved; returns the bytes sent.
     pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
         if self.let_go != scene.let_go_count() {
@@ -277,7 +278,7 @@ impl GpuScene {
                     at += count;
                     continue;
                 }
-                // A replay has been taken back to when there was something.
+                // A replay went back to a time when the chunk had polygons.
                 let buffer = create_chunk(gpu, self.chunk_len);
                 self.put_chunk(gpu, chunk, buffer, false);
             }
@@ -292,7 +293,7 @@ impl GpuScene {
         sent
     }
 
-    /// Gives the memory of chunks back of which the scene has let every polygon go.
+    /// Frees the memory of chunks whose polygons the scene has all released.
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
         for chunk in 0..self.uploaded / self.chunk_len {
             let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
@@ -330,7 +331,7 @@ impl GpuScene {
         }
     }
 
-    /// Makes the first chunk hold this number of polygons, at most those of a chunk.
+    /// Grows the first chunk to this number of polygons, at most `chunk_len`.
     fn grow_first_chunk(&mut self, gpu: &Gpu, polygons: usize) {
         let Some(first) = self.chunks.first() else { return };
         if self.is_free[0] || first.size() >= polygons as u64 * PolygonRecord::SIZE {

@@ -1,4 +1,4 @@
-//! A list of polygons on its way into the order of drawing.
+//! Lists visible polygons in drawing order, as numbers or as clusters.
 
 use std::ops::Range;
 
@@ -8,22 +8,23 @@ use super::run::{Blend, CLUSTER, Classes, Handle, HandleRun, Run};
 use osp::polygon::{BLOCK, PolygonId, VisibleBlocks, bits::bits_of};
 use osp_session::scene::Scene;
 
-/// The page of a run whose page is not over.
+/// Page of a run before [`Sink::end_page`] sets it.
 const NO_PAGE: u32 = u32::MAX;
 
 /// Polygons of a word.
 const WORD: usize = CLUSTER;
 
-/// Words that are looked at together.
+/// Words that are examined together.
 const CHUNK_WORDS: usize = 8;
 
 /// Least number of drawn polygons of a chunk in a span: undrawn polygons still cost a vertex invocation.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
-/// As many polygons are a span, a run of their own that sends a bit a polygon in place of a list. Fewer: more draw calls.
+/// Least number of polygons of a span, a run that sends one bit for each polygon in place of its number. A lower limit
+/// makes more draw calls.
 pub(super) const LEAST_SPAN: usize = 2048;
 
-/// A list on its way into the order.
+/// Visible polygons of one style.
 pub(super) struct List<'a, F> {
     pub(super) scene: &'a Scene,
     pub(super) polygons: &'a VisibleBlocks,
@@ -34,12 +35,13 @@ pub(super) struct List<'a, F> {
     pub(super) transparent: &'a mut Vec<(u32, u32, u32)>,
 }
 
-/// Takes the opaque polygons of a list, by number.
+/// Receiver of the opaque polygons of a list, by number.
 pub(super) trait Sink {
-    /// Polygons `first + bit`, of one page.
+    /// Adds the polygons `first + bit`, which are of one page.
     fn add(&mut self, first: usize, opaque: u64);
 
-    /// Whether it takes those polygons of a chunk, of one page, that `words` has; if not, they are added word by word.
+    /// Tries to add the polygons of a chunk, which are of one page. If it returns `false`, the caller adds them word by
+    /// word.
     #[inline(always)]
     fn takes_chunk(&mut self, _first: usize, _words: &[u64]) -> bool {
         false
@@ -49,7 +51,7 @@ pub(super) trait Sink {
     fn end_page(&mut self, page: usize);
 }
 
-/// A list and what takes it.
+/// A list and the receivers of its polygons.
 pub(super) struct Walk<'a, F, S> {
     pub(super) list: List<'a, F>,
     pub(super) sink: S,
@@ -104,7 +106,7 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                 }
                 let added = known & classes.additive & !transparent;
                 let opaque = known & !(transparent | added);
-                // A page ends where a word ends.
+                // Pages consist of whole words.
                 while first >= page_end {
                     sink.end_page(page);
                     additive.end_page(page);
@@ -125,11 +127,11 @@ fn word_of(masks: &[u16; WORD / BLOCK]) -> u64 {
     masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask))
 }
 
-/// A bit for each polygon, of those spans that are runs: word `i` has the polygons from 64 `i` on.
+/// One bit for each polygon of a span: word `i` has the polygons from 64 `i` on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpanBits {
     words: Vec<u64>,
-    /// Range of a run, in words.
+    /// Range from the first to the last word that runs of the frame use.
     used: Range<usize>,
 }
 
@@ -150,28 +152,28 @@ impl SpanBits {
         self.used = start..self.used.end.max(words.end);
     }
 
-    /// The number of the first word that a run of the frame reaches to, and the words from there on.
+    /// Number of the first word that runs of the frame use, and the words from there on.
     pub(super) fn used(&self) -> (usize, &[u64]) {
         (self.used.start, &self.words[self.used.clone()])
     }
 }
 
-/// Takes the polygons as numbers.
+/// Lists polygons as numbers.
 pub(super) struct Numbers<'a> {
     ids: &'a mut Vec<PolygonId>,
     runs: &'a mut Vec<Run>,
     style: u32,
     blend: Blend,
-    /// Beginning of the list's part without a run.
+    /// Start of the numbers that are in no run yet.
     start: usize,
-    /// None where everything is listed.
+    /// `None` if every polygon is listed.
     bits: Option<&'a mut SpanBits>,
-    /// The polygons of this range whose bits are set came last, and are of no run yet.
+    /// Range of the last polygons, which have bits and are in no run yet.
     span: Range<usize>,
 }
 
 impl<'a> Numbers<'a> {
-    /// `polygons`: the numbers are below.
+    /// `bits`: the bits of spans, and the number of polygons of the scene.
     pub(super) fn new(
         ids: &'a mut Vec<PolygonId>,
         runs: &'a mut Vec<Run>,
@@ -202,7 +204,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// Appends words of one page to the span, or starts another with them.
+    /// Appends words of one page to the span, or starts a new span with them.
     #[inline(always)]
     fn extend_span(&mut self, first: usize, words: &[u64]) {
         if self.span.end != first || self.span.is_empty() {
@@ -225,7 +227,7 @@ impl<'a> Numbers<'a> {
 
     fn push_run(&mut self, range: Range<usize>, is_listed: bool) {
         let range = range.start as u32..range.end as u32;
-        // The page is filled in when it ends.
+        // `end_page` sets the page.
         self.runs.push(Run { range, is_listed, page: NO_PAGE, style: self.style, blend: self.blend });
     }
 }
@@ -233,7 +235,7 @@ impl<'a> Numbers<'a> {
 /// Whether enough polygons of a chunk are drawn for a span.
 #[inline(always)]
 fn is_dense(words: &[u64]) -> bool {
-    // Counting bits takes longer than the rest: it is left out where it is not needed.
+    // Counting bits is the slowest part: it is left out if full words suffice.
     let full = words.iter().filter(|word| **word == u64::MAX).count();
     let polygons = || words.iter().map(|word| word.count_ones()).sum::<u32>();
     (full * WORD) as u32 >= LEAST_OF_CHUNK || polygons() >= LEAST_OF_CHUNK
@@ -246,7 +248,7 @@ fn list(ids: &mut Vec<PolygonId>, first: usize, word: u64) {
         ids.extend((first as u32..(first + WORD) as u32).map(PolygonId));
         return;
     }
-    // Appended at once: the room is looked at once.
+    // A single append checks the capacity only once.
     let (mut some, mut count) = ([PolygonId(0); WORD], 0);
     for (id, bit) in some.iter_mut().zip(bits_of(word)) {
         *id = PolygonId((first + bit) as u32);
@@ -288,11 +290,11 @@ impl Sink for Numbers<'_> {
     }
 }
 
-/// Takes the polygons as clusters.
+/// Lists polygons as clusters.
 pub(super) struct Handles<'a> {
     pub(super) handles: &'a mut Vec<Handle>,
     pub(super) handle_runs: &'a mut Vec<HandleRun>,
-    /// The first of no run yet, and polygons since then.
+    /// First handle that is in no run yet, and the number of polygons from there on.
     pub(super) start: usize,
     pub(super) polygons: u32,
 }
@@ -317,7 +319,7 @@ impl Sink for Handles<'_> {
     }
 }
 
-/// Notes polygons that can be seen through.
+/// Lists transparent polygons with their distances.
 #[inline(never)]
 fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
     let mut left = transparent;
@@ -325,7 +327,7 @@ fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
         let id = PolygonId((first + left.trailing_zeros() as usize) as u32);
         left &= left - 1;
         let distance_squared = list.scene.bounds(id).center().distance_squared(list.eye_in_world);
-        // A distance that is not a number sorts as the farthest; it is drawn all the same.
+        // A distance of NaN sorts as the farthest; the polygon is still drawn.
         list.transparent.push((distance_squared.to_bits(), list.style, id.0));
     }
 }

@@ -32,7 +32,7 @@ pub struct DrawTimes {
     pub draw_calls: u64,
 }
 
-/// The sum of what there is of two.
+/// Sum of the values that are present.
 fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a + b),
@@ -40,7 +40,7 @@ fn sum<T: Add<Output = T>>(a: Option<T>, b: Option<T>) -> Option<T> {
     }
 }
 
-/// One of the views that a drawer draws frames of.
+/// A view of a drawer.
 #[derive(Debug)]
 struct Sight {
     slot: ViewSlot,
@@ -59,18 +59,18 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// A drawer of pictures of this size on the best adapter there is.
+    /// A drawer of pictures of this size, pixels, on the best adapter.
     ///
     /// # Errors
-    /// There is no adapter, or the size is not possible.
+    /// There is no adapter, or a side is zero or longer than the adapter allows.
     pub fn new(width: u32, height: u32) -> Result<Self, RenderError> {
         Self::on(Arc::new(Gpu::headless()?), width, height, &RendererConfig::default())
     }
 
-    /// A drawer on an adapter.
+    /// A drawer of pictures of this size, pixels, on an adapter.
     ///
     /// # Errors
-    /// The size is not possible.
+    /// A side is zero or longer than the adapter allows.
     pub fn on(gpu: Arc<Gpu>, width: u32, height: u32, config: &RendererConfig) -> Result<Self, RenderError> {
         let target = Target::new(&gpu, width, height)?;
         let timer = GpuTimer::new(&gpu);
@@ -81,11 +81,11 @@ impl Offscreen {
         Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
     }
 
-    /// Adds a view with pictures of its own size, and gives its number: the first view is 0. Each view keeps what it learns
-    /// from frame to frame to itself; all share the polygons. It draws without occlusion culling until that is chosen.
+    /// Adds a view with pictures of its own size, pixels; returns its number. The first view has number 0. All views
+    /// share the polygons, and each has its own state of occlusion culling. A new view does not cull.
     ///
     /// # Errors
-    /// The size is not possible.
+    /// A side is zero or longer than the adapter allows.
     pub fn add_view(&mut self, width: u32, height: u32) -> Result<usize, RenderError> {
         let target = Target::new(self.renderer.gpu(), width, height)?;
         let timer = GpuTimer::new(self.renderer.gpu());
@@ -103,18 +103,18 @@ impl Offscreen {
         self.sights[0].target.aspect()
     }
 
-    /// Chooses how hidden polygons are culled on the GPU: see [`Renderer::set_occlusion`].
+    /// Selects how all views cull hidden polygons on the GPU: see [`Renderer::set_occlusion`].
     ///
     /// # Errors
-    /// The adapter lacks what that needs.
+    /// The adapter lacks a required feature.
     pub fn set_occlusion(&mut self, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
     }
 
-    /// The same, with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
+    /// [`Offscreen::set_occlusion`] with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
-    /// The adapter lacks what that needs.
+    /// The adapter lacks a required feature.
     pub fn set_occlusion_with(
         &mut self,
         occlusion: GpuOcclusion,
@@ -125,10 +125,10 @@ impl Offscreen {
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
     }
 
-    /// Chooses how hidden polygons are culled on the GPU in one of the views, by its number.
+    /// Selects how the view with this number culls hidden polygons on the GPU.
     ///
     /// # Errors
-    /// The adapter lacks what that needs.
+    /// The adapter lacks a required feature.
     ///
     /// # Panics
     /// There is no view of this number.
@@ -136,27 +136,27 @@ impl Offscreen {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
-    /// Changes light and sky: see [`Renderer::set_environment`].
+    /// Sets light and sky: see [`Renderer::set_environment`].
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.renderer.set_environment(environment);
     }
 
-    /// Changes the colours that polygons are drawn in.
+    /// Sets the colours of polygons.
     pub fn set_colors(&mut self, colors: Colors) {
         self.renderer.set_colors(colors);
     }
 
-    /// Changes the moment that what moves by itself is seen at, seconds.
+    /// Sets the time of animated brushes, seconds.
     pub fn set_time(&mut self, time_s: f32) {
         self.renderer.set_time(time_s);
     }
 
-    /// Notes what has changed; to be called with the changes of every frame, drawn or not.
+    /// Records changes of the scene. Call it with the changes of every frame, drawn or not.
     pub fn follow(&mut self, changes: &[Change]) {
         self.renderer.follow(changes);
     }
 
-    /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many: see
+    /// Forgets the polygons from number `count` on, after the scene was reset to its first `count` polygons: see
     /// [`Renderer::forget_from`].
     pub fn forget_from(&mut self, count: usize) {
         self.renderer.forget_from(count);
@@ -167,11 +167,11 @@ impl Offscreen {
         self.renderer.bytes()
     }
 
-    /// Draws a frame of the first view and waits until it is done. The view gives the picture's width: see
-    /// [`View::with_aspect`].
+    /// Draws a frame of the first view and waits until it is done. A view with another aspect is stretched to the
+    /// picture: see [`View::with_aspect`].
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn draw(
         &mut self,
         scene: &Scene,
@@ -181,10 +181,10 @@ impl Offscreen {
         self.draw_view(0, scene, view, layers)
     }
 
-    /// Draws a frame of one of the views, by its number; see [`Offscreen::draw`].
+    /// Draws a frame of the view with this number; see [`Offscreen::draw`].
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// There is no view of this number.
@@ -202,7 +202,7 @@ impl Offscreen {
     /// view comes with its number and its layers; no number may come twice. Returns the sums over the views.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     ///
     /// # Panics
     /// There is no view of one of the numbers.
@@ -251,8 +251,8 @@ impl Offscreen {
         Ok(times)
     }
 
-    /// Chooses the order of opaque polygons in frames that are not culled on the GPU, and whether each range of one material
-    /// takes a draw call of its own, as if its state had to be changed.
+    /// Sets the order of opaque polygons in frames that are not culled on the GPU. `splits_by_material`: each range of
+    /// one material takes its own draw call, as if each material needed its own state.
     pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.sights[0].slot.order.set_opaque(order, splits_by_material);
     }
@@ -265,7 +265,7 @@ impl Offscreen {
     /// Overdraw of the opaque polygons of the last frame, in their order.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn count_overdraw(&mut self) -> Result<Overdraw, RenderError> {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
@@ -275,11 +275,11 @@ impl Offscreen {
         self.renderer.set_solid(is_solid);
     }
 
-    /// Draws what a painter has listed in the first view, one part over the other without a test of depth, each solid in the plain colour of
-    /// its polygon; waits until it is done.
+    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the ones before,
+    /// without a depth test, solid in the plain colour of its polygon.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn draw_parts(
         &mut self,
         scene: &Scene,
@@ -303,26 +303,26 @@ impl Offscreen {
         Ok(DrawTimes { prepare, draw, polygon_bytes, draw_calls, ..DrawTimes::default() })
     }
 
-    /// The depth pyramid of the frame that was drawn last, to look at; `None` if it was drawn without.
+    /// Reads back the depth pyramid of the last frame; `None` if that frame was not culled on the GPU.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn pyramid(&self) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
         self.renderer.read_pyramid(&self.sights[self.last].slot)
     }
 
-    /// The opaque polygons of the last frame, if it was culled on the GPU.
+    /// Reads back the opaque polygons that the last frame drew; `None` if that frame was not culled on the GPU.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn drawn(&self) -> Result<Option<Vec<PolygonId>>, RenderError> {
         self.renderer.read_drawn(&self.sights[self.last].slot)
     }
 
-    /// The picture that was drawn last.
+    /// Reads back the picture of the last frame.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn image(&self) -> Result<Image, RenderError> {
         self.sights[self.last].target.image(self.gpu())
     }

@@ -11,18 +11,18 @@ use osp_session::scene::Scene;
 /// Form of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon, but for long spans with few gaps.
+    /// The number of every polygon, except in long spans with few gaps, which are bit masks.
     #[default]
     Ids,
-    /// Clusters with a mask for the opaque polygons, the numbers of the transparent ones.
+    /// Clusters with a mask for opaque polygons, and the numbers of all others.
     Clusters,
 }
 
-/// The order in which polygons are drawn, rebuilt every frame in memory that is kept.
+/// Order in which polygons are drawn. It is rebuilt every frame in the same memory.
 ///
-/// Opaque polygons go by number, then those whose light is added by number, then transparent ones by distance, farthest
-/// first, then by number. The place of a polygon among others depends neither on the rest of the list nor on the order
-/// of arrival. So the picture does not change if hidden polygons are left out.
+/// Opaque polygons come first, by number, then additive polygons, by number. Transparent polygons come last, the
+/// farthest first; at equal distance by number. The relative order of two polygons depends neither on other polygons
+/// nor on the order of arrival. So the picture does not change if hidden polygons are left out.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<PolygonId>,
@@ -31,13 +31,13 @@ pub struct DrawOrder {
     /// The order of the opaque polygons of [`Listing::Ids`], and whether each range of one material is a run of its own.
     opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
-    /// In the order of numbers.
+    /// By number.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
-    /// Like `ids` and `runs`, until the frame ends.
+    /// Like `ids` and `runs`, until [`DrawOrder::finish`] appends them.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
-    /// Distance squared (its bits sort like the number), place in the list of styles, polygon.
+    /// Squared distance from the eye, as float bits that sort like the value; style; polygon.
     transparent: Vec<(u32, u32, u32)>,
 }
 
@@ -47,18 +47,18 @@ impl DrawOrder {
         Self::default()
     }
 
-    /// The polygons' numbers in the order of drawing, without those of runs that are not listed.
+    /// Polygon numbers in drawing order. Runs that are not listed have none here.
     pub fn ids(&self) -> &[u32] {
         PolygonId::numbers(&self.ids)
     }
 
-    /// The draw calls, in order: all opaque ones first.
+    /// Runs in drawing order, all opaque ones first.
     pub fn runs(&self) -> &[Run] {
         &self.runs
     }
 
-    /// For the runs that are not listed: a bit for each polygon, from the lowest on, and the number of the first word. Word
-    /// `i` has the polygons from 64 `i` on.
+    /// Bits of the runs that are not listed: the number of the first word, and the words from there on. Word `i` has
+    /// one bit for each polygon from 64 `i` on, the lowest bit first.
     pub fn span_bits(&self) -> (usize, &[u64]) {
         self.span_bits.used()
     }
@@ -75,7 +75,7 @@ impl DrawOrder {
         self.ids[places].iter().copied().chain(numbers)
     }
 
-    /// The opaque polygons as clusters, in the order of numbers; empty if every polygon is listed.
+    /// The opaque polygons as clusters, by number; empty for [`Listing::Ids`].
     pub(super) fn handles(&self) -> &[Handle] {
         &self.handles
     }
@@ -85,7 +85,7 @@ impl DrawOrder {
         &self.handle_runs
     }
 
-    /// Polygons that the handles stand for.
+    /// Number of polygons in all handles.
     pub(super) fn opaque_count(&self) -> u32 {
         self.handle_runs.iter().map(|run| run.polygons).sum()
     }
@@ -95,8 +95,8 @@ impl DrawOrder {
         self.listing
     }
 
-    /// Chooses the order of opaque polygons, and whether each range of one material takes a draw call of its own; from the
-    /// next frame on.
+    /// Sets the order of opaque polygons from the next frame on. `splits_by_material`: each range of one material takes
+    /// its own draw call.
     pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.opaque = (order, splits_by_material);
     }
@@ -106,7 +106,7 @@ impl DrawOrder {
         self.opaque.0
     }
 
-    /// Puts the opaque polygons into the order that was chosen; before [`DrawOrder::finish`].
+    /// Sorts the opaque polygons into the order of [`DrawOrder::set_opaque`]. Call it before [`DrawOrder::finish`].
     pub(super) fn sort_opaque(&mut self, scene: &Scene, eye_in_world: Vec3, page_len: usize) {
         if self.listing == Listing::Ids && self.opaque != Default::default() {
             let (order, splits_by_material) = self.opaque;
@@ -123,7 +123,7 @@ impl DrawOrder {
         self.clear_for(Listing::Ids);
     }
 
-    /// Starts a new frame of which this is kept.
+    /// Starts a new frame with this form of list.
     pub(super) fn clear_for(&mut self, listing: Listing) {
         self.listing = listing;
         self.ids.clear();
@@ -136,8 +136,8 @@ impl DrawOrder {
         self.transparent.clear();
     }
 
-    /// Adds polygons to be drawn in `style`. Numbers that the scene does not have are left out. `page_len` is a multiple of
-    /// 64; `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
+    /// Adds polygons to draw in `style`. Numbers that the scene does not have are left out. `page_len`, the polygons of
+    /// a page, is a multiple of 64. `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -151,8 +151,8 @@ impl DrawOrder {
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
-        // What is tested while drawing has to be listed. There is one set of bits: of what may be in several lists only the
-        // first is drawn by it.
+        // Only the first style has spans: there is one set of bits, and a polygon may have several styles. Clusters and
+        // sorted polygons have no spans either.
         let has_spans = *listing == Listing::Ids && *opaque == Default::default() && style == 0;
         let spans = has_spans.then_some(span_bits);
         let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
@@ -170,7 +170,7 @@ impl DrawOrder {
         }
     }
 
-    /// Ends the frame: appends the polygons of all lists that are not opaque.
+    /// Ends the frame: appends the additive and transparent polygons of all lists.
     pub fn finish(&mut self, page_len: usize) {
         let before = self.ids.len() as u32;
         self.ids.append(&mut self.additive);
@@ -246,7 +246,7 @@ mod tests {
         for listing in [Listing::Ids, Listing::Clusters] {
             let mut order = DrawOrder::new();
             order.clear_for(listing);
-            // Every third is transparent, of the others the odd ones are additive.
+            // Every third polygon is transparent; of the others, the odd ones are additive.
             let class = |i: u32| if i.is_multiple_of(3) { 2 } else { i % 2 };
             let of = |wanted| {
                 move |first: usize| {
@@ -263,7 +263,7 @@ mod tests {
                 .filter(|&wanted| wanted > 0 || listing == Listing::Ids)
                 .flat_map(|wanted| {
                     let ids = (0..200).filter(move |&i| class(i) == wanted);
-                    // Back to front: the later, the farther.
+                    // Back to front: a higher number is farther away.
                     if wanted == 2 { ids.rev().collect::<Vec<_>>() } else { ids.collect() }
                 })
                 .collect();
@@ -321,7 +321,7 @@ mod tests {
         }
     }
 
-    /// What a run draws.
+    /// Polygons that a run draws.
     fn drawn(order: &DrawOrder, run: &Run) -> Vec<u32> {
         let (first, bits) = order.span_bits();
         let is_set = |id: &u32| bits[*id as usize / 64 - first] >> (id % 64) & 1 == 1;

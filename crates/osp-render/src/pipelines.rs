@@ -6,23 +6,23 @@ use super::{
     gpu_scene::GpuScene,
 };
 
-/// The pipelines that draw polygons, and what they need beside a view and a page of polygons.
+/// Pipelines that draw polygons, and the resources that they bind beside a view and a page of polygons.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     opaque: wgpu::RenderPipeline,
     additive: wgpu::RenderPipeline,
     transparent: wgpu::RenderPipeline,
-    /// Opaque polygons, without colours.
+    /// Depth of opaque polygons, without colours.
     depth: wgpu::RenderPipeline,
-    /// Counts opaque polygons in the fourth number of each sample; made when it is first requested.
+    /// Counts opaque polygons in the alpha of each sample; created on first use.
     count: OnceLock<wgpu::RenderPipeline>,
-    /// What `count` is made of.
+    /// Shader of `count`.
     opaque_shader: OwnShader,
-    /// What brushes need.
+    /// Sky and paint; `None` for plain colours.
     sky: Option<Sky>,
 }
 
-/// A shader of opaque polygons that is kept.
+/// A [`Shader`] of opaque polygons, with ownership.
 #[derive(Debug)]
 struct OwnShader {
     module: wgpu::ShaderModule,
@@ -32,15 +32,15 @@ struct OwnShader {
     fragment: &'static str,
 }
 
-/// What is seen where no polygon is.
+/// The sky behind the polygons, and the resources that sky and painted polygons bind.
 #[derive(Debug)]
 pub(super) struct Sky {
     pub(super) pipeline: wgpu::RenderPipeline,
-    /// Materials, light and so on: for the polygons, too.
+    /// Materials, textures and light.
     pub(super) paint: wgpu::BindGroup,
-    /// Where the first light does not reach.
+    /// Shadow map of the first light.
     pub(super) shadow: wgpu::BindGroup,
-    /// Whether it covers the background.
+    /// Whether the sky covers the background.
     pub(super) is_shown: bool,
 }
 
@@ -51,9 +51,9 @@ pub(super) struct Shader<'a> {
     pub(super) layout: &'a wgpu::PipelineLayout,
     pub(super) chunk_len: usize,
     pub(super) vertex: &'static str,
-    /// For opaque, additive and transparent polygons.
+    /// Fragment shaders of opaque, additive and transparent polygons.
     pub(super) fragments: [&'static str; 3],
-    /// For depth alone; without a fragment shader, every pixel of a polygon counts.
+    /// Vertex and fragment shader for depth alone. Without a fragment shader, no pixel of a polygon is discarded.
     pub(super) depth: (&'static str, Option<&'static str>),
 }
 
@@ -80,26 +80,26 @@ impl Pipelines {
         }
     }
 
-    /// Says whether the sky covers the background.
+    /// Sets whether the sky covers the background.
     pub(super) fn show_sky(&mut self, is_shown: bool) {
         if let Some(sky) = &mut self.sky {
             sky.is_shown = is_shown;
         }
     }
 
-    /// Changes where the first light does not reach.
+    /// Changes the shadow map of the first light.
     pub(super) fn set_shadow(&mut self, shadow: &wgpu::BindGroup) {
         if let Some(sky) = &mut self.sky {
             sky.shadow = shadow.clone();
         }
     }
 
-    /// What brushes need of the paint.
+    /// Materials, textures and light; `None` for plain colours.
     pub(super) fn paint(&self) -> Option<&wgpu::BindGroup> {
         self.sky.as_ref().map(|sky| &sky.paint)
     }
 
-    /// Makes a pass ready for colours, and draws what is seen where no polygon is.
+    /// Binds the resources of a pass with colours, and draws the sky.
     pub(super) fn begin(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
         pass.set_bind_group(0, view, &[]);
         let Some(sky) = &self.sky else { return };
@@ -111,13 +111,13 @@ impl Pipelines {
         }
     }
 
-    /// Makes a pass ready for depth alone.
+    /// Binds the resources and the pipeline of a pass for depth alone.
     pub(super) fn begin_depth(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
         self.bind(pass, view);
         pass.set_pipeline(&self.depth);
     }
 
-    /// Binds what all polygons need.
+    /// Binds the resources that all polygons share.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
         pass.set_bind_group(0, view, &[]);
         if let Some(sky) = &self.sky {
@@ -135,7 +135,7 @@ impl Pipelines {
         }
     }
 
-    /// Draws the opaque polygons so that they are counted in the fourth number of each sample, after [`Pipelines::bind`].
+    /// Counts the opaque polygons in the alpha of each sample, after [`Pipelines::bind`].
     pub(super) fn draw_counts(
         &self,
         gpu: &Gpu,
@@ -166,7 +166,7 @@ impl Pipelines {
         }
     }
 
-    /// Draws runs of a list; their places count from `first`, and the numbers of those that are not listed from `all_from`.
+    /// Draws runs. Places of listed runs count from `first`, polygon numbers of the other runs from `all_from`.
     pub(super) fn draw_runs(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -189,12 +189,12 @@ impl Pipelines {
     }
 }
 
-/// What a pipeline draws into.
+/// Outputs of a pipeline.
 #[derive(Clone, Copy)]
 enum Into {
     Depth,
     Colors(Blend),
-    /// The fourth number of each sample, which grows by one.
+    /// Alpha of each sample; every fragment adds one.
     Counts,
 }
 
@@ -220,7 +220,7 @@ fn create(
         Into::Colors(Blend::Transparent) => {
             ("transparent polygons", Some((Some(wgpu::BlendState::ALPHA_BLENDING), wgpu::ColorWrites::ALL)))
         }
-        // What is opaque has a fourth number of one.
+        // Opaque polygons have an alpha of one.
         Into::Counts => ("polygons counted", Some((sum, wgpu::ColorWrites::ALPHA))),
     };
     let of_state = |(blend, write_mask)| wgpu::ColorTargetState { format: COLOR_FORMAT, blend, write_mask };
@@ -237,9 +237,9 @@ fn create(
             },
             buffers: &[],
         },
-        // Both sides of a polygon are seen: nothing is culled by its winding.
+        // Both sides of a polygon are visible: no back-face culling.
         primitive: wgpu::PrimitiveState::default(),
-        // Of two at the same depth the later one is seen: which that is does not depend on what is left out.
+        // At equal depth the later polygon wins. Culling other polygons does not change which one is later.
         depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: fragment.map(|entry_point| {
@@ -250,7 +250,7 @@ fn create(
     })
 }
 
-/// A pipeline whose entry point `vertex` draws one triangle over all of a picture.
+/// A pipeline whose entry point `vertex` draws one triangle over the whole picture.
 pub(super) fn of_whole_picture(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,

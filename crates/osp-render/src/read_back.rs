@@ -30,7 +30,7 @@ impl ComingImage {
     /// The picture, once it has arrived.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn take(&self, gpu: &Gpu) -> Option<Result<Image, RenderError>> {
         if let Err(error) = gpu.check() {
             return Some(Err(error));
@@ -41,7 +41,7 @@ impl ComingImage {
     /// Waits for the picture and returns it; a page in a browser cannot wait.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn wait(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         gpu.wait()?;
         self.finish()

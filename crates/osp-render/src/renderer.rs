@@ -27,12 +27,12 @@ use osp::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// Polygons to draw and how.
+/// Polygons to draw, and their style.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
     /// The polygons.
     pub polygons: &'a VisibleBlocks,
-    /// How they look.
+    /// Their style.
     pub style: Style,
 }
 
@@ -43,15 +43,16 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// Settings of a renderer that do not change the picture, but for the background.
+/// Settings of a renderer. Only the background changes the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererConfig {
-    /// Polygons of a chunk of GPU memory, 96 bytes each. Larger: fewer dispatches and draw calls for large scenes. The first
-    /// chunk grows by doubling, so small scenes do not take more memory.
+    /// Number of polygons in a chunk of GPU memory, 96 bytes each. Larger chunks make fewer dispatches and draw calls
+    /// for large scenes. The first chunk grows by doubling, so small scenes do not take more memory.
     pub chunk_len: usize,
-    /// Most polygons of a draw call. The index buffer that all calls share takes 24 bytes for each of them.
+    /// Greatest number of polygons of a draw call. The index buffer, which all calls share, takes 24 bytes for each of
+    /// them.
     pub draw_len: usize,
-    /// Red, green, blue where nothing is, linear.
+    /// Background colour: linear red, green, blue.
     pub background: [f64; 3],
 }
 
@@ -62,7 +63,7 @@ impl Default for RendererConfig {
     }
 }
 
-/// Every polygon of a scene on the GPU, and the pipelines that draw them.
+/// All polygons of a scene on the GPU, and the pipelines that draw them.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Arc<Gpu>,
@@ -70,7 +71,7 @@ pub struct Renderer {
     view_layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
     finish: Finish,
-    /// Made when the first polygon comes that a brush has painted, or an environment.
+    /// Created with the first polygon that a brush has painted, or with the first environment.
     paint: Option<Paint>,
     environment: Option<Environment>,
     time_s: f32,
@@ -78,9 +79,9 @@ pub struct Renderer {
     is_patient: bool,
     /// Whether every polygon is drawn solid in its plain colour.
     is_solid: bool,
-    /// Made when a painter first draws.
+    /// Created when a painter first draws.
     parts: Option<PartPass>,
-    /// Made when a view first asks for it.
+    /// Created when GPU culling is first selected for a view.
     hzb: Option<Hzb>,
     background: wgpu::Color,
 }
@@ -112,14 +113,14 @@ impl Renderer {
         renderer
     }
 
-    /// Changes what is seen where nothing is and there is no environment: linear red, green, blue.
+    /// Sets the background colour: linear red, green, blue. The sky of an environment covers it.
     pub fn set_background(&mut self, linear: [f64; 3]) {
         let [r, g, b] = linear.map(srgb_from_linear);
         self.background = wgpu::Color { r, g, b, a: 1.0 };
     }
 
-    /// Changes the light, and what is seen where nothing is. Without an environment that is the background, and what brushes
-    /// have painted stands in the light that their application begins with.
+    /// Sets light and sky. Without an environment the background is seen, and the default environment of Tilt Brush
+    /// lights brush strokes.
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.environment = environment.cloned();
         if let Some(paint) = &mut self.paint {
@@ -127,39 +128,40 @@ impl Renderer {
         }
     }
 
-    /// Changes the moment that what moves by itself is seen at, seconds.
+    /// Sets the time of animated brushes, seconds.
     pub fn set_time(&mut self, time_s: f32) {
         self.time_s = time_s;
     }
 
-    /// Changes the colours that polygons are drawn in; those that are there are sent again.
+    /// Sets the colours of polygons. The next [`Renderer::send`] sends polygons on the GPU again if their colours
+    /// change.
     pub fn set_colors(&mut self, colors: Colors) {
         self.has_changed |= self.scene.set_colors(colors);
     }
 
-    /// Says whether shadows may be some frames older than what throws them, so that a frame that changes a large scene does
-    /// not draw all of it again for its shadows.
+    /// Sets whether shadows may be some frames older than their casters. A frame that changes a large scene then need
+    /// not draw the whole scene into the shadow map.
     pub fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Says whether every polygon is drawn solid, flat-shaded in its plain colour, whatever brush has painted it: as a
-    /// painter draws it ([`PaintList`]).
+    /// Sets whether every polygon is drawn solid and flat-shaded in its plain colour, whatever brush has painted it. A
+    /// painter draws polygons in the same way ([`PaintList`]).
     pub fn set_solid(&mut self, is_solid: bool) {
         self.is_solid = is_solid;
     }
 
-    /// Whether something moves by itself with [`Renderer::set_time`].
+    /// Whether the picture changes with [`Renderer::set_time`].
     pub fn is_animated(&self) -> bool {
         self.scene.is_animated()
     }
 
-    /// Whether brushes or an environment decide how things look.
+    /// Whether frames are drawn with the paint of brushes or with an environment.
     fn is_painted(&self) -> bool {
         !self.is_solid && (self.scene.has_brushes() || self.environment.is_some())
     }
 
-    /// The pipelines of the frame at hand.
+    /// The pipelines of the current frame.
     fn pipelines(&self) -> &Pipelines {
         match &self.paint {
             Some(paint) if self.is_painted() => paint.pipelines(),
@@ -172,20 +174,20 @@ impl Renderer {
         &self.gpu
     }
 
-    /// What a view needs of its own.
+    /// Creates the resources of one view.
     pub fn create_view_slot(&self) -> ViewSlot {
         ViewSlot::new(&self.gpu, &self.view_layout)
     }
 
-    /// Notes what has changed in the scene; it is sent with the next [`Renderer::send`]. To be called with every
-    /// change, also those of frames that are not drawn.
+    /// Records changes of the scene; the next [`Renderer::send`] sends them. Call it with every change, also with
+    /// changes of frames that are not drawn.
     pub fn follow(&mut self, changes: &[Change]) {
         self.has_changed |= !changes.is_empty();
         self.scene.note(changes);
     }
 
-    /// Forgets the polygons from number `count` on, because the scene has been taken back to when it had so many (0 for
-    /// another scene): they are sent again when they come again.
+    /// Forgets the polygons from number `count` on. Call it after the scene was reset to its first `count` polygons (0
+    /// for another scene). Polygons that then take these numbers are sent again.
     pub fn forget_from(&mut self, count: usize) {
         self.has_changed = true;
         self.scene.truncate(count);
@@ -213,18 +215,19 @@ impl Renderer {
         bytes
     }
 
-    /// Chooses how a view culls hidden polygons on the GPU. It does so in frames of which all that is drawn comes in one layer in its own colours; others are drawn without.
+    /// Selects how a view culls hidden polygons on the GPU. Only frames with a single layer in its own colours are
+    /// culled.
     ///
     /// # Errors
-    /// The adapter lacks what that needs; the view is drawn as before.
+    /// The adapter lacks a required feature; the view is drawn as before.
     pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.set_occlusion_with(slot, occlusion, HzbConfig::default())
     }
 
-    /// The same, with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
+    /// [`Renderer::set_occlusion`] with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
-    /// The adapter lacks what that needs; the view is drawn as before.
+    /// The adapter lacks a required feature; the view is drawn as before.
     pub fn set_occlusion_with(
         &mut self,
         slot: &mut ViewSlot,
@@ -237,13 +240,13 @@ impl Renderer {
             return Ok(());
         }
         if occlusion == GpuOcclusion::Queries && self.gpu.is_in_browser() {
-            // The crate wgpu, version 30, does not hand the set of queries on to the browser.
+            // wgpu 30 does not pass the query set on to the browser.
             let lacks = "occlusion queries, which no browser gives it";
             return Err(RenderError::NoOcclusion { adapter: self.gpu.name(), lacks });
         }
         if self.hzb.is_none() {
             let mut hzb = match Hzb::new(&self.gpu) {
-                // Then drawing all is the fastest way that there is.
+                // Without a depth pyramid, drawing all polygons is the fastest method.
                 Err(_) if occlusion == GpuOcclusion::Auto => {
                     slot.hzb = None;
                     slot.switch = Some(DrawSwitch::default());
@@ -263,19 +266,19 @@ impl Renderer {
         Ok(())
     }
 
-    /// The depth pyramid of a view's last frame, to look at; `None` if it was drawn without.
+    /// Reads back the depth pyramid of a view's last frame; `None` if that frame was not culled on the GPU.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn read_pyramid(&self, slot: &ViewSlot) -> Result<Option<Vec<PyramidLevel>>, RenderError> {
         let view = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters);
         view.map(|view| view.read_pyramid(&self.gpu)).transpose()
     }
 
-    /// The opaque polygons that a view's last frame drew, if it looked for hidden ones while drawing.
+    /// Reads back the opaque polygons that a view's last frame drew; `None` if that frame was not culled on the GPU.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn read_drawn(&self, slot: &ViewSlot) -> Result<Option<Vec<PolygonId>>, RenderError> {
         let Some(view) = slot.hzb.as_ref().filter(|_| slot.order.listing() == Listing::Clusters) else {
             return Ok(None);
@@ -284,7 +287,7 @@ impl Renderer {
         Ok(Some(kept.iter().flat_map(Handle::ids).collect()))
     }
 
-    /// Polygons on the GPU.
+    /// Number of polygons on the GPU.
     pub fn polygon_count(&self) -> usize {
         self.scene.uploaded()
     }
@@ -294,8 +297,8 @@ impl Renderer {
         self.scene.bytes()
     }
 
-    /// Sorts and sends what a view draws; returns the bytes sent. Polygons that are not on the GPU are left out:
-    /// [`Renderer::send`] comes first. Layers beyond the eighth are drawn in the style of the eighth.
+    /// Sorts the polygons of a view and sends their order; returns the bytes sent. Call it after [`Renderer::send`]:
+    /// polygons that are not on the GPU are left out. Layers beyond the eighth are drawn in the style of the eighth.
     pub fn prepare(&self, slot: &mut ViewSlot, scene: &Scene, view: &View, layers: &[Layer<'_>]) -> u64 {
         let page_len = self.scene.page_len();
         let mut styles = [Style::PLAIN; MAX_STYLES];
@@ -327,7 +330,7 @@ impl Renderer {
         bytes
     }
 
-    /// Sends a view of which a painter draws what there is; [`Renderer::send`] comes first.
+    /// Sends a view that a painter draws. Call it after [`Renderer::send`].
     pub(super) fn prepare_parts(&mut self, slot: &mut ViewSlot, view: &View) {
         let Self { parts, gpu, view_layout, scene, .. } = self;
         parts.get_or_insert_with(|| PartPass::new(gpu, view_layout, scene));
@@ -352,8 +355,8 @@ impl Renderer {
         calls
     }
 
-    /// Encodes the drawing of a prepared view into `target`; `more` draws whatever comes on top. After submission both
-    /// [`GpuTimer::submitted`] and [`ViewSlot::submitted`] are to be called.
+    /// Encodes the drawing of a prepared view into `target`; `more` draws on top of it. After submission, call both
+    /// [`GpuTimer::submitted`] and [`ViewSlot::submitted`].
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -400,8 +403,8 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// Draws a prepared view into a pass of another renderer, over what that one has drawn: for the `more` of its
-    /// [`Renderer::encode`], with a target of the same format. Nothing here may be culled on the GPU.
+    /// Draws a prepared view on top of another renderer's picture, in its render pass: the `more` of its
+    /// [`Renderer::encode`] calls this. Both targets have the same format. The view must not be culled on the GPU.
     pub fn draw_over(&self, pass: &mut wgpu::RenderPass<'_>, slot: &ViewSlot) {
         let pipelines = self.pipelines();
         pipelines.bind(pass, slot.bind_group());
@@ -410,7 +413,8 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// For [`OpaqueOrder::ZPrepass`], encodes the pass that comes first, with the time stamps of the frame's beginning.
+    /// For [`OpaqueOrder::ZPrepass`], encodes the depth pass with `stamps`. Returns the depth and the time stamps of
+    /// the pass with colours.
     fn lay_down_depth<'s>(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -428,11 +432,11 @@ impl Renderer {
         (DepthBefore::Kept, None)
     }
 
-    /// Draws a prepared view again, its opaque polygons alone, and counts how often a sample is shaded. What the target
-    /// shows is lost, but not its picture.
+    /// Draws only the opaque polygons of a prepared view again, and counts how often samples are shaded. Overwrites the
+    /// target's samples, but not its finished picture.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub(super) fn count_overdraw(&self, target: &Target, slot: &ViewSlot) -> Result<Overdraw, RenderError> {
         let mut encoder = self.gpu.device().create_command_encoder(&Default::default());
         let (depth, _) = self.lay_down_depth(&mut encoder, target, slot, None);
@@ -445,7 +449,7 @@ impl Renderer {
         overdraw::add_up(&self.gpu, target)
     }
 
-    /// Draw calls of a prepared view.
+    /// Number of draw calls of a prepared view.
     pub(super) fn draw_calls(&self, slot: &ViewSlot) -> u64 {
         let in_list = slot.order.runs().iter().map(|run| self.scene.draw_calls(run.range.len()));
         // For depth, then for colours.
@@ -454,7 +458,7 @@ impl Renderer {
         in_list.chain(culled).sum()
     }
 
-    /// What the order of a prepared view costs in calls and changes of state.
+    /// Cost of a prepared view's order in calls and changes of state.
     pub(super) fn order_counts(&self, slot: &ViewSlot, scene: &Scene) -> OrderCounts {
         let order = &slot.order;
         let runs = order.runs();
@@ -473,7 +477,7 @@ impl Renderer {
     }
 }
 
-/// The pipelines of what no brush has painted.
+/// The pipelines of polygons in their plain colours.
 fn plain_pipelines(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout, scene: &GpuScene) -> Pipelines {
     let module = descriptors::module(gpu.device(), "polygon", shaders::POLYGON);
     let layout =

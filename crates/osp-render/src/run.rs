@@ -1,4 +1,4 @@
-//! Parts of the list to draw.
+//! Runs of the draw list, and clusters of polygons.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use osp::polygon::{PolygonId, bits};
 /// Blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They hide it, at least where they are solid.
+    /// They hide it, except where a brush cuts holes.
     Opaque,
     /// Their light is added to it.
     Additive,
@@ -26,13 +26,13 @@ pub struct Classes {
     pub additive: u64,
 }
 
-/// A part of the list to draw that takes one draw call.
+/// A part of the draw list with one page, style and blending.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or numbers of polygons.
+    /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or polygon numbers.
     pub range: Range<u32>,
-    /// Whether the range is of places in the list. If not, it is of polygon numbers: the polygons in it whose bit is
-    /// set in [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
+    /// Whether `range` has places in the list. If not, it has polygon numbers; the polygons whose bit is set in
+    /// [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
     pub is_listed: bool,
     /// Page of the scene's polygons: it begins at `page` times the page's length.
     pub page: u32,
@@ -43,7 +43,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The places to draw. Places of the list count from `first`, the numbers of a run that is not listed from `all_from`.
+    /// The places to draw. Places of a listed run count from `first`, polygon numbers of another run from `all_from`.
     pub(super) fn places(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
         from + self.range.start..from + self.range.end
@@ -59,7 +59,7 @@ pub(super) const CLUSTER: usize = 64;
 pub(super) struct Handle {
     /// The cluster: its first polygon is [`CLUSTER`] times this.
     pub(super) cluster: u32,
-    /// A bit for each polygon of it that is to be drawn: the lower 32, the upper 32.
+    /// Mask of its polygons to draw: the lower 32 bits, the upper 32 bits.
     pub(super) mask: [u32; 2],
 }
 
@@ -83,15 +83,15 @@ impl Handle {
 /// Handles of one page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct HandleRun {
-    /// Where its handles are in [`DrawOrder::handles`](super::DrawOrder::handles).
+    /// Range in [`DrawOrder::handles`](super::DrawOrder::handles).
     pub(super) range: Range<u32>,
     /// The page.
     pub(super) page: u32,
-    /// Polygons that the handles stand for.
+    /// Number of polygons in these handles.
     pub(super) polygons: u32,
 }
 
-/// Lists one more polygon: in the last run if its properties are the same.
+/// Appends a polygon to the list, in the last run if page, style and blending are the same.
 pub(super) fn push(
     ids: &mut Vec<PolygonId>,
     runs: &mut Vec<Run>,

@@ -7,8 +7,8 @@ use super::{
     read_back::{ComingImage, begin_read_back, read_back},
 };
 
-/// What is drawn into: a multisampled picture with its depth, the resolved picture without bounds, and the finished one
-/// that is saved or shown.
+/// Textures of one view: multisampled colours and depth, the resolved colours, which may exceed 1, and the finished
+/// picture, which is saved or shown.
 #[derive(Debug)]
 pub struct Target {
     width: u32,
@@ -18,7 +18,7 @@ pub struct Target {
     resolved: wgpu::TextureView,
     picture: wgpu::Texture,
     picture_view: wgpu::TextureView,
-    /// What finishing the picture needs, made when it first is.
+    /// Resources for finishing the picture, created with the first finished picture.
     pub(super) octaves: OnceLock<Octaves>,
 }
 
@@ -81,12 +81,12 @@ impl Target {
     /// A copy of the finished picture.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub fn image(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         read_back(gpu, &self.picture)
     }
 
-    /// The same for a caller that cannot wait: it comes later.
+    /// [`Target::image`] for a caller that cannot wait: the picture arrives later.
     pub fn image_later(&self, gpu: &Gpu) -> ComingImage {
         begin_read_back(gpu, &self.picture)
     }
@@ -96,12 +96,12 @@ impl Target {
         &self.picture_view
     }
 
-    /// What was drawn, one value a pixel.
+    /// The drawn colours, one value a pixel.
     pub(super) fn resolved(&self) -> &wgpu::TextureView {
         &self.resolved
     }
 
-    /// What was drawn, every sample of it.
+    /// The drawn colours of every sample.
     pub(super) fn samples(&self) -> &wgpu::TextureView {
         &self.samples
     }
@@ -111,7 +111,7 @@ impl Target {
         &self.depth
     }
 
-    /// A pass that clears the target's colours and draws into it.
+    /// Begins a pass that clears the target's colours and draws into it.
     pub(super) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -147,7 +147,7 @@ impl Target {
         })
     }
 
-    /// A pass that clears the target's depth, draws into that alone, and keeps it.
+    /// Begins a pass that clears the target's depth, draws into it alone, and stores it.
     pub(super) fn begin_depth<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -169,7 +169,7 @@ impl Target {
 }
 
 impl Target {
-    /// A pass that counts samples against the depth that is there, and changes nothing.
+    /// Begins a pass of occlusion queries against the stored depth. It changes nothing.
     pub(super) fn begin_queries<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -190,16 +190,16 @@ impl Target {
     }
 }
 
-/// What a pass with colours finds in the depth.
+/// Depth before a pass with colours, and whether the pass stores its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthBefore {
-    /// Nothing.
+    /// Cleared; not stored.
     Nothing,
-    /// What a pass without colours has left.
+    /// Stored by a pass without colours; not stored again.
     Kept,
-    /// Nothing, and what it leaves is kept for what comes after.
+    /// Cleared, then stored for later passes.
     NothingAndKept,
 }
 
-/// Reversed: 0 is the farthest.
+/// Depth is reversed: 0 is the farthest.
 const FARTHEST: wgpu::LoadOp<f32> = wgpu::LoadOp::Clear(0.0);

@@ -7,15 +7,15 @@ use super::{
 };
 use osp::{math::rotate, view::View};
 
-/// What a frame sends for one view: the view itself and the numbers of its polygons. One for each screen and eye.
+/// Resources of one view, such as a screen or an eye: its uniforms, and the numbers of its polygons.
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
-    /// The numbers that a frame lists, and behind them a bit a polygon for the runs that are not listed.
+    /// The listed polygon numbers, then one bit for each polygon for the runs that are not listed.
     ids: wgpu::Buffer,
-    /// Room for listed numbers: where the bits begin.
+    /// Capacity for listed numbers, and so the place at which the bits begin.
     all_from: u32,
-    /// Room for bits, in words of 32.
+    /// Capacity for bits, in words of 32.
     bit_words: u32,
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
@@ -32,12 +32,12 @@ pub(super) struct Uniforms {
     styles: [[[f32; 4]; 2]; MAX_STYLES],
     up_in_world: [f32; 4],
     corners: [[f32; 4]; 3],
-    /// First: the places from here on stand for a polygon each, number 0 first.
+    /// x: the place that stands for polygon 0; each later place stands for the next number.
     all_from: [u32; 4],
 }
 
 impl Uniforms {
-    /// Of what has no eye: places are relative to `middle`.
+    /// Uniforms without an eye: positions are relative to `middle`.
     pub(super) fn of_matrix(clip_from_middle: [[f32; 4]; 4], middle: [f32; 4]) -> Self {
         Self { clip_from_eye: clip_from_middle, eye_in_world: middle, ..Self::zeroed() }
     }
@@ -84,7 +84,7 @@ impl ViewSlot {
         self.all_from
     }
 
-    /// The method by which this view is culled on the GPU.
+    /// Method by which this view is culled on the GPU.
     pub fn occlusion(&self) -> GpuOcclusion {
         match (&self.switch, &self.hzb) {
             (Some(_), _) => GpuOcclusion::Auto,
@@ -93,8 +93,8 @@ impl ViewSlot {
         }
     }
 
-    /// Takes the time of a frame of this view, now or some frames later, and whether that frame was culled on the GPU.
-    /// [`GpuOcclusion::Auto`] decides by these times.
+    /// Records the time of a frame of this view, nanoseconds, and whether that frame was culled on the GPU. The time
+    /// may come some frames later. [`GpuOcclusion::Auto`] decides by these times.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);
@@ -106,7 +106,7 @@ impl ViewSlot {
         self.hzb.is_some() && self.order.listing() == Listing::Clusters
     }
 
-    /// To be called after the submission of what [`Renderer::encode`](super::Renderer::encode) has encoded.
+    /// Call it after submitting the commands of [`Renderer::encode`](super::Renderer::encode).
     pub fn submitted(&mut self) {
         if self.culls()
             && let Some(view) = &mut self.hzb
@@ -141,21 +141,21 @@ impl ViewSlot {
         self.send_uniforms(gpu, layout, uniforms)
     }
 
-    /// The same, of what is drawn with other numbers than a view's.
+    /// [`ViewSlot::send`] with these uniforms in place of a view's.
     pub(super) fn send_uniforms(
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         uniforms: Uniforms,
     ) -> u64 {
-        // Opaque polygons that are handed over as clusters are listed on the GPU, before the others.
+        // The GPU lists the opaque polygons of clusters, in front of the others.
         let before = u64::from(self.order.opaque_count());
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         let (first_word, bits) = self.order.span_bits();
         let listed = before + self.order.ids().len() as u64;
         let bit_words = if bits.is_empty() { 0 } else { (first_word + bits.len()) as u64 * 2 };
         if listed > u64::from(self.all_from) || bit_words > u64::from(self.bit_words) {
-            // Both are written anew every frame: the old ones need not be copied.
+            // Both are written again every frame: the old content need not be copied.
             let grown = |room: u32, wanted: u64| u64::from(room).max(wanted.next_power_of_two()) as u32;
             self.all_from = grown(self.all_from, listed);
             self.bit_words = if bit_words == 0 { self.bit_words } else { grown(self.bit_words, bit_words) };
@@ -166,7 +166,7 @@ impl ViewSlot {
             gpu.queue().write_buffer(&self.ids, before * 4, ids);
         }
         let bits: &[u8] = bytemuck::cast_slice(bits);
-        // Where nothing is drawn by its bit, no place stands for a polygon: other lists may be longer than this one.
+        // Without bits, no place stands for a polygon number: other lists may be longer than this one.
         let mut all_from = u32::MAX;
         if !bits.is_empty() {
             all_from = self.all_from;

@@ -1,4 +1,4 @@
-//! Compute pipelines and what they bind.
+//! Compute pipelines and their bindings.
 
 use super::span::SPAN_BYTES;
 use crate::{Gpu, descriptors};
@@ -6,9 +6,9 @@ use crate::{Gpu, descriptors};
 /// Kind of a binding of a compute shader.
 #[derive(Clone, Copy)]
 pub(super) enum Bound {
-    /// A uniform buffer of so many bytes.
+    /// A uniform buffer of this number of bytes.
     Uniform(u64),
-    /// One of several in a uniform buffer.
+    /// One of the spans in a uniform buffer, by a dynamic offset.
     Span,
     Read,
     Write,

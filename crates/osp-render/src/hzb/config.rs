@@ -1,13 +1,13 @@
 use std::ops::Add;
 
-/// Polygons that are tested as one.
+/// Number of polygons that are tested together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbGroup {
     /// Sixteen.
     Sixteen,
     /// Four.
     Four,
-    /// Each on its own.
+    /// Each by itself.
     #[default]
     One,
 }
@@ -26,12 +26,12 @@ impl HzbGroup {
 /// Bound that represents a group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbBound {
-    /// The rectangle around its corners on the picture, and the nearest of them.
+    /// The rectangle around its corners on the picture, and the depth of the nearest corner.
     #[default]
     Corners,
-    /// The same of the box around it in world space.
+    /// The same of the corners of its bounding box in world space.
     Box,
-    /// Wrong on purpose, for a test that must notice it: the rectangle, and less than the farthest corner.
+    /// Wrong on purpose, for a test that must detect it: the rectangle, and a depth beyond the farthest corner.
     #[cfg(test)]
     Farthest,
 }
@@ -39,17 +39,19 @@ pub enum HzbBound {
 /// Whether the polygons of a group that is not hidden are tested one by one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbFine {
-    /// They are, triangle by triangle, each texel that a triangle touches against the triangle's own plane there.
+    /// They are tested, triangle by triangle: each texel that a triangle touches against the triangle's plane there.
     #[default]
     Triangles,
-    /// They are drawn.
+    /// They are drawn without a test.
     Off,
 }
 
-/// Settings of culling by a hierarchical depth buffer. They change what is found, never the picture.
+/// Settings of culling by a hierarchical depth buffer. They change how many hidden polygons are found, never the
+/// picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HzbConfig {
-    /// Polygons that are tested as one. Larger: fewer tests, and less is found.
+    /// Number of polygons that are tested together. Larger groups make fewer tests, and fewer hidden polygons are
+    /// found.
     pub group: HzbGroup,
     /// Bound that represents a group.
     pub bound: HzbBound,
@@ -60,7 +62,7 @@ pub struct HzbConfig {
 /// Counts of a frame that is culled on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnCounts {
-    /// Groups of opaque polygons tested, transparent polygons among them.
+    /// Tested groups of opaque polygons, plus tested transparent polygons.
     pub groups_tested: u64,
     /// Polygons in view.
     pub in_view: u64,

@@ -16,15 +16,15 @@ use crate::{
     timer::{Ends, Stamps},
 };
 
-/// Handles of a workgroup of the test.
+/// Handles that a workgroup tests.
 const HANDLES_OF_TEST: u32 = 1;
-/// Transparent polygons of a workgroup of the test.
+/// Transparent polygons that a workgroup tests.
 const POLYGONS_OF_TEST: u32 = 64;
 /// Texels of a workgroup of the pyramid, each way.
 const TEXELS_OF_PYRAMID: u32 = 8;
 
 impl HzbView {
-    /// Encodes the drawing of a prepared view; `more` draws whatever comes on top.
+    /// Encodes the drawing of a prepared view; `more` draws on top of it.
     pub(in super::super) fn encode(
         &mut self,
         frame: &Frame<'_>,
@@ -37,7 +37,7 @@ impl HzbView {
         timer.begin();
         self.is_encoded = true;
         if self.has_jumped {
-            // All in view is kept: see `prepare`.
+            // All polygons in view are kept: see `prepare`.
             self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));
             self.draw(frame, encoder, timer, DepthBefore::NothingAndKept, more);
             self.remember(frame, &groups, encoder, timer);
@@ -58,7 +58,7 @@ impl HzbView {
         self.groups = Some(groups);
     }
 
-    /// Makes pyramid and bind groups fit the target.
+    /// Fits the pyramid and the bind groups to the target.
     fn fit(&mut self, frame: &Frame<'_>) {
         let gpu = frame.gpu;
         if self.size != frame.target.size() {
@@ -141,7 +141,7 @@ impl HzbView {
         }
     }
 
-    /// Draws what was visible in the last frame, for its depth alone.
+    /// Draws the depth of the polygons that were visible in the last frame.
     fn recall(
         &self,
         frame: &Frame<'_>,
@@ -171,7 +171,7 @@ impl HzbView {
         }
     }
 
-    /// Issues queries instead of a test.
+    /// Issues queries in place of the test.
     fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
@@ -186,7 +186,7 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid and tests.
+    /// Builds the pyramid and tests the polygons in view.
     fn test(&self, frame: &Frame<'_>, groups: &Groups, encoder: &mut wgpu::CommandEncoder, timer: &GpuTimer) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("occlusion test"),
@@ -201,7 +201,7 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid of the drawn polygons and tests, so that the next frame has the polygons visible in this one.
+    /// Builds the pyramid of the drawn polygons, and tests these to record the visible ones for the next frame.
     fn remember(
         &self,
         frame: &Frame<'_>,
@@ -222,7 +222,7 @@ impl HzbView {
         for (level, (_, width, height)) in (1..).zip(self.levels.iter()) {
             let (pipeline, texels) = match level {
                 1 => (&frame.hzb.base, 2 * TEXELS_OF_PYRAMID),
-                // Made together with the first.
+                // Built together with the first.
                 2 => continue,
                 _ => (&frame.hzb.reduce, TEXELS_OF_PYRAMID),
             };
@@ -233,7 +233,7 @@ impl HzbView {
         }
     }
 
-    /// Compacts what is not hidden into the draw list.
+    /// Compacts the polygons that are not hidden into the draw list.
     fn compact(
         &self,
         frame: &Frame<'_>,
@@ -283,10 +283,10 @@ impl HzbView {
         frame.finish.encode(frame.gpu, encoder, frame.target, frame.spreads, stamps);
     }
 
-    /// The pyramid of the last frame.
+    /// Reads back the pyramid of the last frame.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_pyramid(&self, gpu: &Gpu) -> Result<Vec<PyramidLevel>, RenderError> {
         let bytes = read_buffer(gpu, &self.buffers.pyramid, u64::from(self.levels.texels()) * 4)?;
         let texels: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
@@ -297,10 +297,11 @@ impl HzbView {
         Ok(self.levels.iter().map(level).collect())
     }
 
-    /// The opaque polygons of the last frame that were not found to be hidden, by number; `handles`: those of that frame.
+    /// Reads back the opaque polygons of the last frame that were not found to be hidden, by number. `handles` are the
+    /// handles of that frame.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub(in super::super) fn read_kept(
         &self,
         gpu: &Gpu,
@@ -320,7 +321,7 @@ fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     })
 }
 
-/// Tests what the spans hold, each with its chunk of polygons.
+/// Tests the polygons of the spans, each span with its chunk.
 fn test_spans<'a>(
     frame: &Frame<'_>,
     groups: &Groups,
@@ -340,7 +341,7 @@ fn test_spans<'a>(
 
 fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {
     if workgroups > 0 {
-        // More than a dispatch can have are transparent ones, of which the rest is drawn.
+        // Only transparent polygons can exceed the limit of a dispatch. The rest of them is drawn without a test.
         pass.dispatch_workgroups(workgroups.min(65_535), 1, 1);
     }
 }

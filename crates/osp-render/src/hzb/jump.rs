@@ -3,25 +3,26 @@ use glam::Vec3;
 use crate::run::Handle;
 use osp_session::scene::Scene;
 
-/// Polygons whose distance is sampled after a move of an eye.
+/// Number of polygons whose distance from the eye is sampled.
 const SAMPLES: usize = 15;
-/// An eye that moves farther than this part of the distance of what it sees sees other sides of it.
+/// Part of the polygons' distance. An eye that moves farther sees other sides of the polygons.
 const FAR_PART: f32 = 0.5;
 
 /// Record of a view's last frame, to decide whether recalling its visible polygons pays.
 #[derive(Debug, Default)]
 pub(super) struct LastLook {
     eye_in_world: Vec3,
-    /// The opaque polygons in view, in the order of numbers.
+    /// The opaque polygons in view, by number.
     handles: Vec<Handle>,
-    /// Whether it had jumped.
+    /// Whether its view had jumped.
     has_jumped: bool,
 }
 
 impl LastLook {
-    /// Takes the record of the next frame, and returns whether its view has jumped. A view jumps if most polygons in view
-    /// were not in the last frame, or if the eye has moved so far that the old occluders need not hide any more. With such a
-    /// fast eye every other frame jumps; the others recall the polygons found visible just before.
+    /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
+    /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any
+    /// more. While the eye moves that fast, every other frame jumps; the frames between recall the polygons just found
+    /// visible.
     pub(super) fn jumps_to(
         &mut self,
         eye_in_world: Vec3,
@@ -41,7 +42,7 @@ impl LastLook {
     }
 }
 
-/// Whether both have at least so many polygons.
+/// Whether `a` and `b` have at least this number of polygons in common.
 fn have_common(a: &[Handle], b: &[Handle], least: u32) -> bool {
     let mut a = a.iter().peekable();
     let mut common = 0;
@@ -57,7 +58,7 @@ fn have_common(a: &[Handle], b: &[Handle], least: u32) -> bool {
     common >= least
 }
 
-/// The median of some polygons' distances from the eye, metres.
+/// Median distance of sampled polygons from the eye, metres.
 fn usual_distance_m(handles: &[Handle], eye_in_world: Vec3, scene: &Scene) -> f32 {
     let step = handles.len().div_ceil(SAMPLES).max(1);
     let first_of = |handle: &Handle| handle.ids().next();
@@ -106,7 +107,7 @@ mod tests {
         let all = handles([u64::MAX; 3]);
         assert!(jumps(&mut last, eye, all.clone(), &scene), "the first frame");
         assert!(!jumps(&mut last, eye, all.clone(), &scene));
-        // All of it was in view, then half, then less.
+        // Of these polygons, all were in view, then half, then less.
         assert!(!jumps(&mut last, eye, handles([0, 0xFFFF_FFFF, 0]), &scene));
         assert!(!jumps(&mut last, eye, handles([0xFFFF, 0xFFFF, 0]), &scene));
         assert!(jumps(&mut last, eye, handles([0xFFFF_FFFF, 0xF, 0xFF]), &scene));
@@ -116,7 +117,7 @@ mod tests {
         assert!(jumps(&mut last, eye - Vec3::Y * 16.0, all.clone(), &scene));
         assert!(!jumps(&mut last, eye - Vec3::Y * 32.0, all.clone(), &scene), "the next one recalls");
         assert!(jumps(&mut last, eye - Vec3::Y * 200.0, all.clone(), &scene));
-        // Nothing in view is nothing to recall.
+        // Without polygons in view, there is nothing to recall.
         assert!(!jumps(&mut last, eye, handles([0; 3]), &scene));
         assert!(jumps(&mut last, eye, all.clone(), &scene));
     }

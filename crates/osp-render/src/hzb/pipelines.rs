@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
-/// Storage buffers that the largest of the compute shaders has; as many as every adapter must offer have it.
+/// Storage buffers of the compute shader with the most, all of which an adapter must support.
 const STORAGE_BUFFERS: u32 = 7;
 
 /// Shared resources of culling by a hierarchical depth buffer, for all views.
@@ -27,18 +27,19 @@ pub(in super::super) struct Hzb {
     pub(super) compact_layout: wgpu::BindGroupLayout,
     pub(super) queries: QueryPipelines,
     chunk_layout: wgpu::BindGroupLayout,
-    /// One for each chunk of the scene, and what it binds.
+    /// Chunks of the scene with their bind groups.
     chunks: Vec<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
 impl Gpu {
-    /// Finds out what takes a wait elsewhere, so that nothing has to wait later.
+    /// Measures whether samples have their standard positions, which occlusion culling requires. Otherwise its first
+    /// selection waits for that measurement, and a page in a browser cannot wait.
     ///
     /// # Errors
-    /// The device is lost or the driver reported something.
+    /// The device is lost or the driver reported an error.
     pub async fn learn(&self) -> Result<(), RenderError> {
         let are_in_place = match missing(self) {
-            // Then nobody asks.
+            // Occlusion culling is not available: the value is never read.
             Some(_) => false,
             None => samples::are_in_place_later(self).await?,
         };
@@ -48,10 +49,10 @@ impl Gpu {
 }
 
 impl Hzb {
-    /// The pipelines.
+    /// Creates the pipelines.
     ///
     /// # Errors
-    /// The adapter lacks something.
+    /// The adapter lacks a required feature.
     pub(in super::super) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
         let missing = match missing(gpu) {
             None if !gpu.samples_in_place().map_or_else(|| samples::are_in_place(gpu), Ok)? => {
@@ -97,7 +98,7 @@ impl Hzb {
         })
     }
 
-    /// Follows the scene as it grows, and as it gives memory back.
+    /// Creates bind groups for chunks that are new or were replaced.
     pub(in super::super) fn follow(&mut self, gpu: &Gpu, scene: &GpuScene) {
         for (i, buffer) in scene.chunks().iter().enumerate() {
             if self.chunks.get(i).is_some_and(|(bound, _)| bound == buffer) {

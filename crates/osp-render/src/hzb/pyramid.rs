@@ -1,11 +1,12 @@
-/// Most levels: enough for the largest texture of wgpu.
+/// Greatest number of levels: enough for the largest texture of wgpu.
 pub(super) const MAX_LEVELS: usize = 16;
 
-/// Offsets of the levels of a depth pyramid in its buffer: level 1 has half the size of the picture, rounded up, each
-/// other one half of that below. Level 0 is the picture itself, whose samples are read where they are.
+/// Sizes of the levels of a depth pyramid, and their offsets in its buffer. Level 1 has half the size of the picture,
+/// rounded up, and each later level half the size of the one before. Level 0 is the picture itself, which is not copied
+/// to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
-    /// First texel, width, height, nothing.
+    /// First texel, width, height, 0.
     levels: [[u32; 4]; MAX_LEVELS],
     count: usize,
     texels: u32,
@@ -38,12 +39,12 @@ impl Levels {
         self.levels[1..self.count].iter().map(|&[first, width, height, _]| (first, width, height))
     }
 
-    /// Levels, the picture among them.
+    /// Number of levels, including the picture.
     pub(super) fn count(&self) -> usize {
         self.count
     }
 
-    /// Texels of all levels in the buffer.
+    /// Number of texels of all levels in the buffer.
     pub(super) fn texels(&self) -> u32 {
         self.texels
     }

@@ -1,12 +1,13 @@
-//! The rival: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent Hierarchical Culling: Hardware
-//! Occlusion Queries Made Useful", 2004.
+//! A rival of the depth pyramid: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent
+//! Hierarchical Culling: Hardware Occlusion Queries Made Useful", 2004.
 //!
-//! Each query is of a cluster of 64 consecutive polygons. A group that was visible is drawn without a query and queried
-//! again some frames later. Of a group that was hidden, the box is queried against the depth of what was visible.
+//! A query tests the bounding box of a group, a cluster of 64 consecutive polygons, against the depth of the polygons
+//! that were visible. A group that was visible is drawn without a query, and queried again some frames later. A group
+//! that was hidden is queried in every frame.
 //!
-//! Differences from the paper: no hierarchy, because neighbours in number are the groups; what the queries find decides
-//! about the same frame without the CPU, which learns of it later and only to choose what to ask; like
-//! [`hzb`](super), depth comes first and colours in one pass in order, so that the picture is the same to the last bit.
+//! Differences from the paper: There is no hierarchy: groups are polygons with neighbouring numbers. The GPU applies
+//! the results to the same frame; the CPU receives them later, only to choose the next queries. As in [`hzb`](super),
+//! depth comes first and colours follow in one pass in order, so that the picture is the same to the last bit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -25,16 +26,17 @@ use crate::{
 use osp::{math::Aabb, view::View};
 use osp_session::scene::Scene;
 
-/// Queries of a set: as many as every adapter must offer.
+/// Queries of a set; every adapter must support this number.
 const SET: u32 = 4096;
-/// Most queries of a frame; groups beyond are drawn.
+/// Most queries of a frame; further groups are drawn without a query.
 const MOST: usize = 1 << 16;
-/// A group that was visible is queried again in the next frame, then after two, then four, up to this many.
+/// A group that was visible is queried again in the next frame, then after two frames, four, and so on, up to this
+/// number.
 const PATIENCE: u64 = 8;
-/// Instead of a query.
+/// Stands for no query.
 const NOTHING: u32 = u32::MAX;
 
-/// State of queries for one view.
+/// State of the queries of one view.
 #[derive(Debug)]
 pub(super) struct Queries {
     pixel: wgpu::Buffer,
@@ -43,15 +45,16 @@ pub(super) struct Queries {
     results: wgpu::Buffer,
     sets: Vec<wgpu::QuerySet>,
     groups: Option<(wgpu::BindGroup, wgpu::BindGroup)>,
-    /// Width and height of the window at distance 1 along the view.
+    /// Width and height of the view frustum at distance 1 along the view.
     extent: [f32; 2],
     frame: u64,
-    /// For each group the frame of its next query, and the wait until then.
+    /// For each group the frame of its next query, and the frames that it waits for it.
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,
-    /// The groups of the queries: of the current frame, and of frames whose results have not arrived.
+    /// Groups of the current frame's queries.
     asked: Vec<u32>,
+    /// Groups of the queries whose results have not arrived, by slot of `ring`.
     waiting: [Vec<u32>; SLOTS],
     ring: ReadRing,
 }
@@ -89,17 +92,17 @@ impl Queries {
         }
     }
 
-    /// Queries of the frame at hand.
+    /// Number of queries of the current frame.
     pub(super) fn count(&self) -> u64 {
         self.asked.len() as u64
     }
 
-    /// The bind groups were made for other buffers.
+    /// Drops the bind groups, because buffers of the view were replaced.
     pub(super) fn forget_groups(&mut self) {
         self.groups = None;
     }
 
-    /// Chooses the queries and sends them; returns the bytes sent.
+    /// Chooses the groups to query and sends their boxes; returns the bytes sent.
     pub(super) fn prepare(&mut self, gpu: &Gpu, order: &DrawOrder, scene: &Scene, view: &View) -> u64 {
         self.learn();
         self.frame += 1;
@@ -156,7 +159,7 @@ impl Queries {
         (self.asked.len() as u32).div_ceil(SET)
     }
 
-    /// Takes the results of queries that have arrived.
+    /// Takes the results that have arrived, and sets when their groups are queried again.
     fn learn(&mut self) {
         let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
         self.ring.take(|slot, bytes| {
@@ -174,7 +177,7 @@ impl Queries {
         self.ring.submitted();
     }
 
-    /// Encodes the queries, and the pass that keeps what their results show to be visible.
+    /// Encodes the queries, and the compute pass that removes the groups without visible samples.
     pub(super) fn encode(
         &mut self,
         frame: &Frame<'_>,
@@ -246,7 +249,7 @@ fn bounds_of(handle: &Handle, scene: &Scene) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     for id in handle.ids() {
         let of_polygon = scene.bounds(id);
-        // One that is not finite would vanish in a union.
+        // A union ignores a bound of NaN.
         if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
             return Aabb { min: Vec3::NAN, max: Vec3::NAN };
         }

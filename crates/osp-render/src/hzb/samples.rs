@@ -1,7 +1,8 @@
-//! Positions of an adapter's samples in a pixel.
+//! Positions of the samples in a pixel.
 //!
-//! The test of single samples goes by the places that WebGPU, Vulkan, Direct3D and Metal have for four samples. A driver
-//! may have others without reporting them. They are measured once; an adapter with others does without the test.
+//! The test of single samples assumes the standard positions of four samples in WebGPU, Vulkan, Direct3D and Metal. A
+//! driver may use other positions without reporting them. So they are measured once; on an adapter with other
+//! positions, occlusion culling is not available.
 
 use super::{
     bindings::{Bound, compute, layout},
@@ -15,28 +16,28 @@ use crate::{
     shaders,
 };
 
-/// Pixels of the picture that is looked at, each way.
+/// Side of the measured picture, pixels.
 const SIDE: u32 = 2;
-/// Of what is measured along an axis.
+/// Bytes of the measurement along one axis.
 const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
-/// From the left and from the top, parts of a pixel, as `hzb_test.wgsl` has them.
+/// Positions of the samples from the left and from the top, parts of a pixel, as in `hzb_test.wgsl`.
 const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
-/// Largest accepted distance of a measured sample: rounding. The test allows for far more.
+/// Greatest accepted error of a measured position, pixels: rounding. The test of single samples tolerates far more.
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
-/// Whether the samples of a pixel are where the test of occlusion takes them to be.
+/// Whether the samples of a pixel have the positions that the occlusion test assumes.
 ///
 /// # Errors
-/// The device is lost or the driver reported something.
+/// The device is lost or the driver reported an error.
 pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
     let read = |axis| read_buffer(gpu, &measure(gpu, axis), BYTES).map(|bytes| distances(&bytes));
     Ok(are_places(&[read(0)?, read(1)?]))
 }
 
-/// The same for a caller that cannot wait.
+/// [`are_in_place`] for a caller that cannot wait.
 ///
 /// # Errors
-/// As there.
+/// As in [`are_in_place`].
 pub(super) async fn are_in_place_later(gpu: &Gpu) -> Result<bool, RenderError> {
     let (x, y) = (measure(gpu, 0), measure(gpu, 1));
     let x = read_buffer_later(gpu, &x, BYTES).await?;
@@ -49,18 +50,18 @@ fn distances(bytes: &[u8]) -> Vec<f32> {
     bytemuck::pod_collect_to_vec::<u8, f32>(bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect()
 }
 
-/// Whether these, by axis, are where the samples of the pixels should be.
+/// Whether these distances, by axis, are those of the standard positions.
 fn are_places(found: &[Vec<f32>; 2]) -> bool {
     (0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
         let pixel = i / PLACES.len();
         let pixel = [pixel as u32 % SIDE, pixel as u32 / SIDE];
         let place = PLACES[i % PLACES.len()];
-        // Not so of what is no number.
+        // False for NaN.
         (0..2).all(|axis| (found[axis][i] - pixel[axis] as f32 - place[axis]).abs() < NEAR_ENOUGH)
     })
 }
 
-/// Has the distance of each sample of each pixel from the left (axis 0) or from the top measured.
+/// Starts to measure the distance of each sample of each pixel from the left (axis 0) or from the top.
 fn measure(gpu: &Gpu, axis: u32) -> wgpu::Buffer {
     let device = gpu.device();
     let texture = device.create_texture(&wgpu::TextureDescriptor {

@@ -35,9 +35,9 @@ impl PyramidPass {
         Self { layout, pipeline, encodes: format.is_srgb() }
     }
 
-    /// Draws a level of the pyramid with which the frame at hand is culled, in an area of the pass's target, which must lie
-    /// within it. A texel of level n stands for 2^n pixels each way. Level 0 is drawn as level 1, one beyond the last as the
-    /// last. Returns whether there is a pyramid: only views that are culled by one have it.
+    /// Draws a level of the pyramid that culls the current frame, in an area of the pass's target. The area must lie
+    /// within the target. A texel of level n stands for 2^n pixels each way. Level 0 is drawn as level 1, and a level
+    /// beyond the last as the last. Returns whether the view has a pyramid: only views that are culled by one do.
     pub fn draw(
         &self,
         gpu: &Gpu,
@@ -76,12 +76,12 @@ impl PyramidPass {
 }
 
 impl HzbView {
-    /// Whether the frame at hand makes a pyramid.
+    /// Whether the current frame builds a pyramid.
     fn has_pyramid(&self) -> bool {
         self.queries.is_none() && self.size != (0, 0)
     }
 
-    /// First texel, width and height of a level from 1 on; of the last if there are fewer.
+    /// First texel, width and height of a level. Level 0 counts as level 1, and a level beyond the last as the last.
     fn level(&self, level: usize) -> Option<(u32, u32, u32)> {
         self.levels.iter().take(level.max(1)).last()
     }

@@ -11,10 +11,11 @@ use super::{
 pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
 /// Bytes of [`Params`].
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
-/// Spans lie this far apart, bytes: no adapter requires more.
+/// Distance between spans in their buffer, bytes: no adapter requires a larger alignment.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
-/// Words before the first page's: transparent polygons found to be hidden, polygons of the depth pass, of the colour pass.
+/// Words of `args` before those of the first page. They count hidden transparent polygons, polygons of the depth pass,
+/// and opaque polygons of the colour pass.
 pub(super) const COUNTERS: u32 = 3;
 
 /// The work of one dispatch.
@@ -40,13 +41,13 @@ impl Span {
         self.end - self.first
     }
 
-    /// Where the page's draw calls begin in `args`, bytes: those for depth, those for colours.
+    /// Offsets of the page's draw calls in `args`, bytes: for depth, for colours.
     pub(super) fn draw_calls(&self) -> [u64; 2] {
         [0, self.draws].map(|before| u64::from(self.args + 1 + before * 5) * 4)
     }
 }
 
-/// The same for all dispatches of a frame.
+/// Parameters of all dispatches of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Params {
@@ -90,7 +91,7 @@ pub(super) fn counts(args: &[u8], known: DrawnCounts, transparent: u64) -> Drawn
     DrawnCounts { first_pass: word(1), second_pass: drawn_transparent + word(2), ..known }
 }
 
-/// Each of the spans with its offset among all.
+/// Each span with its offset in the buffer, bytes.
 pub(super) fn with_offsets(spans: &[Span], first: u32) -> impl Iterator<Item = (&Span, u32)> {
     spans.iter().enumerate().map(move |(i, span)| (span, first + i as u32 * SPAN_STRIDE))
 }

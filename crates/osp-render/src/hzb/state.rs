@@ -21,26 +21,26 @@ use osp_session::scene::Scene;
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
     pub(super) config: HzbConfig,
-    /// Instead of a pyramid.
+    /// Replace the pyramid, if present.
     pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
     last: LastLook,
-    /// Whether what was prepared last was drawn.
+    /// Whether the last prepared frame was drawn.
     pub(super) is_encoded: bool,
-    /// Whether the frame draws all in view and looks for what is visible afterwards.
+    /// Whether the view has jumped. The frame then draws all polygons in view, and tests them afterwards.
     pub(super) has_jumped: bool,
     kept_masks: Vec<[u32; 2]>,
-    /// The size of picture that `levels` is for.
+    /// Size of the picture that `levels` has been computed for, pixels.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
-    /// A page of opaque polygons each.
+    /// One span for each page of opaque polygons.
     pub(super) pages: Vec<Span>,
-    /// Opaque polygons of a chunk each, with the chunk's number in `base`.
+    /// One span for the opaque polygons of each chunk; `base` is the chunk's number.
     pub(super) chunks: Vec<Span>,
-    /// Transparent polygons, all of them for each chunk that has some, with the chunk's number in `base`.
+    /// One span of all transparent polygons for each chunk that has some; `base` is the chunk's number.
     pub(super) transparent: Vec<Span>,
-    /// Beginnings of those three in the words of spans.
+    /// Offsets of these three in the buffer of spans, bytes.
     pub(super) first_span: [u32; 3],
     span_bytes: Vec<u8>,
     args_words: Vec<u32>,
@@ -64,14 +64,14 @@ pub(super) struct Buffers {
     pub(super) pyramid: wgpu::Buffer,
 }
 
-/// The bind groups of a view, and what they were made for.
+/// The bind groups of a view, and the resources that they were created for.
 #[derive(Debug)]
 pub(super) struct Groups {
     pub(super) recall: wgpu::BindGroup,
     pub(super) pyramid: wgpu::BindGroup,
     pub(super) test: wgpu::BindGroup,
     pub(super) compact: wgpu::BindGroup,
-    /// For the vertex shader, with what is recalled as the draw list.
+    /// For the vertex shader, with the recalled polygons as the draw list.
     pub(super) draw_recalled: wgpu::BindGroup,
     pub(super) list: wgpu::Buffer,
     pub(super) depth: wgpu::TextureView,
@@ -123,18 +123,19 @@ impl HzbView {
         if self.queries.is_some() { GpuOcclusion::Queries } else { GpuOcclusion::Hzb }
     }
 
-    /// From now on it culls by a depth pyramid. The record of the last frame stays.
+    /// Culls by a depth pyramid from now on. The record of the last frame stays.
     pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
         (self.config, self.queries) = (config, None);
         self.size = (0, 0);
     }
 
-    /// From now on it culls by hardware queries. The record of the last frame stays.
+    /// Culls by hardware queries from now on. The record of the last frame stays.
     pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
         self.queries.get_or_insert_with(|| Queries::new(gpu));
     }
 
-    /// Sends what the frame's shaders need but for what depends on the picture's size; returns the bytes sent.
+    /// Sends the inputs of the frame's shaders, except the ones that depend on the picture's size; returns the bytes
+    /// sent.
     pub(in super::super) fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -168,12 +169,12 @@ impl HzbView {
             self.ring = ReadRing::new(gpu, self.buffers.args.size());
         }
         if !std::mem::take(&mut self.is_encoded) {
-            // What was prepared and not drawn has found nothing out.
+            // A frame that was prepared but not drawn has found no visible polygons.
             self.last = LastLook::default();
         }
         let has_jumped =
             self.last.jumps_to(view.eye_in_world, (handles, opaque), scene) || forgets && !handles.is_empty();
-        // Queries keep what they know by group, and ask again when it is due.
+        // Queries keep a due frame for each group: a jump needs no special frame.
         self.has_jumped = has_jumped && self.queries.is_none();
         self.kept_masks.clear();
         if self.has_jumped {
@@ -260,7 +261,7 @@ impl HzbView {
         }
     }
 
-    /// To be called before the results are copied.
+    /// Call it before copying the results.
     pub(super) fn begin_results(&mut self) {
         if let Some(slot) = self.ring.begin() {
             self.known[slot] = self.frame;
@@ -272,7 +273,7 @@ impl HzbView {
         self.args_words.len() as u64 * 4
     }
 
-    /// To be called after submission.
+    /// Call it after submission.
     pub(in super::super) fn submitted(&mut self) {
         self.ring.submitted();
         self.queries.iter_mut().for_each(Queries::submitted);

@@ -15,7 +15,7 @@ use osp_session::{
 
 const SIDE: u32 = 96;
 
-/// Nine squares side by side, close before a wall; none of them is hidden.
+/// Nine squares side by side, close in front of a wall; none of them is hidden.
 fn squares_before_a_wall() -> Scene {
     let square = |center: Vec3, half_m: f32| {
         let corner = |x: f32, y: f32| center + Vec3::new(x, y, 0.0) * half_m;
@@ -52,7 +52,8 @@ fn third_frame(gpu: &Arc<Gpu>, occlusion: GpuOcclusion, bound: HzbBound) -> Imag
     drawer.image().expect("a picture")
 }
 
-/// A bound that lies too far away takes polygons for hidden by a wall behind them: a comparison of pictures notices that.
+/// With a bound that is too far away, polygons count as hidden by the wall behind them. A comparison of pictures
+/// detects that.
 #[test]
 fn a_bound_that_is_too_far_is_noticed() {
     let gpu = match Gpu::headless() {

@@ -1,7 +1,8 @@
-// What was drawn, in numbers without bounds, becomes a picture: light spreads a little (bloom), and is cut at 1.
+// Makes the finished picture from the drawn colours, which may exceed 1: bright light spreads (bloom), then values are
+// clamped to 1.
 //
-// The spread is that of four octaves, small pictures of a fixed height, each made from the one before and blurred: it is
-// the same part of the picture whatever the picture's size.
+// Bloom is the sum of four octaves: small pictures of fixed heights, each reduced from the one before and blurred. So
+// it spreads over the same part of the picture at every picture size.
 
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var smooth_sampler: sampler;
@@ -11,17 +12,17 @@
 @group(1) @binding(3) var octave_3: texture_2d<f32>;
 @group(2) @binding(0) var samples: texture_multisampled_2d<f32>;
 
-// Brighter than this nothing counts.
+// Greatest brightness of a colour.
 const MOST: f32 = 30001.0;
-// How much of the light spreads.
+// Share of the light that spreads.
 const SPREAD: f32 = 0.0513;
-// A sample counts as no brighter than this.
+// Greatest brightness of a sample in the finished picture.
 const HALF_IS_WHITE: f32 = 2.0;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) uv: vec2<f32>,
-    // Width and height of what is drawn into, 16 bits each.
+    // Width and height of the target, pixels, 16 bits each.
     @location(1) @interpolate(flat, either) size: u32,
 }
 
@@ -36,11 +37,11 @@ fn cut(c: vec3<f32>) -> vec3<f32> {
     return clamp(c, vec3(0.0), vec3(MOST));
 }
 
-// The mean of the source over a pixel.
+// Mean of the source over a pixel of the target.
 @fragment
 fn shrink(in: Corner) -> @location(0) vec4<f32> {
     let pixel = 1.0 / vec2(f32(in.size & 0xffffu), f32(in.size >> 16u));
-    // A sample is the mean of two by two texels.
+    // A filtered sample is the mean of two by two texels.
     let texels = vec2<f32>(textureDimensions(source)) * pixel;
     let steps = vec2<i32>(ceil(texels * 0.5));
     var sum = vec3(0.0);
@@ -53,7 +54,7 @@ fn shrink(in: Corner) -> @location(0) vec4<f32> {
     return vec4(sum / f32(steps.x * steps.y), 1.0);
 }
 
-// A Gaussian of sigma 1.6 on nine pixels in a row.
+// A Gaussian filter with a sigma of 1.6 pixels over nine pixels in a row.
 fn blur(at: vec2<i32>, step: vec2<i32>) -> vec4<f32> {
     let last = vec2<i32>(textureDimensions(source)) - 1;
     var sum = vec3(0.0);
@@ -76,7 +77,7 @@ fn blur_down(in: Corner) -> @location(0) vec4<f32> {
     return blur(vec2<i32>(in.position.xy), vec2(0, 1));
 }
 
-// The picture as it is.
+// The picture without bloom.
 @fragment
 fn cut_off(in: Corner) -> @location(0) vec4<f32> {
     return vec4(saturate(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb), 1.0);
@@ -90,8 +91,8 @@ fn with_octaves(c: vec3<f32>, uv: vec2<f32>) -> vec4<f32> {
     return vec4(saturate(mix(c, 0.34 * octaves, SPREAD)), 1.0);
 }
 
-// The picture with what spreads. A stroke that is brighter than the screen makes every pixel white that it covers half of:
-// thin strokes of light are as bold as in the program that the brushes come from, but not ragged.
+// The picture with bloom. A stroke brighter than white makes a pixel white as soon as it covers half of it. So thin
+// strokes of light are as bold as in Tilt Brush, where the brushes come from, but not jagged.
 @fragment
 fn spread(in: Corner) -> @location(0) vec4<f32> {
     var sum = vec3(0.0);
@@ -102,7 +103,8 @@ fn spread(in: Corner) -> @location(0) vec4<f32> {
     return with_octaves(sum / f32(count), in.uv);
 }
 
-// The same where samples cannot be read: by the mean of a pixel's samples, so edges of bright light are ragged.
+// `spread` for adapters that cannot read samples: it uses the mean of a pixel's samples, so edges of bright light are
+// jagged.
 @fragment
 fn spread_mean(in: Corner) -> @location(0) vec4<f32> {
     let mean = cut(textureLoad(source, vec2<i32>(in.position.xy), 0).rgb);

@@ -1,16 +1,16 @@
-// The polygons that are left, in the order of drawing: counted by group of handles, the groups' counts summed up, and each
-// handle's polygons written to their places.
+// Lists the polygons that are not hidden, in drawing order. `count` counts the polygons of each group of handles,
+// `scan` computes prefix sums of these counts, and `scatter` writes the polygons to their places.
 
 struct Span {
-    // Handles from here …
+    // First handle.
     first: u32,
-    // … to here.
+    // End of the handles.
     end: u32,
-    // Where in `sums` the page begins.
+    // Place in `sums` at which the page begins.
     first_sum: u32,
-    // Where in the list the page begins.
+    // Place in the list at which the page begins.
     base: u32,
-    // Where in `args` the page's count and draw calls are.
+    // Place in `args` of the page's count and draw calls.
     args: u32,
     first_polygon: u32,
     // Draw calls of the page for depth, and as many for colours.
@@ -20,7 +20,7 @@ struct Span {
 }
 
 struct Handle {
-    // Its first polygon is 64 times this.
+    // Its first polygon has 64 times this number.
     cluster: u32,
     low: u32,
     high: u32,
@@ -50,7 +50,7 @@ fn polygons_of(mask: vec2<u32>) -> u32 {
     return countOneBits(mask.x) + countOneBits(mask.y);
 }
 
-// The sum of this lane's number and those of the lanes before it.
+// The sum of the numbers of this lane and all lanes before it.
 fn sum_up_to(lane: u32, number: u32) -> u32 {
     summed[lane] = number;
     workgroupBarrier();
@@ -75,7 +75,7 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
 }
 
-// Each group's count becomes the sum of those before it. One workgroup for a page.
+// Replaces each group's count by the sum of the counts before it. One workgroup for each page.
 @compute @workgroup_size(LANES)
 fn scan(@builtin(local_invocation_index) lane: u32) {
     let groups = (span.end - span.first + LANES - 1u) / LANES;
@@ -116,7 +116,7 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     list_bits(to + countOneBits(own.x), first + 32u, own.y);
 }
 
-// Lists polygons from `first` on, a bit each.
+// Lists the polygons of a mask: bit i is polygon `first` + i.
 fn list_bits(place: u32, first: u32, mask: u32) {
     var to = place;
     var bits = mask;

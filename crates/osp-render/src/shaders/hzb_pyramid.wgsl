@@ -1,6 +1,7 @@
-// The depth pyramid: for 2 x 2 pixels the farthest depth of their samples, then for 2 x 2 texels the farthest of them, up
-// to a single one. Depth is reversed, so the farthest is the least. Texel i of level L stands for the pixels from i * 2^L to
-// (i + 1) * 2^L, as far as the picture goes: a level is half the one below, rounded up, whatever the size.
+// Builds the depth pyramid. A texel of level 1 is the farthest depth of all samples of 2 x 2 pixels. A texel of each
+// later level is the farthest of 2 x 2 texels of the level before, up to a single texel. Depth is reversed, so the
+// farthest is the least. Texel i of level L stands for the pixels from i * 2^L to (i + 1) * 2^L that lie in the
+// picture. The size of a level is half the size of the level before, rounded up.
 
 struct Span {
     // The level.
@@ -39,14 +40,14 @@ fn farthest(at: vec2<u32>) -> f32 {
 
 fn farthest_of_four(at: vec2<u32>) -> f32 {
     let low = at * 2u;
-    // At the border the last column or row stands for two.
+    // At the border the last column or row counts twice.
     let high = min(low + 1u, vec2(params.width, params.height) - 1u);
     let upper = min(farthest(low), farthest(vec2(high.x, low.y)));
     let lower = min(farthest(vec2(low.x, high.y)), farthest(high));
     return min(upper, lower);
 }
 
-// Levels 1 and 2, if there is a second: an invocation for four texels of the first.
+// Computes level 1, and level 2 if there is one. An invocation computes four texels of level 1.
 @compute @workgroup_size(8, 8)
 fn base(@builtin(global_invocation_id) at: vec3<u32>) {
     let one = params.levels[1];
@@ -77,7 +78,7 @@ fn reduce(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     let low = at.xy * 2u;
-    // At the border the last column or row stands for two.
+    // At the border the last column or row counts twice.
     let high = min(low + 1u, below.yz - 1u);
     let upper = min(pyramid[below.x + low.y * below.y + low.x], pyramid[below.x + low.y * below.y + high.x]);
     let lower = min(pyramid[below.x + high.y * below.y + low.x], pyramid[below.x + high.y * below.y + high.x]);

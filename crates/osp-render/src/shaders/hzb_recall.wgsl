@@ -1,14 +1,14 @@
-// What was visible in the last frame and is in view in this one: its numbers in any order, for a pass without colours.
+// Lists the polygons in view that were visible in the last frame, in any order, for a pass without colours.
 
 struct Span {
-    // Handles from here …
+    // First handle.
     first: u32,
-    // … to here.
+    // End of the handles.
     end: u32,
     first_sum: u32,
-    // Where in the list the page begins.
+    // Place in `recalled` at which the page begins.
     base: u32,
-    // Where in `args` the page's count and draw calls are: those of this shader, then those of the colours.
+    // Place in `args` of the page's count and draw calls: those of this shader, then those of the colours.
     args: u32,
     first_polygon: u32,
     // Draw calls of the page for depth, and as many for colours.
@@ -18,7 +18,7 @@ struct Span {
 }
 
 struct Handle {
-    // Its first polygon is 64 times this.
+    // Its first polygon has 64 times this number.
     cluster: u32,
     low: u32,
     high: u32,
@@ -59,7 +59,7 @@ fn recall(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     list_bits(to + countOneBits(mask.x), cluster * 64u + 32u, mask.y);
 }
 
-// Adds places of the page to the draw calls that draw them.
+// Adds the polygons at these places of the page to its draw calls.
 fn add_to_draws(begin: u32, end: u32) {
     var at = begin;
     while at < end {
@@ -70,7 +70,7 @@ fn add_to_draws(begin: u32, end: u32) {
     }
 }
 
-// Lists polygons from `first` on, a bit each.
+// Lists the polygons of a mask: bit i is polygon `first` + i.
 fn list_bits(place: u32, first: u32, mask: u32) {
     var to = place;
     var bits = mask;

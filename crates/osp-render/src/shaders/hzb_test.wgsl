@@ -1,10 +1,11 @@
-// Which polygons lie behind what the pyramid holds. A polygon is hidden only if each of its samples fails the depth test
-// of the pass with colours, whatever the rasteriser rounds: see `bound_of` and `is_triangle_hidden`.
+// Finds the polygons that lie behind the depths of the pyramid. A polygon counts as hidden only if each of its samples
+// fails the depth test of the pass with colours, however the rasteriser rounds: see `bound_of` and
+// `is_triangle_hidden`.
 
 struct Span {
-    // Handles (or places in the list of transparent polygons) from here …
+    // First handle, or first place in the list of transparent polygons.
     first: u32,
-    // … to here.
+    // End of the handles or places.
     end: u32,
     first_sum: u32,
     base: u32,
@@ -25,7 +26,7 @@ struct Params {
     level_count: u32,
     // Polygons that are tested together: 16, 4 or 1.
     group: u32,
-    // 0: by their corners; 1: by the box around them; 2: by their farthest corner, which is wrong.
+    // Bound of a group. 0: its corners; 1: its bounding box; 2: its farthest corner, which is wrong on purpose.
     bound: u32,
     // Whether the polygons of a group that is not hidden are tested one by one.
     is_fine: u32,
@@ -37,7 +38,7 @@ struct View {
 }
 
 struct Handle {
-    // Its first polygon is 64 times this.
+    // Its first polygon has 64 times this number.
     cluster: u32,
     low: u32,
     high: u32,
@@ -63,41 +64,42 @@ struct Polygon {
 @group(1) @binding(0) var<storage, read> chunk: array<Polygon>;
 
 const NOTHING: u32 = 0xffffffffu;
-// Texels that a group's rectangle covers at most, each way …
+// Greatest number of texels that a group's rectangle covers, each way.
 const GROUP_TEXELS: i32 = 4;
-// … and a triangle's, where its test begins.
+// Greatest number of texels that a triangle's rectangle covers on the level where its test begins, each way.
 const FINE_TEXELS: i32 = 8;
-// Texels that a triangle is tested on at most, finer ones included. One that needs more is drawn.
+// Greatest number of texels, finer ones included, that a triangle is tested on. A triangle that needs more is drawn.
 const MOST_STEPS: u32 = 256u;
 
 const BY_BOX: u32 = 1u;
 const BY_FARTHEST: u32 = 2u;
 
-// How far the rasteriser may put a sample's polygon from where it is computed to be here. u is 2^-24, half a unit in the
-// last place; S is the sum of the absolute products that a coordinate is made of, n how far a corner is from the middle,
-// in half pictures.
+// Greatest difference between the rasteriser's positions of corners and the positions computed here. u is 2^-24, half a
+// unit in the last place. S is the sum of the absolute values of the products of a coordinate. n is the distance of a
+// corner from the picture's middle, in half pictures.
 //
-// - Corners are snapped to a grid: SNAP, 1/256 pixel or finer.
-// - Here and in the vertex shader the same sums of four products may be rounded in another order: they differ by 8 u S.
-//   A quotient of two then differs by 8 u (S_x + n S_w) / w and what the division rounds, 5 u n; the way to pixels
-//   rounds 6 u n more, twice. In pixels that is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is at
-//   least n w, and S_w at least w: `spread`.
-// - A driver may clip a triangle at the picture's border, or at some distance from it, into pieces with new corners.
-//   A piece may be arbitrarily thin. Rounding and snapping may move its corners by as much as its width, so its depth
-//   gradient has no bound. On a piece 0.1 pixels wide, lavapipe put a sample nearer by the triangle's change of depth
-//   over 0.08 pixels. So a triangle that may be clipped is never proven hidden. It is not clipped if its corners lie in
-//   the picture and between the near and the far plane, with all rounding.
-// - Depth may be off by 13 u (S_z + depth S_w) / w at a corner, and by u or two where it is interpolated, as long as it
-//   does not change over the picture's width; that part is among what is made of `slope` below.
+// - The rasteriser snaps corners to a grid of 1/256 pixel or finer: SNAP.
+// - This shader and the vertex shader may round the same sums of four products in different orders: they differ by 8 u
+//   S. A quotient of two sums then differs by 8 u (S_x + n S_w) / w, plus 5 u n by the division. The conversion to
+//   pixels rounds by 6 u n more, twice. The total is below 19 u (S_x + n S_w) / w of the picture's side, because S_x is
+//   at least n w, and S_w at least w: `spread`.
+// - A driver may clip a triangle at the picture's border, or at some distance from it, into pieces with new corners. A
+//   piece may be arbitrarily thin. Rounding and snapping may move its corners by as much as its width, so its depth
+//   gradient has no bound. On a piece 0.1 pixels wide, lavapipe drew a sample nearer by the triangle's change of depth
+//   over 0.08 pixels. So a triangle that may be clipped is never proven hidden. It is not clipped if its corners, with
+//   all rounding, lie in the picture and between the near and the far plane.
+// - Depth may be wrong by 13 u (S_z + depth S_w) / w at a corner, and by u or two where it is interpolated, if it is
+//   constant over the picture's width. `uneven` below covers its change over the triangle.
 const SNAP: f32 = 1.0 / 256.0;
 // 32 u.
 const ROUNDING: f32 = 1.0 / 524288.0;
-// A triangle whose corners may be off by this many pixels or more is drawn: one of them is next to the eye's plane.
+// A triangle whose corners may be wrong by this number of pixels or more is drawn: one corner is close to the eye's
+// plane.
 const MOST_PLAY: f32 = 2.0;
 
 // A corner on the picture.
 struct Corner {
-    // Pixels, depth.
+    // x, y: pixels. z: depth.
     at: vec3<f32>,
     w: f32,
     spread: f32,
@@ -126,14 +128,14 @@ fn corner(polygon: Polygon, i: u32) -> vec3<f32> {
 
 // A polygon on the picture.
 struct Placed {
-    // Pixels, depth.
+    // x, y: pixels. z: depth.
     a: vec3<f32>,
     b: vec3<f32>,
     c: vec3<f32>,
     d: vec3<f32>,
-    // How far a corner may be from where it is said to be, pixels; negative if nothing can be said.
+    // Greatest error of a corner, pixels; negative if there is no bound.
     play: f32,
-    // How much nearer a depth may be than what is said.
+    // Greatest amount by which a depth may be nearer than stated here.
     depth_play: f32,
 }
 
@@ -149,14 +151,14 @@ fn placed(polygon: Polygon) -> Placed {
     let depth_play = ROUNDING * max(max(a.depth_play, b.depth_play), max(c.depth_play, d.depth_play));
     let low = min(min(a.at, b.at), min(c.at, d.at));
     let high = max(max(a.at, b.at), max(c.at, d.at));
-    // Not so if one of them is not a number.
+    // False if a coordinate is NaN.
     let is_whole = all(low >= vec3(play, play, depth_play)) && all(high <= vec3(size - play, 1.0 - depth_play));
     let is_known = least_w > 0.0 && play < MOST_PLAY && is_whole && !is_turned_to_eye(polygon);
     return Placed(a.at, b.at, c.at, d.at, select(-1.0, play, is_known), depth_play);
 }
 
-// How fast depth changes over a triangle at most, by pixel along both axes together, for any place of its corners within
-// `by` pixels; negative if the triangle may be so thin that there is no bound.
+// Greatest change of depth over a triangle per pixel, summed over both axes, if each corner moves by up to `by` pixels.
+// Negative if the triangle may be so thin that there is no bound.
 fn steepness(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32) -> f32 {
     let ab = b - a;
     let ac = c - a;
@@ -169,7 +171,7 @@ fn steepness(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32) -> f32 {
     return (abs(ab.z) * (along.x + along.y) + abs(ac.z) * (across.x + across.y)) / area;
 }
 
-// Such a square is not where its corners are: nothing can be said of it.
+// Squares that face the eye are drawn away from their stored corners: they have no bound.
 fn is_turned_to_eye(polygon: Polygon) -> bool {
     return (polygon.corners[2].w & 0x10000u) != 0u;
 }
@@ -179,12 +181,12 @@ fn is_same(a: vec4<u32>, b: vec4<u32>) -> bool {
 }
 
 struct Bound {
-    // The rectangle around it, pixels.
+    // Rectangle around the group, pixels.
     low: vec2<f32>,
     high: vec2<f32>,
-    // The nearest depth that any sample of it can have.
+    // Nearest depth that any sample of the group can have.
     nearest: f32,
-    // 0 if nothing can be said.
+    // 0 if there is no bound.
     is_known: u32,
 }
 
@@ -204,7 +206,7 @@ fn both(a: Bound, b: Bound) -> Bound {
 }
 
 // Depth is linear on the picture, so no sample within a triangle is nearer than its nearest corner. A sample may lie
-// outside of it by as much as the corners are moved by snapping: there depth goes on as steep as it is.
+// outside by the distance that rounding and snapping move the corners. There, depth continues with the same steepness.
 fn bound_of(polygon: Polygon) -> Bound {
     let p = placed(polygon);
     if p.play < 0.0 {
@@ -227,13 +229,14 @@ fn bound_of(polygon: Polygon) -> Bound {
     return Bound(low - 2.0 * p.play, high + 2.0 * p.play, nearest + steep * 2.0 * p.play, 1u);
 }
 
-// Pixels from the first to the last that a rectangle may touch; the first is beyond the last if it lies outside.
+// First and last pixel that a rectangle may touch. The first is beyond the last if the rectangle lies outside of the
+// picture.
 fn pixels(low: vec2<f32>, high: vec2<f32>) -> vec4<i32> {
     let last = vec2<i32>(i32(params.width), i32(params.height)) - 1;
     return vec4(max(vec2<i32>(floor(low)), vec2(0)), min(vec2<i32>(floor(high)), last));
 }
 
-// The finest level on which a rectangle of pixels covers so many texels at most, each way.
+// Finest level on which a rectangle of pixels covers at most `most` texels each way.
 fn level_for(rect: vec4<i32>, most: i32) -> u32 {
     for (var level = 0u; level + 1u < params.level_count; level++) {
         let texels = (rect.zw >> vec2(level)) - (rect.xy >> vec2(level));
@@ -267,25 +270,26 @@ fn is_bound_hidden(bound: Bound) -> bool {
     return true;
 }
 
-// A triangle on the picture, and how far the rasteriser may differ from it.
+// A triangle on the picture, with bounds of the rasteriser's errors.
 struct Triangle {
     a: vec2<f32>,
     b: vec2<f32>,
     c: vec2<f32>,
-    // 1 or -1: which way round it is.
+    // Orientation: 1 or -1.
     side: f32,
-    // The most that a place of it may be outside of each edge, as twice an area, negative.
+    // Greatest distance of its samples outside of each edge, as twice an area, negative.
     outside: vec3<f32>,
-    // Depth at `a`, and how it changes by pixel.
+    // Depth at `a`, and its change per pixel.
     depth: f32,
     slope: vec2<f32>,
-    // How much nearer than its plane a sample may be.
+    // Greatest amount by which a sample may be nearer than the plane.
     more: f32,
-    // The nearest depth of all.
+    // Nearest depth of all samples.
     nearest: f32,
 }
 
-// Twice the area that the edge from `p` to `q` and the corner of a rectangle span, for the corner where it is largest.
+// Twice the area that the edge from `p` to `q` spans with a corner of a rectangle, for the corner with the largest
+// area.
 fn most_inside(p: vec2<f32>, q: vec2<f32>, low: vec2<f32>, high: vec2<f32>, side: f32) -> f32 {
     let along = (q - p) * side;
     let y = select(low.y, high.y, along.x > 0.0);
@@ -303,8 +307,8 @@ fn may_touch(t: Triangle, low: vec2<f32>, high: vec2<f32>) -> bool {
     return !any(inside < t.outside);
 }
 
-// The nearest depth that a sample of the triangle in a rectangle can have: its plane's, and never more than that of its
-// nearest corner.
+// Nearest depth that a sample of the triangle can have in a rectangle: the depth of its plane there, at most the depth
+// of its nearest corner.
 fn nearest_in(t: Triangle, low: vec2<f32>, high: vec2<f32>) -> f32 {
     let steps = max(t.slope * (low - t.a), t.slope * (high - t.a));
     return min(t.depth + steps.x + steps.y + t.more, t.nearest);
@@ -315,10 +319,11 @@ fn may_win(t: Triangle, pixel: vec2<i32>, sample: i32, place: vec2<f32>) -> bool
     return may_touch(t, at, at) && !(nearest_in(t, at, at) < textureLoad(samples, pixel, sample));
 }
 
-// A triangle against the texels that it touches. Where a texel cannot tell, its four parts on the next finer level are
-// asked, in turn, down to single pixels and their samples, and after the fourth their parent's neighbour: a walk through a
-// tree of which only the place is remembered. Hidden is what is behind in every texel or sample that the walk ends on, and
-// those cover the triangle; a walk that is broken off says nothing.
+// Tests a triangle against the texels that it touches. If a texel does not prove it hidden, its four parts on the next
+// finer level are tested in turn, down to single pixels and their samples. After the fourth part, the parent's
+// neighbour follows: a tree traversal without a stack, whose state is level and position. The triangle is hidden if it
+// is behind every texel or sample at which the traversal ends; together these cover the triangle. A traversal that
+// takes too many steps proves nothing.
 fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_play: f32) -> bool {
     let low = min(min(a.xy, b.xy), c.xy);
     let high = max(max(a.xy, b.xy), c.xy);
@@ -326,7 +331,7 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
     if steep < 0.0 {
         return false;
     }
-    // Samples of it are no farther out.
+    // Its samples lie within these bounds.
     let out_low = low - 2.0 * by;
     let out_high = high + 2.0 * by;
     let rect = pixels(out_low, out_high);
@@ -338,9 +343,9 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
     let area = ab.x * ac.y - ab.y * ac.x;
     let slope = vec2(ab.z * ac.y - ac.z * ab.y, ac.z * ab.x - ab.z * ac.x) / area;
     let extent = max(high.x - low.x, high.y - low.y);
-    // What the rounding of `slope` makes over the triangle.
+    // Error by the rounding of `slope` over the triangle, as a distance in pixels.
     let uneven = extent * (1.0e-6 + 4.0e-7 * extent * extent / abs(area));
-    // What moving the corners makes of the areas at the edges.
+    // Change of the areas at the edges by errors of the corners.
     let beside = by * (4.0 * extent + 8.0 * by) + extent * extent * 4.0e-7;
     let outside = -vec3(
         beside + by * (abs(ab.x) + abs(ab.y)),
@@ -361,11 +366,11 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
         let size = f32(1u << level);
         let texel_low = max(vec2<f32>(at) * size, out_low);
         let texel_high = min(vec2<f32>(at + 1) * size, out_high);
-        // Parts of a texel may lie beside the rectangle.
+        // Parts of a texel may lie outside of the rectangle.
         let is_in = all(at >= (rect.xy >> vec2(level))) && all(at <= (rect.zw >> vec2(level)));
         if is_in && may_touch(t, texel_low, texel_high) {
             if level == 0u {
-                // Where the samples of a pixel are: see `samples.rs`.
+                // Standard positions of the samples: see `samples.rs`.
                 if may_win(t, at, 0, vec2(0.375, 0.125)) || may_win(t, at, 1, vec2(0.875, 0.375))
                     || may_win(t, at, 2, vec2(0.125, 0.625)) || may_win(t, at, 3, vec2(0.625, 0.875)) {
                     return false;
@@ -376,7 +381,7 @@ fn is_triangle_hidden(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, by: f32, depth_p
                 continue;
             }
         }
-        // Where this was the last of four parts, the parent is done, too, and so on.
+        // After the last of four parts, the parent is finished, too, and so on.
         let up = min(firstTrailingBit(~u32(at.x & at.y)), top - level);
         level += up;
         at = at >> vec2(up);
@@ -410,7 +415,7 @@ var<workgroup> highs: array<vec3<f32>, LANES>;
 var<workgroup> are_hidden: array<u32, LANES>;
 var<workgroup> visible: array<atomic<u32>, 2>;
 
-// The box around the polygons of a group, from the lane on: all of its corners on the picture.
+// Bound of the bounding box of a group, whose polygons begin at `lane`: all corners of the box on the picture.
 fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     var low = lows[lane];
     var high = highs[lane];
@@ -418,7 +423,7 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
         low = min(low, lows[i]);
         high = max(high, highs[i]);
     }
-    // What the corners themselves need for rounding is in their own bound.
+    // The bound of the polygons' own corners includes their rounding.
     var bound = of_corners;
     for (var i = 0u; i < 8u; i++) {
         let at = select(low, high, vec3((i & 1u) != 0u, (i & 2u) != 0u, (i & 4u) != 0u));
@@ -431,7 +436,7 @@ fn bound_of_box(lane: u32, of_corners: Bound) -> Bound {
     return bound;
 }
 
-// Leaves in `visible` what is not hidden. A lane for each polygon of the cluster.
+// Writes the polygons that are not hidden to `visible`. One lane for each polygon of the cluster.
 fn find_visible(handle: Handle, lane: u32) {
     let is_on = ((select(handle.low, handle.high, lane >= 32u) >> (lane % 32u)) & 1u) == 1u;
     var polygon: Polygon;
@@ -457,7 +462,7 @@ fn find_visible(handle: Handle, lane: u32) {
         for (var i = lane + 1u; i < lane + params.group; i++) {
             bound = both(bound, bounds[i]);
         }
-        // A group of which nothing is in view has an empty rectangle.
+        // A group without polygons in view has an empty rectangle.
         if params.bound == BY_BOX && bound.is_known == 1u && bound.low.x <= bound.high.x {
             bound = bound_of_box(lane, bound);
         }
@@ -486,7 +491,7 @@ fn test(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
 }
 
-// The same after all in view has been drawn, for the next frame alone.
+// `test` after all polygons in view have been drawn, only for the next frame.
 @compute @workgroup_size(LANES)
 fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let handle = handles[span.first + group.x];
@@ -496,7 +501,7 @@ fn remember(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
     }
 }
 
-// Transparent polygons: one by one, and one that is hidden leaves a gap in the list.
+// Tests transparent polygons one by one. A hidden polygon leaves NOTHING in the list.
 @compute @workgroup_size(LANES)
 fn test_transparent(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let at = span.first + invocation.x;
@@ -504,7 +509,7 @@ fn test_transparent(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let id = list[at];
-    // Another chunk's, or gone already.
+    // Of another chunk, or already found hidden.
     if id < span.first_polygon || id - span.first_polygon >= arrayLength(&chunk) || id == NOTHING {
         return;
     }

@@ -1,4 +1,4 @@
-// Lines and see-through faces in world space: what is not part of the model (grid, boxes, shadow volumes, cursors).
+// Lines and transparent faces in world space that are not part of the model: grid, boxes, shadow volumes, cursors.
 
 struct Lines {
     clip_from_eye: mat4x4<f32>,

@@ -1,7 +1,7 @@
-// How often samples have been written: the fourth number of each sample counts it. Each workgroup has its own sums.
+// Counts how often samples were written: the alpha of each sample is its count. Each workgroup has its own sums.
 
 @group(0) @binding(0) var samples: texture_multisampled_2d<f32>;
-// x: writes. y: samples that were written at all.
+// x: writes. y: samples that were written at least once.
 @group(0) @binding(1) var<storage, read_write> sums: array<vec2<u32>>;
 
 var<workgroup> writes: atomic<u32>;

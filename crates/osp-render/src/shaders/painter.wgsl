@@ -1,4 +1,4 @@
-// Parts of polygons for a painter; follows polygon.wgsl. A part has the colour of the whole.
+// Draws parts of polygons for a painter. Follows polygon.wgsl. A part has the colour of its whole polygon.
 
 @vertex
 fn vertex_part(@location(0) from_eye: vec3<f32>, @location(1) id: u32) -> Corner {

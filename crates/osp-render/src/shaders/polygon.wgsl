@@ -1,38 +1,40 @@
-// Polygons by vertex pulling: four vertices a polygon, the polygon's number from the draw list, its corners from the
-// chunk that holds it. World space, metres; clip space with reversed depth. Colours are drawn as the screen takes them:
-// sRGB numbers.
+// Polygons by vertex pulling: four vertices a polygon. The draw list has the polygon's number, and a chunk has its
+// corners. World space, metres; clip space with reversed depth. Colours are written as sRGB values.
 
 // Polygons of a chunk.
 override CHUNK_LEN: u32 = 131072u;
 const CHUNKS_A_PAGE: u32 = 7u;
 
 struct Style {
-    // Red, green, blue, and how much of it replaces the polygon's own colour.
+    // Red, green, blue, and the share with which they replace the polygon's own colour.
     tint: vec4<f32>,
     // x: factor of the opacity. y: added brightness.
     more: vec4<f32>,
 }
 
 struct View {
-    // Relative to the eye, so that far from the origin of the world nothing trembles.
+    // From positions relative to the eye: they stay precise far from the world's origin.
     clip_from_eye: mat4x4<f32>,
     eye_in_world: vec4<f32>,
     styles: array<Style, 8>,
-    // Upwards on the picture.
+    // Direction that is up on the picture.
     up_in_world: vec4<f32>,
-    // From the eye to the lower left corner of the picture, from there to the lower right one, and to the upper left one.
+    // Direction from the eye to the lower left corner of the picture, and from there to the lower right and upper left
+    // corner.
     corners: array<vec4<f32>, 3>,
-    // x: the places from here on stand for a polygon each, number 0 first; from here on the draw list has a bit for each.
+    // x: the place that stands for polygon 0; each later place stands for the next number. From here on the draw list
+    // has one bit for each polygon.
     all_from: vec4<u32>,
 }
 
 struct Polygon {
-    // Corner positions as float bits. In the fourth words: the colour; the corners' alpha, a byte each; material and flags;
-    // how far it may go by itself.
+    // Corner positions as float bits. In the fourth words: the colour; the corners' alpha, a byte each; material and
+    // flags; the range of its animation, metres.
     corners: array<vec4<u32>, 4>,
     // Texture coordinates, two signed 16-bit numbers a corner, in parts of UV_LIMIT.
     uv: vec4<u32>,
-    // Octahedral normals, the same; of a square that is turned to the eye the first is the roll's bits.
+    // Octahedral normals in the same format. For a square that faces the eye, the first word is its roll, as float
+    // bits.
     normals: vec4<u32>,
 }
 
@@ -46,7 +48,7 @@ struct Polygon {
 @group(1) @binding(5) var<storage, read> chunk_5: array<Polygon>;
 @group(1) @binding(6) var<storage, read> chunk_6: array<Polygon>;
 
-// The number of the polygon that is drawn at a place, or NOTHING.
+// Number of the polygon that a place draws, or NOTHING.
 fn polygon_at(place: u32) -> u32 {
     if place < view.all_from.x {
         return draw_list[place];
@@ -58,13 +60,13 @@ fn polygon_at(place: u32) -> u32 {
 
 // Stands in the draw list for a polygon that is left out.
 const NOTHING: u32 = 0xffffffffu;
-// All corners of such a polygon are at one place outside of the picture.
+// Position of all its corners, outside of the picture.
 const NOWHERE: vec4<f32> = vec4<f32>(2.0, 2.0, 0.5, 1.0);
 
 struct Corner {
-    // The same bits from every entry point: depth that was laid down by one is compared with that of another.
+    // Invariant: depth written by one entry point is compared with depth of another.
     @invariant @builtin(position) position: vec4<f32>,
-    // The same for the whole polygon: fragments only pass it on.
+    // The same for all fragments of a polygon.
     @location(0) @interpolate(flat, either) color: vec4<f32>,
 }
 
@@ -81,7 +83,7 @@ fn fetch(id: u32) -> Polygon {
     }
 }
 
-// One corner of it, relative to the eye: a pass without colours reads no more.
+// One corner of a polygon, relative to the eye, for passes that read nothing else.
 fn fetch_point(id: u32, corner: u32) -> vec3<f32> {
     let slot = id % CHUNK_LEN;
     var words: vec4<u32>;
@@ -110,14 +112,13 @@ fn scaled(v: vec3<f32>) -> vec3<f32> {
     return v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1.0e-30);
 }
 
-// Enough of each light that a surface shows its slope from wherever it is seen: sky and ground, one lamp, and one at
-// the eye.
+// Brightness by sky and ground, one lamp, and a light at the eye. From every eye position, a surface shows its slope.
 fn brightness(normal: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     let lamp = vec3(0.36, 0.80, 0.48);
     return 0.28 + 0.20 * (0.5 + 0.5 * normal.y) + 0.37 * max(dot(normal, lamp), 0.0) + 0.23 * dot(normal, to_eye);
 }
 
-// What no brush has painted, from its own colour: light is counted linear.
+// Colour of a polygon in plain colours; lighting is linear.
 fn plain_color(own: vec3<f32>, style: Style, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
     var color = linear_from_srgb(own);
     if style.tint.a > 0.0 {
@@ -126,21 +127,21 @@ fn plain_color(own: vec3<f32>, style: Style, normal: vec3<f32>, to_eye: vec3<f32
     return srgb_from_linear(color * (brightness(normal, to_eye) + style.more.y));
 }
 
-// Relative to the eye.
+// Position of a corner relative to the eye.
 fn point_of(polygon: Polygon, corner: u32) -> vec3<f32> {
     let low = select(polygon.corners[0].xyz, polygon.corners[1].xyz, corner == 1u);
     let high = select(polygon.corners[2].xyz, polygon.corners[3].xyz, corner == 3u);
     return bitcast<vec3<f32>>(select(low, high, corner >= 2u)) - view.eye_in_world.xyz;
 }
 
-// The normal of the side on which the corners go round against the clock.
+// Normal of the side from which the corners are counter-clockwise.
 fn flat_normal(polygon: Polygon) -> vec3<f32> {
     let ac = point_of(polygon, 2u) - point_of(polygon, 0u);
     let bd = point_of(polygon, 3u) - point_of(polygon, 1u);
     return normalize(cross(scaled(ac), scaled(bd)));
 }
 
-// The side that is seen, in the light.
+// Lit colour of the visible side.
 fn color_of(polygon: Polygon, style: Style) -> vec4<f32> {
     var normal = flat_normal(polygon);
     let to_eye = -normalize(scaled(point_of(polygon, 0u) + point_of(polygon, 2u)));
@@ -163,7 +164,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) style_inde
     return out;
 }
 
-// For a pass without colours, which draws listed polygons alone.
+// For passes without colours, which draw only listed polygons.
 @vertex
 fn vertex_depth(@builtin(vertex_index) index: u32) -> @invariant @builtin(position) vec4<f32> {
     return view.clip_from_eye * vec4(fetch_point(draw_list[index / 4u], index % 4u), 1.0);

@@ -1,10 +1,10 @@
-// What the occlusion queries have found becomes what the pass with colours draws: a handle whose query counted no sample is
-// left out.
+// Applies the results of occlusion queries to the pass with colours: it leaves out handles whose query counted no
+// sample.
 
 struct Span {
-    // Handles from here …
+    // First handle.
     first: u32,
-    // … to here.
+    // End of the handles.
     end: u32,
     first_sum: u32,
     base: u32,
@@ -17,7 +17,7 @@ struct Span {
 }
 
 struct Handle {
-    // Its first polygon is 64 times this.
+    // Its first polygon has 64 times this number.
     cluster: u32,
     low: u32,
     high: u32,
@@ -25,9 +25,9 @@ struct Handle {
 
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
-// The query of each handle.
+// The query of each handle, or NOTHING.
 @group(0) @binding(2) var<storage, read> queries: array<u32>;
-// Samples counted, 64 bits each.
+// Counted samples of each query, 64 bits.
 @group(0) @binding(3) var<storage, read> results: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read_write> remembered: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read_write> kept: array<vec2<u32>>;

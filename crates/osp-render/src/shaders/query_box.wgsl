@@ -1,5 +1,6 @@
-// The boxes of occlusion queries, grown by a pixel: whatever sample a polygon inside covers, a face of its box covers in
-// front of it. A box that comes near the eye becomes the whole picture, as near as can be: its query counts something.
+// Draws the boxes of occlusion queries, enlarged by `MORE` pixels. Every sample that a polygon in the box covers is
+// covered by a face of the box in front of it. A box close to the eye is drawn over the whole picture at the nearest
+// depth, so that its query counts samples.
 
 struct View {
     clip_from_eye: mat4x4<f32>,
@@ -9,7 +10,7 @@ struct View {
 struct Pixel {
     // Width and height of a pixel at distance 1 along the view.
     size: vec2<f32>,
-    // Of the picture the longer side, pixels.
+    // The longer side of the picture, pixels.
     side: f32,
     nothing: f32,
 }
@@ -23,17 +24,18 @@ struct Box {
 @group(0) @binding(1) var<uniform> pixel: Pixel;
 @group(0) @binding(2) var<storage, read> boxes: array<Box>;
 
-// How many pixels a box grows to each side. What a corner of a polygon and an edge of its box are moved apart is less: by
-// snapping 1/128 pixel, by rounding twice `MOST_PLAY`.
+// Enlargement of a box to each side, pixels. It exceeds the relative error of a polygon's corner and an edge of its
+// box: 1/128 pixel by snapping, and twice `MOST_PLAY` by rounding.
 const MORE: f32 = 1.5;
-// Besides, of the distance from the eye: more than what subtracting the eye from a corner rounds.
+// Further enlargement, as a part of the distance from the eye. It exceeds the rounding when the eye is subtracted from
+// a corner.
 const FROM_EYE: f32 = 1.0e-5;
-// A box is only drawn as such if it is beyond the near plane by a thousandth of its distance: rounding is below a part in
-// 10,000 (`hzb_test.wgsl`), and what the near plane cuts off a box is missing in front of what is in it. Behind the eye w is
-// negative and z is not, so that this holds for no corner there, nor for one that is no number.
+// A box is drawn as a box only if each corner is beyond the near plane by a thousandth of its distance. Rounding is
+// below one part in 10,000 (`hzb_test.wgsl`). If the near plane cut a box, faces in front of its polygons would be
+// missing. Behind the eye w is negative and z is not: the condition is false for such a corner, and for NaN.
 const BEYOND_NEAR: f32 = 0.999;
-// As in `hzb_test.wgsl`, of the picture's side what the rasteriser may make of corners far beside the picture, and most of
-// that, pixels. What is in a box is no farther out.
+// As in `hzb_test.wgsl`: rounding error of a corner, as a part of the picture's side, and its limit, pixels. Polygons
+// in a box are no farther beside the picture than its corners.
 const ROUNDING: f32 = 1.0 / 524288.0;
 const MOST_PLAY: f32 = 0.7;
 
@@ -72,7 +74,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u3
     }
     let cut = (most.x + beside * most.y) / least_w;
     is_clear = is_clear && pixel.side * ROUNDING * max(spread, cut) < MOST_PLAY;
-    // Faces of a cube, two triangles each: corners as bits x, y, z.
+    // Faces of a cube, two triangles each. A corner's number has the bits x, y, z.
     var corners = array<u32, 36>(
         0u, 2u, 1u, 1u, 2u, 3u,
         4u, 5u, 6u, 5u, 7u, 6u,
@@ -83,7 +85,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u3
     );
     let i = corners[index];
     if !is_clear {
-        // One face covers the picture, the others are the same.
+        // Every face covers the whole picture.
         let at = select(vec2(-1.0), vec2(1.0), vec2((corners[index % 6u] & 1u) != 0u, (corners[index % 6u] & 2u) != 0u));
         return vec4(at, 1.0, 1.0);
     }

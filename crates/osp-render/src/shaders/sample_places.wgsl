@@ -1,5 +1,5 @@
-// Where the samples of a pixel are: a depth that grows to the right, or down, laid over a picture of 2 x 2 pixels, and what
-// each sample has got of it.
+// Measures the positions of the samples in a pixel. `grow` draws a depth that grows to the right, or down, over a
+// picture of 2 x 2 pixels; `read` reads the depth of each sample.
 
 @group(0) @binding(0) var depth: texture_depth_multisampled_2d;
 @group(0) @binding(1) var<storage, read_write> depths: array<f32, 16>;

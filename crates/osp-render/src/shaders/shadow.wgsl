@@ -1,11 +1,11 @@
-// Where the first light does not reach: depth as that light sees it, of all that throws a shadow; follows painted.wgsl.
+// Shadow map of the first light: depth of all shadow casters in the light's clip space. Follows painted.wgsl.
 
 struct Shade {
-    // Clip space of the light from metres relative to the middle of what throws shadows.
+    // Clip space of the light from metres relative to the middle of the shadow casters.
     clip_from_middle: mat4x4<f32>,
-    // w: whether anything throws a shadow.
+    // xyz: middle of the shadow casters, world space. w: whether there are any.
     middle: vec4<f32>,
-    // x: how far from a surface a shadow begins, metres. y: the size of a texel, metres.
+    // x: distance from a surface at which its shadow begins, metres. y: size of a texel, metres.
     numbers: vec4<f32>,
 }
 
@@ -13,7 +13,7 @@ struct Shade {
 @group(3) @binding(1) var shadow_map: texture_depth_2d;
 @group(3) @binding(2) var nearer: sampler_comparison;
 
-// How much of the first light reaches a place, 0 to 1; the normal is that of the side that is seen.
+// Share of the first light that reaches a place, 0 to 1. `normal` is the normal of the visible side.
 fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     if shade.middle.w == 0.0 {
         return 1.0;
@@ -23,12 +23,12 @@ fn first_light_at(from_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
     let at = shade.clip_from_middle * vec4(from_middle + towards, 1.0);
     let uv = vec2(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
     let share = textureSampleCompareLevel(shadow_map, nearer, uv, saturate(at.z));
-    // What is beside the map is in the light.
+    // Places beside the map are lit.
     let is_inside = all(abs(at.xy) < vec2(1.0));
     return select(1.0, share, is_inside);
 }
 
-// From the light; the list holds what throws shadows.
+// The view is the light's; the draw list has the shadow casters.
 @vertex
 fn vertex_shadow(@builtin(vertex_index) index: u32) -> Cut {
     var out: Cut;

@@ -1,5 +1,5 @@
-// A finished picture, sRGB numbers, onto a part of a window; which channels are written (one eye of an anaglyph) is the
-// pipeline's.
+// Draws a finished picture, sRGB values, on a part of a window. The pipeline selects the channels that are written,
+// such as one eye of an anaglyph.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 
@@ -17,13 +17,13 @@ fn texel(uv: vec2<f32>) -> vec3<f32> {
     return textureLoad(picture, at, 0).rgb;
 }
 
-// For windows whose memory is written as it is.
+// For windows whose format stores values unchanged.
 @fragment
 fn pass_on(in: Corner) -> @location(0) vec4<f32> {
     return vec4(texel(in.uv), 1.0);
 }
 
-// For windows that encode on their own.
+// For windows whose format encodes linear values as sRGB.
 @fragment
 fn decode(in: Corner) -> @location(0) vec4<f32> {
     return vec4(linear_from_srgb(texel(in.uv)), 1.0);
@@ -31,7 +31,7 @@ fn decode(in: Corner) -> @location(0) vec4<f32> {
 
 // Linear.
 fn grey(in: Corner) -> vec3<f32> {
-    // Glasses of one colour each: half of the saturation is kept, or one eye would miss pure colours.
+    // Half of the saturation is kept: through coloured glasses, one eye would miss pure colours.
     let c = linear_from_srgb(texel(in.uv));
     return mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, 0.5);
 }

@@ -1,4 +1,4 @@
-// One triangle that covers the viewport, for shaders that draw a whole picture; they follow.
+// Vertex shader for shaders that draw a whole picture; they follow this file.
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
