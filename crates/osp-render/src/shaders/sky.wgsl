@@ -13,29 +13,77 @@ fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
     return Sky(vec4(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), way);
 }
 
-// A floor at height 0 that a lamp lights up around the origin of the world, with the edges of a slab of three metres.
-const POOL_M: f32 = 1.8;
-const SLAB_M: f32 = 1.5;
-const BEVEL_M: f32 = 0.25;
-// Nearer than this, fog does not cover it.
-const CLEAR_M: f32 = 10.0;
+// A value on straight lines between points; `at` and `points` rise and have four parts each.
+fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
+    let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
+    return values.x + dot(parts, values.yzw - values.xyz);
+}
 
+// How deep along the view something lies that is this far away on this way.
+fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
+    let middle = view.corners[0].xyz + 0.5 * (view.corners[1].xyz + view.corners[2].xyz);
+    return distance * dot(way, normalize(middle));
+}
+
+// From the eye to a level place on a way that goes down.
+fn down_to(way: vec3<f32>, height: f32) -> vec3<f32> {
+    return way * (max(view.eye_in_world.y - height, 0.0) / max(-way.y, 1.0e-4));
+}
+
+// A slab of three metres, of height 0, whose corners are cut off; it stands on a floor.
+const SLAB_M: f32 = 1.5;
+const SLAB_CORNER_M: f32 = 2.77;
+const FLOOR_M: f32 = -0.025;
+// A line on the slab, as wide at least as a pixel.
+const GROOVE_M: f32 = 0.006;
+const INSET_M: f32 = 1.26;
+
+fn is_on_slab(at: vec2<f32>) -> bool {
+    return max(abs(at.x), abs(at.y)) < SLAB_M && abs(at.x) + abs(at.y) < SLAB_CORNER_M;
+}
+
+// The light of lamps that is baked into the floor of Standard, by the distance from the middle.
+fn standard_bake(far: f32) -> f32 {
+    if far < 2.0 {
+        return between(far, vec4(1.3, 1.5, 1.7, 2.0), vec4(0.19, 0.22, 0.27, 0.33));
+    }
+    if far < 5.0 {
+        return between(far, vec4(2.0, 2.5, 3.0, 5.0), vec4(0.33, 0.34, 0.29, 0.235));
+    }
+    if far < 20.0 {
+        return between(far, vec4(5.0, 8.0, 12.0, 20.0), vec4(0.235, 0.155, 0.084, 0.027));
+    }
+    return between(far, vec4(20.0, 30.0, 39.0, 40.2), vec4(0.027, 0.016, 0.004, 0.0));
+}
+
+// The ground of Standard: a slab in a pool of light, on a floor that fades into the fog.
 fn floor_color(way: vec3<f32>) -> vec3<f32> {
-    let distance = max(view.eye_in_world.y, 0.0) / max(-way.y, 1.0e-4);
-    let from_eye = way * distance;
-    let at = view.eye_in_world.xz + from_eye.xz;
-    let pool = pow(max(1.0 - length(at) / POOL_M, 0.0), 1.25);
-    // Thin lines grow with the distance: they must not flicker.
-    let pixel = 0.003 * distance / max(-way.y, 0.05);
-    let cross = min(abs(at.x), abs(at.y));
-    let slab = max(abs(at.x), abs(at.y));
-    let groove = saturate(1.5 - cross / (0.015 + 0.5 * pixel)) * 0.03 / (0.03 + pixel);
-    let bevel = saturate((slab - SLAB_M + BEVEL_M) / (0.03 + pixel)) * saturate((SLAB_M - slab) / (0.03 + pixel));
-    let inside = step(slab, SLAB_M);
-    let lamp = 1.0 + vec3(1.86, 1.6, 1.4) * pool * first_light_at(from_eye, vec3(0.0, 1.0, 0.0));
-    let own = surroundings.floor.rgb * lamp * (1.0 - inside * (0.15 * groove + 0.12 * bevel));
-    let clear = exp(-0.71 * surroundings.fog.w * max(distance - CLEAR_M, 0.0));
-    return mix(surroundings.fog.rgb, own, clear);
+    let up = vec3(0.0, 1.0, 0.0);
+    let to_slab = down_to(way, 0.0);
+    let at = view.eye_in_world.xz + to_slab.xz;
+    if is_on_slab(at) {
+        let far = length(at);
+        let pool = select(
+            between(far, vec4(0.75, 1.125, 1.5, 2.0), vec4(0.48, 0.368, 0.32, 0.32)),
+            between(far, vec4(0.0, 0.2, 0.375, 0.75), vec4(0.741, 0.72, 0.65, 0.48)),
+            far < 0.75,
+        );
+        let distance = length(to_slab);
+        // Thin lines must not flicker.
+        let pixel = 0.003 * distance / max(-way.y, 0.05);
+        let groove = saturate(1.0 + (GROOVE_M - min(abs(at.x), abs(at.y))) / pixel) * min(2.0 * GROOVE_M / pixel, 1.0);
+        let inset = max(max(abs(at.x), abs(at.y)), (abs(at.x) + abs(at.y)) * 0.7071 - 0.43);
+        let outside = saturate(0.5 + (inset - INSET_M) / pixel);
+        let shade = (1.0 - 0.25 * groove) * mix(1.0, 0.8, outside);
+        let albedo = surroundings.floor.rgb * mix(vec3(2.75, 2.6, 2.27), vec3(2.95, 2.6, 2.2), saturate(1.0 - far)) * pool * shade;
+        return fogged(albedo * light_on(up, first_light_at(to_slab, up)), depth_along(way, distance));
+    }
+    let from_eye = down_to(way, FLOOR_M);
+    let place = view.eye_in_world.xz + from_eye.xz;
+    // The slab darkens what is close to its sides.
+    let far = max(max(abs(place.x), abs(place.y)), 0.94 * length(place));
+    let albedo = surroundings.floor.rgb * vec3(2.07, 1.99, 1.68) * standard_bake(far);
+    return fogged(albedo * light_on(up, first_light_at(from_eye, up)), depth_along(way, length(from_eye)));
 }
 
 // Places around a sketch, as `surroundings.sky_up.w` numbers them; the first has the floor above.
@@ -44,18 +92,6 @@ const DRESS_FORM: f32 = 3.0;
 const NIGHT_SKY: f32 = 4.0;
 // How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
 const PROP_Z_M: f32 = -0.5;
-
-// How deep along the view something lies that is this far away on this way.
-fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
-    let middle = view.corners[0].xyz + 0.5 * (view.corners[1].xyz + view.corners[2].xyz);
-    return distance * dot(way, normalize(middle));
-}
-
-// A value on straight lines between points; `at` and `points` rise and have four parts each.
-fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
-    let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
-    return values.x + dot(parts, values.yzw - values.xyz);
-}
 
 // The colour of the ground of the places 2 to 4, by the distance from the origin; the slab is brightest in its middle.
 fn ground_color(way: vec3<f32>, place: f32) -> vec3<f32> {
