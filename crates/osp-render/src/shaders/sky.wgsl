@@ -90,6 +90,7 @@ fn floor_color(way: vec3<f32>) -> vec3<f32> {
 const PEDESTAL: f32 = 2.0;
 const DRESS_FORM: f32 = 3.0;
 const NIGHT_SKY: f32 = 4.0;
+const SPACE: f32 = 5.0;
 // How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
 const PROP_Z_M: f32 = -0.5;
 
@@ -150,21 +151,31 @@ fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     return vec4(fogged(lit, depth_along(way, far)), select(0.0, 1.0, far > 0.0));
 }
 
-// Profile of the pedestal's column: heights and radii, metres.
-const COLUMN: array<vec2<f32>, 12> = array(
+// Profile of a turned thing: heights and radii, metres.
+alias Profile = array<vec2<f32>, 12>;
+const COLUMN: Profile = Profile(
     vec2(0.058, 0.29), vec2(0.07, 0.28), vec2(0.11, 0.255), vec2(0.15, 0.225), vec2(0.19, 0.21), vec2(0.22, 0.203),
     vec2(0.79, 0.207), vec2(0.82, 0.21), vec2(0.86, 0.225), vec2(0.9, 0.25), vec2(0.93, 0.3), vec2(0.949, 0.307),
 );
 const PLINTH_HALF_M: f32 = 0.339;
+// A tailor's bust on a stand, this deep for its width.
+const BUST: Profile = Profile(
+    vec2(0.0, 0.19), vec2(0.02, 0.19), vec2(0.03, 0.02), vec2(1.12, 0.02), vec2(1.125, 0.15), vec2(1.2, 0.17),
+    vec2(1.4, 0.125), vec2(1.62, 0.17), vec2(1.75, 0.185), vec2(1.83, 0.1), vec2(1.87, 0.055), vec2(1.97, 0.05),
+);
+const BUST_DEPTH: f32 = 0.62;
 
-// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
-fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
-    let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
+// Where a way meets a turned thing, which is `depth` as deep as it is wide: the normal there, and how far that is; too far for
+// nowhere.
+fn turned_at(eye_there: vec3<f32>, along: vec3<f32>, profile: Profile, depth: f32) -> vec4<f32> {
+    var points = profile;
+    let eye = eye_there / vec3(1.0, 1.0, depth);
+    let way = along / vec3(1.0, 1.0, depth);
     var nearest = 1.0e9;
     var normal = vec3(0.0, 1.0, 0.0);
     for (var i = 0; i < 11; i++) {
-        let low = COLUMN[i];
-        let high = COLUMN[i + 1];
+        let low = points[i];
+        let high = points[i + 1];
         let slope = (high.y - low.y) / (high.x - low.x);
         let radius = low.y + slope * (eye.y - low.x);
         let a = dot(way.xz, way.xz) - slope * slope * way.y * way.y;
@@ -175,9 +186,24 @@ fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
         let at = eye + distance * way;
         if square >= 0.0 && distance > 0.0 && distance < nearest && at.y >= low.x && at.y <= high.x {
             nearest = distance;
-            normal = normalize(vec3(at.x, -slope * length(at.xz), at.z));
+            normal = normalize(vec3(at.x, -slope * length(at.xz), at.z / depth));
         }
     }
+    return vec4(normal, nearest);
+}
+
+// Where a way meets the bust; a negative distance for nowhere.
+fn bust_at(way: vec3<f32>) -> vec4<f32> {
+    let found = turned_at(view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M), way, BUST, BUST_DEPTH);
+    return vec4(found.xyz, select(-1.0, found.w, found.w < 1.0e9));
+}
+
+// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
+fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
+    let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
+    let column = turned_at(eye, way, COLUMN, 1.0);
+    var nearest = column.w;
+    var normal = column.xyz;
     // The flat tops of the column and of the plinth, and the plinth's sides.
     let tops = (vec2(0.949, 0.058) - eye.y) / min(way.y, -1.0e-6);
     let on_column = eye.xz + tops.x * way.xz;
@@ -205,10 +231,25 @@ fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
     return vec4(normal, select(-1.0, nearest, nearest < 1.0e9));
 }
 
-// Concrete.
-fn pedestal_color(way: vec3<f32>, found: vec4<f32>) -> vec3<f32> {
+fn prop_color(way: vec3<f32>, found: vec4<f32>, albedo: f32) -> vec3<f32> {
     let share = first_light_at(way * found.w, found.xyz);
-    return fogged(0.31 * light_on(found.xyz, share), depth_along(way, found.w));
+    return fogged(albedo * light_on(found.xyz, share), depth_along(way, found.w));
+}
+
+// The moon of Space, a grey sphere in front of the origin: how far away it is on this way, if it is.
+const MOON_M: vec3<f32> = vec3(0.0, 1.3, -0.5);
+const MOON_RADIUS_M: f32 = 0.182;
+
+fn moon_at(way: vec3<f32>) -> f32 {
+    let from_moon = view.eye_in_world.xyz - MOON_M;
+    let along = dot(from_moon, way);
+    let square = along * along - dot(from_moon, from_moon) + MOON_RADIUS_M * MOON_RADIUS_M;
+    return select(-1.0, -along - sqrt(max(square, 0.0)), square > 0.0);
+}
+
+fn moon_color(way: vec3<f32>, distance: f32) -> vec3<f32> {
+    let normal = normalize(view.eye_in_world.xyz + way * distance - MOON_M);
+    return 0.35 * light_on(normal, first_light_at(way * distance, normal));
 }
 
 // Two numbers out of a cell of the sky, 0 to 1 each.
@@ -262,26 +303,40 @@ fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     if place == PEDESTAL {
         let found = pedestal_at(way);
         if found.w > 0.0 {
-            return vec4(pedestal_color(way, found), 1.0);
+            // Concrete.
+            return vec4(prop_color(way, found, 0.31), 1.0);
+        }
+    }
+    if place == DRESS_FORM {
+        let found = bust_at(way);
+        if found.w > 0.0 {
+            // Linen.
+            return vec4(prop_color(way, found, 0.42), 1.0);
         }
     }
     if place == 1.0 && way.y < 0.0 {
         return vec4(floor_color(way), 1.0);
     }
-    if place > 1.0 && way.y < 0.0 {
+    if place > 1.0 && place < SPACE && way.y < 0.0 {
         return vec4(ground_color(way, place), 1.0);
     }
-    if place > 0.0 {
+    if place > 0.0 && place < SPACE {
         let found = hill(way, place);
         if found.w > 0.0 {
             return vec4(found.rgb, 1.0);
+        }
+    }
+    if place == SPACE {
+        let distance = moon_at(way);
+        if distance > 0.0 {
+            return vec4(moon_color(way, distance), 1.0);
         }
     }
     let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
     var color = mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high);
     // The Milky Way is over the horizon; where it is not, fainter stars are all around.
     if surroundings.sky_low.w == 1.0 {
-        color += 0.4 * stars_at(way, pixel);
+        color += stars_at(way, pixel) + 0.7 * stars_at(way.zxy, pixel);
     }
     if surroundings.sky_low.w == 2.0 && way.y > 0.05 {
         color += stars_at(way, pixel);
