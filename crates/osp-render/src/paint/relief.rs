@@ -85,7 +85,7 @@ fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;
     let places = step(0.45, 0.6, noise(u, v, (9, 24), 47));
     let many = (0.3 + 0.7 * (step(0.25, 0.1, row) + step(0.75, 0.9, row)).max(step(0.55, 0.8, u))).min(1.0);
-    [0.0, rim + furrows(u, v, (12, 96), 42) * places * many]
+    [0.0, rim + 0.6 * furrows(u, v, (12, 96), 42) * places * many]
 }
 
 /// Fine furrows along the stroke.

@@ -105,7 +105,8 @@ fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
 
 /// Four strokes, round at the start: the first one is solid nearly to its end, the others run out in tufts of hairs.
 pub(super) fn ink(u: f32, v: f32) -> f32 {
-    const WIDTHS: [(f32, f32); 6] = [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
+    const WIDTHS: [(f32, f32); 6] =
+        [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
     let ends = if row(v).0 == 0 { (0.8, 1.08) } else { (0.48, 1.12) };
     solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
 }
@@ -327,7 +328,7 @@ pub(super) fn splatter(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let (r, angle) = (x.hypot(y), y.atan2(x) / TAU + 0.5);
     let lobes = noise(angle, number as f32 / 4.0, (11, 4), 14) - 0.5;
-    let mut inside = 0.5 + 0.45 * lobes - r;
+    let mut inside = 0.62 + 0.45 * lobes - r;
     for i in 0..7 {
         let at = |k: i32| random(number * 8 + i, k, 15);
         let (turn, far) = (TAU * at(0), mix(0.6, 0.85, at(1)));
