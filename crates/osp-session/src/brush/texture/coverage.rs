@@ -9,7 +9,7 @@ const SOLID: f32 = 0.5;
 const STEPS: usize = 10;
 
 /// The share of a level, `side` texels wide and high, that is solid if its alpha is multiplied by `factor`: 0 to 1. Alpha lies on
-/// planes between the texels; 0 for a level of a single one.
+/// planes between the texels; 0 for a level of a single one. Linear in the texels, each of which `alpha` has.
 pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
     if side < 2 {
         return 0.0;
@@ -38,7 +38,7 @@ pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
 }
 
 /// What the alpha of a smaller level is multiplied by so that its [`coverage`] is `wanted`, at least 1. Where no factor gives that,
-/// it is the one at which the coverage passes it.
+/// it is the one at which the coverage passes it. Linear in the texels.
 pub fn coverage_factor(alpha: &[f32], side: usize, wanted: f32) -> f32 {
     let (mut low, mut high, mut least) = (0.0, 1.0, SOLID);
     // A single texel has no place between two.
