@@ -4,8 +4,8 @@ use glam::Vec3;
 
 /// Half the width, metres, at which the displacement is as large as the numbers below say.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Of one component of the displacement at that width, metres, for slow and fast noise: about 1 in 10 of a decimetre.
-const STRENGTH_M: [f32; 2] = [0.03, 0.021];
+/// Largest displacement along one axis at that width, metres, for slow and fast noise: 8 and 6 mm on average (root mean square).
+const STRENGTH_M: [f32; 2] = [0.022, 0.0155];
 
 /// How far copy 0, 1 or 2 of the line is off the stroke at a point of it; it is no more than some centimetres for the
 /// brush's sizes, and the same for the same point.
