@@ -11,6 +11,7 @@ use super::{
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
+    spans::Spans,
     tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, UPKEEP_PER_COMMIT},
 };
 use crate::{
@@ -62,6 +63,8 @@ pub struct Osp {
     pub(super) to_divide: VecDeque<u32>,
     /// Runs inserted since the last commit.
     pub(super) came: u32,
+    /// The ids of scattered polygons in the order of the tree.
+    pub(super) spans: Spans,
     /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
     pub(super) movers: Movers,
     /// Commits so far, and when a round through the movers began.
@@ -112,6 +115,7 @@ impl Osp {
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             came: 0,
+            spans: Spans::with_room_for(config.room().min(MOST_SCATTERED)),
             movers: Movers::with_room_for(config.room()),
             clock: 0,
             round: 0,
@@ -146,6 +150,7 @@ impl Osp {
     /// Sets the root cube's node up.
     pub(super) fn init_root(&mut self) {
         self.is_flat = true;
+        self.spans.give_up();
         let top = self.nodes.take();
         let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
@@ -366,6 +371,7 @@ impl SpatialIndex for Osp {
         }
         self.divide_some(came);
         self.pack_some(came);
+        self.write_spans();
         // Without what was put elsewhere.
         (self.came, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
@@ -444,6 +450,7 @@ impl SpatialIndex for Osp {
             + self.ids.bytes()
             + self.linear.bytes()
             + self.movers.bytes()
+            + self.spans.bytes()
             + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
     }
 
@@ -486,6 +493,7 @@ impl Osp {
         self.buckets.clear();
         self.pages.clear();
         self.ids.clear();
+        self.spans.clear();
         self.open.close();
         self.to_pack.clear();
         self.to_divide.clear();

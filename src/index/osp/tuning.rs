@@ -38,8 +38,8 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 /// takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 96;
 
-/// Runs of a leaf that is packed, at most. No leaf but one of long polygons has more.
-pub(super) const MOST_TAKEN: usize = 2 * LEAF_RUNS as usize;
+/// Runs of a leaf that is packed, at most. More: fewer leaves and fuller pages, and frames that pack one are longer.
+pub(super) const MOST_TAKEN: usize = 4 * LEAF_RUNS as usize;
 
 /// Runs of a leaf of scattered polygons when it is first put in the order of space: four full pages. More: wider pages in small
 /// leaves. Fewer: more of the time that polygons take to come goes into packing.
