@@ -13,8 +13,10 @@ use crate::{index::simd::Wide, math::Aabb};
 const MOVED_A_COMMIT: u32 = 16;
 const MOVED_FOR_EACH: u32 = 2;
 
-/// Polygons of a model whose scattered leaves hold more, and still more.
-const SMALL: usize = 1 << 14;
+/// Runs that a commit moves besides if nothing came.
+const MOVED_IN_A_REST: u32 = 32;
+
+/// Polygons of a model from which on scattered leaves hold most.
 const LARGE: usize = 1 << 16;
 
 impl Osp {
@@ -45,11 +47,7 @@ impl Osp {
 
     /// Runs of a scattered leaf before it is split. In large models packing one is a smaller part of a frame.
     fn most_scattered(&self) -> u32 {
-        match self.len {
-            0..SMALL => LEAF_RUNS,
-            SMALL..LARGE => LEAF_RUNS * 2,
-            _ => MOST_TAKEN as u32,
-        }
+        if self.len < LARGE { LEAF_RUNS * 2 } else { MOST_TAKEN as u32 }
     }
 
     /// Puts a new node in the place of a leaf.
@@ -111,6 +109,9 @@ impl Osp {
     /// Moves some of the runs that wait.
     pub(super) fn divide_some(&mut self, came: u32) {
         let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
+        if came == 0 {
+            left += MOVED_IN_A_REST;
+        }
         while left > 0 {
             let Some(&head) = self.to_divide.front() else { return };
             match self.next_to_move(head) {

@@ -97,8 +97,12 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the leaves that wait.
+    /// Packs a few of the leaves that wait, unless many polygons are still on their way.
     pub(super) fn pack_some(&mut self, came: u32) {
+        // Each leaf is packed once, when all have come.
+        if self.is_settling {
+            return;
+        }
         for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
             // It may be gone, be another bucket now, or hold other runs.
@@ -197,7 +201,8 @@ mod tests {
     }
 
     fn empty(root_m: f32) -> Osp {
-        Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, root_m), capacity: POLYGONS as usize })
+        let root = Aabb::cube(Vec3::ZERO, root_m);
+        Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_linear_blocks(0)
     }
 
     /// Grows by so many polygons a commit.

@@ -38,6 +38,13 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 /// takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 96;
 
+/// A list of scattered polygons that come a few in each frame may be this many times as long: to test all costs less than to
+/// insert into a tree and to pack it. More: longer frames where the tree leaves most out.
+pub(super) const LONGER: usize = 7;
+
+/// Commits that a polygon rests at least before it goes back to the tree.
+pub(super) const REST: u32 = 32;
+
 /// Runs of a leaf that is packed, at most. More: fewer leaves and fuller pages, and frames that pack one are longer.
 pub(super) const MOST_TAKEN: usize = 4 * LEAF_RUNS as usize;
 

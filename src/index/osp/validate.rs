@@ -69,7 +69,7 @@ impl Osp {
                 in_tree == (0, 0, 0),
                 "{in_tree:?} polygons, blocks and pages in the tree of a plain list"
             );
-            ensure!(self.linear.len() <= self.linear_blocks, "the plain list is too long");
+            ensure!(self.linear.len() <= self.list_blocks, "the plain list is too long");
             return self.linear.check(self.len);
         }
         ensure!(self.linear.len() == 0, "a tree, and polygons in the plain list");
