@@ -16,7 +16,8 @@ const MOVED_FOR_EACH: u32 = 2;
 /// Runs that a commit moves besides if nothing came.
 const MOVED_IN_A_REST: u32 = 32;
 
-/// Polygons of a model from which on scattered leaves hold most.
+/// Polygons of a model from which on scattered leaves hold more, and most.
+const SMALL: usize = 1 << 15;
 const LARGE: usize = 1 << 16;
 
 impl Osp {
@@ -47,7 +48,11 @@ impl Osp {
 
     /// Runs of a scattered leaf before it is split. In large models packing one is a smaller part of a frame.
     fn most_scattered(&self) -> u32 {
-        if self.len < LARGE { LEAF_RUNS * 2 } else { MOST_TAKEN as u32 }
+        match self.len {
+            0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
+            SMALL..LARGE => LEAF_RUNS * 2,
+            _ => MOST_TAKEN as u32,
+        }
     }
 
     /// Puts a new node in the place of a leaf.

@@ -2,7 +2,11 @@
 //! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
 //! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
 
-use super::{answer::Answer, movers::Movers, tuning::RUN_STRETCH};
+use super::{
+    answer::Answer,
+    movers::Movers,
+    tuning::{LINEAR_BLOCKS, RUN_STRETCH},
+};
 use crate::{
     index::{
         WorkCounts,
@@ -17,6 +21,8 @@ use crate::{
 pub(super) struct Linear {
     /// Per block its number, `id / 16`.
     numbers: Vec<u32>,
+    /// No block has a greater number.
+    highest: u32,
     /// Per block its polygons.
     lanes: Vec<u16>,
     /// Per block its polygons' boxes; lanes of nothing hold anything.
@@ -58,6 +64,7 @@ impl Linear {
         let groups = blocks.div_ceil(BLOCK);
         let mut linear = Self {
             numbers: vec![0; blocks],
+            highest: 0,
             lanes: vec![0; blocks],
             boxes: vec![Boxes::EMPTY; blocks],
             around: vec![Boxes::EMPTY; groups],
@@ -85,7 +92,7 @@ impl Linear {
         self.boxes.clear();
         self.around.clear();
         self.loose.clear();
-        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
+        (self.highest, self.is_loose, self.commits, self.bounds) = (0, false, 0, Wide::EMPTY);
     }
 
     /// Gives all blocks to the flat rows beside the tree; false if they cannot take them.
@@ -171,6 +178,9 @@ impl Linear {
         if self.numbers.get(likely) == Some(&number) {
             return Some(likely);
         }
+        if number > self.highest {
+            return None;
+        }
         self.numbers.iter().rposition(|&other| other == number)
     }
 
@@ -213,6 +223,7 @@ impl Linear {
         let at = self.len();
         self.most = self.most.max(at + 1);
         self.numbers.push(number);
+        self.highest = self.highest.max(number);
         self.lanes.push(0);
         self.boxes.push(Boxes::EMPTY);
         if at.is_multiple_of(BLOCK) {
@@ -416,6 +427,14 @@ impl<A: Answer> Pass<'_, A> {
         let planes = PlaneSet::new(self.frustum);
         let Linear { numbers, lanes, boxes, around, .. } = self.linear;
         let mut tested = 0;
+        if numbers.len() > LINEAR_BLOCKS {
+            // A long list is of scattered polygons: no block is behind a plane.
+            for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
+                tested += self.look(kernel, &planes, number, lanes, boxes);
+            }
+            work.boxes += u64::from(tested);
+            return;
+        }
         let mut is_worth_it = numbers.len() > FEW;
         for (group, around) in around.iter().enumerate() {
             let from = group * BLOCK;

@@ -372,9 +372,8 @@ impl Movers {
         }
     }
 
-    /// Takes blocks over if nothing is here: numbers, lanes and boxes. Each list becomes one with as much room as it needs here; no
-    /// box is copied. They count as resting. What has few lanes goes to the shared groups. Returns the most blocks that the lists
-    /// have had.
+    /// Takes blocks over if nothing is here: numbers, lanes and boxes, in exchange for empty lists; no box is copied. They count as
+    /// resting. What has few lanes goes to the shared groups. Returns the most blocks that those lists have had.
     pub(super) fn take_blocks(
         &mut self,
         numbers: &mut Vec<u32>,
