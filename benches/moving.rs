@@ -30,9 +30,9 @@ use rand_pcg::{Pcg32, rand_core::Rng};
 const PIECE: usize = 32;
 const RADIUS: f32 = 0.02;
 const TURN: f32 = 0.125;
-/// Frames that are measured, and those before them in which a structure may find out what moves.
+/// Frames that are measured, and those before them in which a structure may find out what moves and what rests.
 const FRAMES: usize = 100;
-const BEFORE: usize = 40;
+const BEFORE: usize = 320;
 
 /// A case: the order of the boxes, and the call that updates them.
 #[derive(Clone, Copy)]

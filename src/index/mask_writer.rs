@@ -1,7 +1,7 @@
 use std::ops::Range;
 
-use super::simd::{IdWriter, Kernel};
-use crate::polygon::BLOCK;
+use super::simd::{IdWriter, Kernel, WithKernel};
+use crate::polygon::{BLOCK, PolygonId, VisibleBlocks};
 
 /// Output of a pass over blocks of sixteen: a list of ids, or the masks of blocks.
 pub trait RunSink {
@@ -23,6 +23,21 @@ impl RunSink for IdWriter<'_> {
     #[inline(always)]
     fn found(&self) -> usize {
         self.len()
+    }
+}
+
+/// Adds polygons that were listed to a set, each once and not there before.
+pub(super) struct SetAll<'a> {
+    pub(super) visible: &'a mut VisibleBlocks,
+    pub(super) ids: &'a [PolygonId],
+}
+
+impl WithKernel for SetAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _kernel: K) {
+        self.visible.set_all(self.ids);
     }
 }
 

@@ -3,7 +3,7 @@ use std::any::Any;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{DrawList, Thinner, Upkeep, Visitor, WorkCounts, probe};
+use super::{DrawList, Thinner, Upkeep, Visitor, WorkCounts, mask_writer::SetAll, probe, simd::Backend};
 use crate::{
     math::{Aabb, Frustum, Ray, Sphere},
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
@@ -92,12 +92,13 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// Adds the polygons that the frustum may see to a set that was cleared before: the same polygons as
     /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame uses.
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
-        visible.fill_by_list(|ids| {
+        let list = |ids: &mut Vec<PolygonId>| {
             let mut list = DrawList::of(std::mem::take(ids));
             let work = self.frustum_cull(frustum, &mut list);
             *ids = list.into_ids();
             work
-        })
+        };
+        visible.fill_by_list(list, |visible, ids| Backend::detect().run(SetAll { visible, ids }))
     }
 
     /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to each set exactly the polygons that

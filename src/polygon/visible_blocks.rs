@@ -1,4 +1,4 @@
-use super::{PolygonId, bits};
+use super::{PolygonId, bits, marks};
 
 /// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
@@ -165,12 +165,16 @@ impl VisibleBlocks {
         }
     }
 
-    /// Lets an index that lists numbers fill the set: the list is kept from frame to frame.
-    pub(crate) fn fill_by_list<R>(&mut self, list: impl FnOnce(&mut Vec<PolygonId>) -> R) -> R {
+    /// Lets an index that lists numbers fill the set, by [`VisibleBlocks::set_all`]: the list is kept from frame to frame.
+    pub(crate) fn fill_by_list<R>(
+        &mut self,
+        list: impl FnOnce(&mut Vec<PolygonId>) -> R,
+        set_all: impl FnOnce(&mut Self, &[PolygonId]),
+    ) -> R {
         let room = (self.masks.len() * BLOCK).min(MOST_LISTED);
         self.with_list(room, |set, ids| {
             let result = list(ids);
-            set.set_all(ids);
+            set_all(set, ids);
             result
         })
     }
@@ -189,9 +193,10 @@ impl VisibleBlocks {
         result
     }
 
-    /// Sets polygons, each once and not there before.
+    /// Sets polygons, each once and not there before. In line, so that it is compiled for the caller's instructions.
+    #[inline(always)]
     pub(crate) fn set_all(&mut self, ids: &[PolygonId]) {
-        let (low, high) = ids.iter().fold((u32::MAX, 0), |(low, high), id| (low.min(id.0), high.max(id.0)));
+        let (low, high) = marks::low_and_high(ids);
         if ids.is_empty() {
             return;
         }
@@ -200,10 +205,7 @@ impl VisibleBlocks {
             self.extend(ids.iter().copied());
             return;
         }
-        let masks = self.masks_for(high as usize + 1);
-        for id in ids {
-            masks[id.index() / BLOCK] |= 1 << (id.index() % BLOCK);
-        }
+        marks::mark::<true>(self.masks_for(high as usize + 1), ids);
         self.note_filled(low as usize / BLOCK..high as usize / BLOCK + 1, ids.len());
     }
 

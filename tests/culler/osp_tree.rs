@@ -10,6 +10,7 @@ mod linear;
 mod loose;
 mod many_views;
 mod movers;
+mod rest;
 mod whole;
 
 use glam::Vec3;

@@ -134,6 +134,8 @@ impl Studio {
         if self.session.is_replay() {
             self.navigator.show_all(&bounds);
         } else {
+            // The sketch of another program is seen as there: without a grid.
+            self.layers.grid = self.session.header().camera.is_none();
             self.see_as_painted();
         }
     }

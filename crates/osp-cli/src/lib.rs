@@ -141,6 +141,7 @@ use outcome::Outcome;
 
 use std::{
     error::Error,
+    ffi::OsString,
     num::{IntErrorKind, ParseIntError},
     path::Path,
     process::ExitCode,
@@ -175,6 +176,7 @@ const EXAMPLES: &str = "Examples:
   osp film sketch.tilt film.gif
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world
+  osp sketch.tilt         opens the window, as does osp sketch
   osp sketch house.ron
   osp serve
   osp join nats://127.0.0.1/house
@@ -259,7 +261,7 @@ impl Command {
 
 /// Runs the program with the arguments of the process.
 pub fn run() -> ExitCode {
-    let parsed = Cli::command().try_get_matches();
+    let parsed = Cli::command().try_get_matches_from(with_command(std::env::args_os().collect()));
     let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (command, matches) = match parsed {
         Ok((Cli { command }, matches)) => (command, matches),
@@ -281,6 +283,15 @@ pub fn run() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Adds the command that opens the window to arguments that begin with a file, in a build with a window.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let is_file = |arg: &OsString| Path::new(arg).is_file() && Cli::command().find_subcommand(arg).is_none();
+    if cfg!(feature = "window") && args.get(1).is_some_and(is_file) {
+        args.insert(1, "sketch".into());
+    }
+    args
 }
 
 /// Prints the help, or the error in the arguments.
@@ -310,7 +321,27 @@ fn usage_error(error: &clap::Error) -> String {
     if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
         && Path::new(name).is_file()
     {
-        text = format!("{}\n\nto replay it: osp replay {}", text.trim_end(), session::quoted(name));
+        let name = session::quoted(name);
+        let see = "to see it in a window, build osp with --features window";
+        text = format!("{}\n\n{see}\nto replay it: osp replay {name}", text.trim_end());
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_in_place_of_a_command_is_opened_in_a_build_with_a_window() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let of = |args: &[&str]| with_command(args.iter().map(OsString::from).collect());
+        let opened: &[&str] =
+            if cfg!(feature = "window") { &["osp", "sketch", file, "-h"] } else { &["osp", file, "-h"] };
+        assert_eq!(of(&["osp", file, "-h"]), opened);
+        for same in [&["osp"][..], &["osp", "replay", file], &["osp", "no-such-file.ron"], &["osp", "--help"]]
+        {
+            assert_eq!(of(same), same);
+        }
+    }
 }

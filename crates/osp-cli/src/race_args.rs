@@ -19,7 +19,7 @@ use osp_session::{recording::Pace, replay::CameraChoice};
   osp race recordings/portrait.ron
   osp race --synth 200000 --runs 3
   osp race sketch.tilt --index osp,octree-rebuild,bvh-sah,dynamic-bvh --csv race.csv
-  osp race --synth 200000 --runs 3 --film race.gif
+  osp race --synth 400000 --pace samples:64 --runs 3 --film race.gif
 
 On a terminal each structure shows the time of the latest frame, a strip chart of the frames before
 (its full height is 11.1 ms, a frame at 90 Hz; longer frames are red), its longest frame, and how many

@@ -33,6 +33,20 @@ pub(super) trait Answer {
     /// The first `count` runs of a page of single polygons.
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
 
+    /// Some runs of a page of single polygons.
+    #[inline(always)]
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+        let mut left = lanes & 0xFFFF;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            self.run(kernel, page.first[lane], 1);
+        }
+    }
+
+    /// Single polygons.
+    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]);
+
     /// Some runs of a page.
     #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
@@ -130,6 +144,16 @@ impl Answer for Ids<'_> {
     }
 
     #[inline(always)]
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+        self.0.push_packed(kernel, &page.first, lanes);
+    }
+
+    #[inline(always)]
+    fn span<K: Kernel>(&mut self, _kernel: K, ids: &[PolygonId]) {
+        self.0.push_slice(ids);
+    }
+
+    #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         self.0.push_lanes(kernel, runs_of(page), lanes);
     }
@@ -202,6 +226,13 @@ impl Answer for Blocks<'_> {
     }
 
     #[inline(always)]
+    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]) {
+        for id in ids {
+            self.run(kernel, id.0, 1);
+        }
+    }
+
+    #[inline(always)]
     fn count(&self) -> usize {
         self.0.found()
     }
@@ -254,6 +285,13 @@ impl Answer for Outside<'_> {
     }
 
     #[inline(always)]
+    fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]) {
+        for id in ids {
+            self.run(kernel, id.0, 1);
+        }
+    }
+
+    #[inline(always)]
     fn count(&self) -> usize {
         self.count
     }
@@ -296,6 +334,16 @@ impl<A: Answer> Answer for Listing<'_, A> {
     #[inline(always)]
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32) {
         self.singles.push_copy(kernel, &page.first, count);
+    }
+
+    #[inline(always)]
+    fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
+        self.singles.push_packed(kernel, &page.first, lanes);
+    }
+
+    #[inline(always)]
+    fn span<K: Kernel>(&mut self, _kernel: K, ids: &[PolygonId]) {
+        self.singles.push_slice(ids);
     }
 
     #[inline(always)]

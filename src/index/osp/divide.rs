@@ -5,7 +5,7 @@ use super::{
     index::Osp,
     layout::{Bucket, Link, OWN, Run},
     pool::NONE,
-    tuning::LEAF_RUNS,
+    tuning::{LEAF_RUNS, MOST_TAKEN},
 };
 use crate::{index::simd::Wide, math::Aabb};
 
@@ -13,8 +13,16 @@ use crate::{index::simd::Wide, math::Aabb};
 const MOVED_A_COMMIT: u32 = 16;
 const MOVED_FOR_EACH: u32 = 2;
 
+/// Runs that a commit moves besides if nothing came.
+const MOVED_IN_A_REST: u32 = 32;
+
+/// Polygons of a model from which on scattered leaves hold more, and most.
+const SMALL: usize = 1 << 15;
+const LARGE: usize = 1 << 16;
+
 impl Osp {
     /// Makes a node of a leaf that holds too many runs.
+    /// * They are scattered, and it is packed: wait for more.
     /// * Most of them are short enough for a smaller cell: commits move them to the node's children.
     /// * Most are as long as the cell: wait until there are twice as many.
     /// * ... and there are: the whole leaf becomes the node's straddlers as it is, and what comes from now on goes to
@@ -23,8 +31,11 @@ impl Osp {
     /// So a node never waits for more than twice [`LEAF_RUNS`] runs to be moved.
     pub(super) fn try_split(&mut self, head: u32) {
         let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
+        let most = self.most_scattered();
         if slot == OWN || shift == 0 {
             self.buckets[head].split_at = u32::MAX;
+        } else if runs < most && self.buckets[head].is_scattered() {
+            self.buckets[head].split_at = most;
         } else if movable >= runs - runs / 2 {
             self.adopt(head);
             self.divide(head);
@@ -32,6 +43,15 @@ impl Osp {
             self.buckets[head].split_at = LEAF_RUNS * 2;
         } else {
             self.adopt(head);
+        }
+    }
+
+    /// Runs of a scattered leaf before it is split. In large models packing one is a smaller part of a frame.
+    fn most_scattered(&self) -> u32 {
+        match self.len {
+            0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
+            SMALL..LARGE => LEAF_RUNS * 2,
+            _ => MOST_TAKEN as u32,
         }
     }
 
@@ -94,6 +114,9 @@ impl Osp {
     /// Moves some of the runs that wait.
     pub(super) fn divide_some(&mut self, came: u32) {
         let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
+        if came == 0 {
+            left += MOVED_IN_A_REST;
+        }
         while left > 0 {
             let Some(&head) = self.to_divide.front() else { return };
             match self.next_to_move(head) {
@@ -145,6 +168,7 @@ impl Osp {
         }
         self.detach_page(page);
         self.release_page(page);
+        self.void_spans(self.buckets[head].parent, OWN);
         let first = &mut self.buckets[head];
         first.runs -= count as u32;
         first.polygons -= runs.iter().map(|(run, _)| run.mask.count_ones()).sum::<u32>();

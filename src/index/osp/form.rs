@@ -1,14 +1,14 @@
 //! From the plain list to the tree, and back.
 
 use super::{
-    index::{CHANGES_BETWEEN, Osp},
-    linear::Linear,
+    index::{AT_ONCE, CHANGES_BETWEEN, Osp},
+    linear::{Inserted, Linear},
     pool::NONE,
-    settle::REST,
+    tuning::{LONGER, REST},
 };
 use crate::{
     index::simd::Wide,
-    polygon::{BLOCK, ids_of},
+    polygon::{BLOCK, PolygonId, ids_of},
 };
 
 /// The tree becomes a plain list again when it has fewer than this part of the blocks at which the list becomes a tree:
@@ -21,15 +21,29 @@ impl Osp {
         self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
+    /// Inserts a polygon in the plain list. If it is full of scattered polygons that come a few in a frame, it becomes longer.
+    pub(super) fn insert_into_list(&mut self, id: PolygonId, bounds: Wide) -> Inserted {
+        let inserted = self.linear.insert(id.0, bounds, self.list_blocks);
+        let may_be_longer =
+            self.list_blocks < self.linear_blocks.saturating_mul(LONGER) && self.came < AT_ONCE;
+        if inserted == Inserted::Full && may_be_longer && self.movers.len() == 0 && self.linear.is_scattered()
+        {
+            self.list_blocks = self.list_blocks.saturating_add(self.linear_blocks);
+            return self.linear.insert(id.0, bounds, self.list_blocks);
+        }
+        inserted
+    }
+
     /// Begins a tree. The blocks of the plain list are put into it at once, or become flat rows beside it, which commits put into
     /// it bit by bit.
     #[inline(never)]
     pub(super) fn make_tree(&mut self, is_at_once: bool) {
-        self.is_linear = false;
+        (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
         if !is_at_once && self.linear.give_to(&mut self.movers) {
             self.len = 0;
+            self.is_settling = true;
         }
-        let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0));
+        let mut linear = std::mem::replace(&mut self.linear, Linear::with_room_for(0, 0));
         for (number, lanes, boxes) in linear.blocks() {
             self.open.begin_with(number, lanes, boxes);
             self.close_block();

@@ -11,7 +11,8 @@ use super::{
     open::{Gathered, OpenBlock},
     pages::Pages,
     pool::{NONE, Pool},
-    tuning::{self, LINEAR_BLOCKS, MOST_TAKEN, UPKEEP_PER_COMMIT},
+    spans::Spans,
+    tuning::{self, LINEAR_BLOCKS, LONGER, MOST_TAKEN, REST, UPKEEP_PER_COMMIT},
 };
 use crate::{
     index::{
@@ -34,6 +35,10 @@ pub struct Osp {
     pub(super) is_linear: bool,
     /// Blocks of sixteen numbers that the linear form holds at most.
     pub(super) linear_blocks: usize,
+    /// The same, with more for scattered polygons that keep coming.
+    pub(super) list_blocks: usize,
+    /// Commits since a polygon came to the linear form.
+    quiet: u32,
     pub(super) grid: Grid,
     /// The preallocated levels: what hangs at each cell, 0 where nothing does.
     pub(super) flat: Vec<u32>,
@@ -62,8 +67,12 @@ pub struct Osp {
     pub(super) to_divide: VecDeque<u32>,
     /// Runs inserted since the last commit.
     pub(super) came: u32,
+    /// The ids of scattered polygons in the order of the tree.
+    pub(super) spans: Spans,
     /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
     pub(super) movers: Movers,
+    /// Polygons of a plain list are on their way into the tree.
+    pub(super) is_settling: bool,
     /// Commits so far, and when a round through the movers began.
     pub(super) clock: u32,
     pub(super) round: u32,
@@ -92,9 +101,11 @@ impl Osp {
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
-            linear: Linear::with_room_for(LINEAR_BLOCKS),
+            linear: Linear::with_room_for(LINEAR_BLOCKS, (polygons / 16).min(LINEAR_BLOCKS * LONGER)),
             is_linear: true,
             linear_blocks: LINEAR_BLOCKS,
+            list_blocks: LINEAR_BLOCKS,
+            quiet: 0,
             grid: Grid::new(&config.root),
             flat: vec![0; grid::flat_entries(tuning::flat_levels(config.capacity))],
             flat_levels: tuning::flat_levels(config.capacity),
@@ -112,7 +123,9 @@ impl Osp {
             to_pack: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             to_divide: VecDeque::with_capacity(most_runs / 48 + NODES_AHEAD),
             came: 0,
+            spans: Spans::with_room_for(config.room().min(MOST_SCATTERED)),
             movers: Movers::with_room_for(config.room()),
+            is_settling: false,
             clock: 0,
             round: 0,
             changes: CHANGES_BETWEEN,
@@ -131,7 +144,7 @@ impl Osp {
     /// the first polygon on. The answers do not depend on it.
     #[must_use]
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
-        self.linear_blocks = blocks;
+        (self.linear_blocks, self.list_blocks) = (blocks, blocks);
         if self.is_linear && (blocks == 0 || self.linear.len() > blocks) {
             self.make_tree(true);
         }
@@ -146,6 +159,7 @@ impl Osp {
     /// Sets the root cube's node up.
     pub(super) fn init_root(&mut self) {
         self.is_flat = true;
+        self.spans.give_up();
         let top = self.nodes.take();
         let node = &mut self.nodes[top];
         (node.shift, node.key, node.parent) = (ROOT_SHIFT, Grid::root_key(), NONE);
@@ -206,6 +220,7 @@ impl Osp {
 
     /// Inserts the runs of some polygons of a block that is not open.
     pub(super) fn file_block(&mut self, block: &OpenBlock) {
+        self.changes += 1;
         let mut gathered = self.gathered.take().unwrap_or_default();
         block.gather(&mut gathered);
         let store = self.ids.file_block(block, gathered.shared);
@@ -275,7 +290,7 @@ impl SpatialIndex for Osp {
             return Err(IndexError::Duplicate(id));
         }
         if self.is_linear {
-            match self.linear.insert(id.0, bounds, self.linear_blocks) {
+            match self.insert_into_list(id, bounds) {
                 Inserted::Done => {
                     (self.len, self.came) = (self.len + 1, self.came + 1);
                     return Ok(());
@@ -358,7 +373,12 @@ impl SpatialIndex for Osp {
         self.settle(came);
         if self.is_linear {
             self.linear.commit();
+            self.quiet = if came == 0 { self.quiet.saturating_add(1) } else { 0 };
             self.came = 0;
+            // A long list pays as long as a tree would have to be changed in each frame.
+            if self.quiet >= REST && self.linear.len() > self.linear_blocks {
+                self.make_tree(false);
+            }
             return;
         }
         if self.queue != NONE {
@@ -366,6 +386,7 @@ impl SpatialIndex for Osp {
         }
         self.divide_some(came);
         self.pack_some(came);
+        self.write_spans();
         // Without what was put elsewhere.
         (self.came, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
@@ -444,6 +465,7 @@ impl SpatialIndex for Osp {
             + self.ids.bytes()
             + self.linear.bytes()
             + self.movers.bytes()
+            + self.spans.bytes()
             + (self.to_pack.capacity() + self.to_divide.capacity()) * size_of::<u32>()
     }
 
@@ -452,13 +474,13 @@ impl SpatialIndex for Osp {
         self.clear_tree();
         self.linear.clear();
         self.movers.clear();
-        self.is_linear = self.linear_blocks > 0;
+        (self.is_linear, self.list_blocks) = (self.linear_blocks > 0, self.linear_blocks);
         self.len = 0;
     }
 }
 
 /// Polygons that came since the last commit from which on a plain list becomes a tree at once.
-const AT_ONCE: u32 = 64;
+pub(super) const AT_ONCE: u32 = 64;
 
 /// Blocks closed between two looks at the room that is left.
 pub(super) const CHANGES_BETWEEN: u32 = 64;
@@ -486,6 +508,7 @@ impl Osp {
         self.buckets.clear();
         self.pages.clear();
         self.ids.clear();
+        self.spans.clear();
         self.open.close();
         self.to_pack.clear();
         self.to_divide.clear();

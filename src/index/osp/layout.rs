@@ -240,6 +240,9 @@ pub(super) struct Node {
     pub(super) key: Key,
     /// Per child the nodes there and below: how much is about where.
     pub(super) nodes_below: [u32; 8],
+    /// Per child where its ids lie once more; see [`super::spans::Spans`].
+    pub(super) spans: [Span; 8],
+    pub(super) edition: u32,
 }
 
 impl Pooled for Node {
@@ -252,6 +255,8 @@ impl Pooled for Node {
         shift: 0,
         key: [0; 3],
         nodes_below: [0; 8],
+        spans: [Span::VOID; 8],
+        edition: 0,
     };
 
     fn next_free(&self) -> u32 {
@@ -286,6 +291,22 @@ impl Node {
     #[inline]
     pub(super) fn used(&self) -> u32 {
         self.children.iter().rev().fold(0, |used, &link| used << 1 | u32::from(link != Link::NONE))
+    }
+}
+
+/// Polygons of a subtree or a leaf, perhaps none, by their places in [`super::spans::Spans::ids`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) start: u32,
+    pub(super) len: u32,
+}
+
+impl Span {
+    pub(super) const VOID: Self = Self { start: u32::MAX, len: 0 };
+
+    #[inline(always)]
+    pub(super) const fn is_void(self) -> bool {
+        self.start == u32::MAX
     }
 }
 

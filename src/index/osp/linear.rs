@@ -2,7 +2,11 @@
 //! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
 //! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
 
-use super::{answer::Answer, movers::Movers};
+use super::{
+    answer::Answer,
+    movers::Movers,
+    tuning::{LINEAR_BLOCKS, RUN_STRETCH},
+};
 use crate::{
     index::{
         WorkCounts,
@@ -17,6 +21,8 @@ use crate::{
 pub(super) struct Linear {
     /// Per block its number, `id / 16`.
     numbers: Vec<u32>,
+    /// No block has a greater number.
+    highest: u32,
     /// Per block its polygons.
     lanes: Vec<u16>,
     /// Per block its polygons' boxes; lanes of nothing hold anything.
@@ -28,12 +34,18 @@ pub(super) struct Linear {
     is_loose: bool,
     /// Commits with boxes that may be too wide.
     commits: u32,
+    /// The most blocks that there have been: memory is only had once it is written to.
+    most: usize,
     /// Holds everything; may be too wide when other boxes are.
     bounds: Wide,
 }
 
 /// Commits after which boxes that may be too wide are made to fit: whatever is drawn now changes again in the next frame.
 const COMMITS_BETWEEN: u32 = 16;
+
+/// Blocks that tell whether polygons are scattered, and the polygons before each that it may lie beside: strokes take turns.
+const ASKED: usize = 8;
+const BEFORE: usize = 4;
 
 /// What becomes of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,20 +58,31 @@ pub(super) enum Inserted {
 }
 
 impl Linear {
-    /// An empty list with room for so many blocks. The memory is written to here, so that no frame waits for it.
-    pub(super) fn with_room_for(blocks: usize) -> Self {
+    /// An empty list with room for so many blocks, and for so many if their polygons are scattered. The memory of the first is
+    /// written to here, so that no frame waits for it.
+    pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
         let groups = blocks.div_ceil(BLOCK);
         let mut linear = Self {
             numbers: vec![0; blocks],
+            highest: 0,
             lanes: vec![0; blocks],
             boxes: vec![Boxes::EMPTY; blocks],
             around: vec![Boxes::EMPTY; groups],
             loose: vec![0; groups],
             is_loose: false,
             commits: 0,
+            most: blocks,
             bounds: Wide::EMPTY,
         };
         std::hint::black_box(&mut linear).clear();
+        // In a browser memory that is reserved counts as used.
+        if !cfg!(target_family = "wasm") {
+            linear.numbers.reserve(most);
+            linear.lanes.reserve(most);
+            linear.boxes.reserve(most);
+            linear.around.reserve(most.div_ceil(BLOCK));
+            linear.loose.reserve(most.div_ceil(BLOCK));
+        }
         linear
     }
 
@@ -69,16 +92,38 @@ impl Linear {
         self.boxes.clear();
         self.around.clear();
         self.loose.clear();
-        (self.is_loose, self.commits, self.bounds) = (false, 0, Wide::EMPTY);
+        (self.highest, self.is_loose, self.commits, self.bounds) = (0, false, 0, Wide::EMPTY);
     }
 
     /// Gives all blocks to the flat rows beside the tree; false if they cannot take them.
     pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
-        let is_given = movers.take_blocks(&self.numbers, &self.lanes, &self.boxes);
+        let is_given = movers.len() == 0;
         if is_given {
+            self.most = movers.take_blocks(&mut self.numbers, &mut self.lanes, &mut self.boxes);
             self.clear();
         }
         is_given
+    }
+
+    /// Whether most polygons lie beside none of those that came just before them. Some blocks tell; if they are not half full,
+    /// the list would be long for what is in it.
+    pub(super) fn is_scattered(&self) -> bool {
+        let (mut polygons, mut apart, mut blocks) = (0, 0, 0);
+        for at in (0..self.len()).step_by(self.len().div_ceil(ASKED).max(1)) {
+            let (boxes, lanes) = (&self.boxes[at], self.lanes[at]);
+            let is_there = |lane: &usize| lanes >> lane & 1 == 1;
+            for lane in (0..BLOCK).filter(is_there) {
+                let bounds = Wide::from_box(&boxes.get(lane));
+                let mut before = (lane.saturating_sub(BEFORE)..lane).filter(is_there);
+                let is_beside = before.any(|lane| {
+                    let other = Wide::from_box(&boxes.get(lane));
+                    bounds.union(other).length() <= (bounds.length() + other.length()) * RUN_STRETCH
+                });
+                (polygons, apart) = (polygons + 1, apart + usize::from(!is_beside));
+            }
+            blocks += 1;
+        }
+        2 * apart > polygons && 2 * polygons >= blocks * BLOCK
     }
 
     /// Blocks in the list.
@@ -117,11 +162,12 @@ impl Linear {
         self.numbers.iter().max().map_or(0, |&last| (last as usize + 1) * BLOCK)
     }
 
-    /// Memory reserved, bytes.
+    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
-        self.numbers.capacity() * size_of::<u32>()
-            + (self.lanes.capacity() + self.loose.capacity()) * size_of::<u16>()
-            + (self.boxes.capacity() + self.around.capacity()) * size_of::<Boxes<BLOCK>>()
+        let groups = self.most.div_ceil(BLOCK);
+        self.most * (size_of::<u32>() + size_of::<u16>())
+            + groups * size_of::<u16>()
+            + (self.most + groups) * size_of::<Boxes<BLOCK>>()
     }
 
     /// Where a block is.
@@ -131,6 +177,9 @@ impl Linear {
         let likely = number.wrapping_sub(*self.numbers.first()?) as usize;
         if self.numbers.get(likely) == Some(&number) {
             return Some(likely);
+        }
+        if number > self.highest {
+            return None;
         }
         self.numbers.iter().rposition(|&other| other == number)
     }
@@ -172,7 +221,9 @@ impl Linear {
 
     fn add_block(&mut self, number: u32) -> usize {
         let at = self.len();
+        self.most = self.most.max(at + 1);
         self.numbers.push(number);
+        self.highest = self.highest.max(number);
         self.lanes.push(0);
         self.boxes.push(Boxes::EMPTY);
         if at.is_multiple_of(BLOCK) {
@@ -376,6 +427,14 @@ impl<A: Answer> Pass<'_, A> {
         let planes = PlaneSet::new(self.frustum);
         let Linear { numbers, lanes, boxes, around, .. } = self.linear;
         let mut tested = 0;
+        if numbers.len() > LINEAR_BLOCKS {
+            // A long list is of scattered polygons: no block is behind a plane.
+            for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
+                tested += self.look(kernel, &planes, number, lanes, boxes);
+            }
+            work.boxes += u64::from(tested);
+            return;
+        }
         let mut is_worth_it = numbers.len() > FEW;
         for (group, around) in around.iter().enumerate() {
             let from = group * BLOCK;

@@ -22,6 +22,7 @@
 //! * If most is, the walk looks for what is hidden and takes it out of all ids: of what is seen, nothing is read (`plan.rs`).
 //! * A leaf that is full is divided in shares of a frame (`divide.rs`).
 //! * Leaves of polygons that arrive in no order are packed in the order of space, few in a frame (`order.rs`).
+//! * While they rest, their ids lie once more in the order of the tree: a subtree in view is one copy (`rest.rs`).
 //! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
 //!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
 //! * What moves in frame after frame is kept in flat rows beside the tree (`movers.rs`), and goes back when it has rested
@@ -63,7 +64,9 @@ mod pool;
 mod query;
 mod ray;
 mod remove;
+mod rest;
 mod settle;
+mod spans;
 mod thin;
 mod tuning;
 mod validate;

@@ -250,6 +250,14 @@ impl Movers {
         movers
     }
 
+    /// Gives the boxes of a long list back, when all of it has gone to the tree. Room for as many is reserved again.
+    pub(super) fn give_boxes_back(&mut self) {
+        if self.len == 0 && self.most[1] > LINEAR_BLOCKS {
+            self.own.boxes = Vec::with_capacity(self.own.boxes.capacity());
+            self.most[1] = 0;
+        }
+    }
+
     pub(super) fn clear(&mut self) {
         self.slots.clear(self.ids_end);
         self.own.clear();
@@ -364,16 +372,22 @@ impl Movers {
         }
     }
 
-    /// Copies blocks: numbers, lanes and boxes. They count as resting. What has few lanes goes to the shared groups. False, and
-    /// nothing is taken, if anything is here already.
-    pub(super) fn take_blocks(&mut self, numbers: &[u32], lanes: &[u16], boxes: &[Boxes<BLOCK>]) -> bool {
+    /// Takes blocks over if nothing is here: numbers, lanes and boxes, in exchange for empty lists; no box is copied. They count as
+    /// resting. What has few lanes goes to the shared groups. Returns the most blocks that those lists have had.
+    pub(super) fn take_blocks(
+        &mut self,
+        numbers: &mut Vec<u32>,
+        lanes: &mut Vec<u16>,
+        boxes: &mut Vec<Boxes<BLOCK>>,
+    ) -> usize {
         if self.len > 0 {
-            return false;
+            return 0;
         }
-        self.blocks.extend_from_slice(numbers);
-        self.own.lanes.extend_from_slice(lanes);
-        self.own.boxes.extend_from_slice(boxes);
-        self.own.moved.resize(numbers.len(), 0);
+        let most = self.most[1];
+        std::mem::swap(&mut self.blocks, numbers);
+        std::mem::swap(&mut self.own.lanes, lanes);
+        std::mem::swap(&mut self.own.boxes, boxes);
+        self.own.moved.resize(self.blocks.len(), 0);
         for (group, (&block, &lanes)) in self.blocks.iter().zip(&self.own.lanes).enumerate() {
             self.slots.set_block(block, lanes, group);
             self.len += lanes.count_ones() as usize;
@@ -386,7 +400,7 @@ impl Movers {
                 self.give_up_group(group);
             }
         }
-        true
+        most
     }
 
     /// The ids of a block that are here, and their slots.

@@ -17,13 +17,69 @@ const LEVELS: u32 = 3;
 /// Cells of that level.
 const CELLS: usize = 1 << (3 * LEVELS);
 
-/// Which of the cells a key lies in, in Morton order.
+/// Which of the cells a key lies in, by its place on a Hilbert curve: cells that follow each other there share a side.
 #[inline]
 fn cell_of(key: &Key, shift: u32) -> usize {
-    (0..LEVELS).fold(0, |code, level| {
+    let morton = (0..LEVELS).fold(0, |code, level| {
         let octant = if shift > level { grid::octant(key, shift - level) } else { 0 };
         code << 3 | octant
-    })
+    });
+    usize::from(CURVE[morton])
+}
+
+/// The place on the curve of each cell, by its Morton code.
+static CURVE: [u16; CELLS] = {
+    let mut table = [0; CELLS];
+    let mut morton = 0;
+    while morton < CELLS {
+        table[morton] = place_on_curve(morton);
+        morton += 1;
+    }
+    table
+};
+
+/// John Skilling, "Programming the Hilbert curve" (2004).
+const fn place_on_curve(morton: usize) -> u16 {
+    let mut at = [0u16; 3];
+    let mut bit = 0;
+    while bit < 3 * LEVELS {
+        at[(bit % 3) as usize] |= ((morton >> bit & 1) as u16) << (bit / 3);
+        bit += 1;
+    }
+    let top = 1 << (LEVELS - 1);
+    let mut level = top;
+    while level > 1 {
+        let below = level - 1;
+        let mut axis = 0;
+        while axis < 3 {
+            if at[axis] & level != 0 {
+                at[0] ^= below;
+            } else {
+                let swapped = (at[0] ^ at[axis]) & below;
+                at[0] ^= swapped;
+                at[axis] ^= swapped;
+            }
+            axis += 1;
+        }
+        level >>= 1;
+    }
+    at[1] ^= at[0];
+    at[2] ^= at[1];
+    let mut turned = 0;
+    level = top;
+    while level > 1 {
+        if at[2] & level != 0 {
+            turned ^= level - 1;
+        }
+        level >>= 1;
+    }
+    let (mut place, mut bit) = (0, 3 * LEVELS);
+    while bit > 0 {
+        bit -= 1;
+        let axis = 2 - (bit % 3) as usize;
+        place = place << 1 | (at[axis] ^ turned) >> (bit / 3) & 1;
+    }
+    place
 }
 
 /// Leaves that a commit packs at most: so many, and one more for each so many runs that came since the last commit.
@@ -41,8 +97,12 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the leaves that wait.
+    /// Packs a few of the leaves that wait, unless many polygons are still on their way.
     pub(super) fn pack_some(&mut self, came: u32) {
+        // Each leaf is packed once, when all have come.
+        if self.is_settling {
+            return;
+        }
         for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
             // It may be gone, be another bucket now, or hold other runs.
@@ -141,7 +201,8 @@ mod tests {
     }
 
     fn empty(root_m: f32) -> Osp {
-        Osp::new(&IndexConfig { root: Aabb::cube(Vec3::ZERO, root_m), capacity: POLYGONS as usize })
+        let root = Aabb::cube(Vec3::ZERO, root_m);
+        Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_linear_blocks(0)
     }
 
     /// Grows by so many polygons a commit.

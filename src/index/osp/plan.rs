@@ -15,10 +15,11 @@ use super::{
 use crate::{
     index::{
         DrawList, WorkCounts,
+        mask_writer::SetAll,
         simd::{Kernel, PlaneSet, WithKernel},
     },
     math::{Aabb, Frustum},
-    polygon::{BLOCK, VisibleBlocks},
+    polygon::{BLOCK, PolygonId, VisibleBlocks, mark},
 };
 
 /// What a query looks for.
@@ -91,7 +92,7 @@ impl Osp {
                     let answer = Listing::new(runs, singles);
                     self.backend.run(Cull { osp: self, top, planes, answer })
                 });
-                visible.set_all(singles);
+                self.backend.run(SetAll { visible, ids: singles });
                 work
             }),
             _ => self.fill(visible, |answer| self.backend.run(Cull { osp: self, top, planes, answer })),
@@ -121,9 +122,7 @@ impl Osp {
             let masks = visible.masks_for(end);
             let answer = Listing::new(Outside::new(masks, 0, &self.ids), singles);
             let (work, _) = self.backend.run(Cull { osp: self, top, planes, answer });
-            for id in singles {
-                masks[id.index() / BLOCK] &= !(1 << (id.index() % BLOCK));
-            }
+            self.backend.run(TakeOut { masks, singles });
             work
         })
     }
@@ -155,6 +154,21 @@ impl Osp {
     fn look_for_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
         let answer = Outside::new(masks, first, &self.ids);
         self.backend.run(Cull { osp: self, top, planes, answer }).0
+    }
+}
+
+/// Clears the bits of polygons that were listed.
+struct TakeOut<'a> {
+    masks: &'a mut [u16],
+    singles: &'a [PolygonId],
+}
+
+impl WithKernel for TakeOut<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, _kernel: K) {
+        mark::<false>(self.masks, self.singles);
     }
 }
 

@@ -184,6 +184,14 @@ pub(super) struct Below {
     pub(super) planes: u8,
 }
 
+/// The same of a page, with its runs if all are of one polygon, or 0.
+#[derive(Clone, Copy)]
+struct BelowPage {
+    number: u32,
+    planes: u8,
+    singles: u8,
+}
+
 /// A run that planes cut.
 #[derive(Clone, Copy)]
 struct CutRun<'a> {
@@ -220,7 +228,7 @@ struct Walk<'a, K, A> {
     tested: u64,
     buckets: Waiting<Below, 32>,
     whole: Waiting<u32, 4>,
-    pages: Waiting<Below, 32>,
+    pages: Waiting<BelowPage, 32>,
     /// The runs that one plane cuts, by plane, and those that several cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// The lists that are long enough.
@@ -283,10 +291,16 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         let sides = self.planes.sides8(self.kernel, mask, &node.boxes);
         count(&mut self.work, 8, mask);
         let mut wanted = A::wanted(mask, sides.behind, sides.cut) & 0xFF;
+        let has_spans = self.osp.spans.hold_of(node);
         while wanted != 0 {
             let child = wanted.trailing_zeros() as usize;
             wanted &= wanted - 1;
             let planes = A::planes_of(&sides, mask, child);
+            if planes == 0 && has_spans && !node.spans[child].is_void() {
+                self.work.nodes += 1;
+                self.answer.span(self.kernel, self.osp.spans.ids(node.spans[child]));
+                continue;
+            }
             match node.children[child].target() {
                 Target::Nothing => {}
                 Target::Leaf(number) => self.wait_for_bucket(Below { number, planes }),
@@ -344,8 +358,9 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         while wanted != 0 {
             let i = wanted.trailing_zeros() as usize & 15;
             wanted &= wanted - 1;
-            let below = Below { number: bucket.pages[i], planes: A::planes_of(&sides, planes, i) };
-            self.wait_for_page(below);
+            let singles = if bucket.single >> i & 1 == 1 { bucket.counts[i] } else { 0 };
+            let planes = A::planes_of(&sides, planes, i);
+            self.wait_for_page(BelowPage { number: bucket.pages[i], planes, singles });
         }
     }
 
@@ -388,22 +403,47 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 
     #[inline(always)]
-    fn wait_for_page(&mut self, below: Below) {
+    fn wait_for_page(&mut self, below: BelowPage) {
         // SAFETY: the caller has found it in the tree.
-        prefetch_lines::<2, Page>(unsafe { self.osp.known_page(below.number) });
-        if below.planes != 0 {
-            // SAFETY: as above.
-            prefetch_lines::<7, PageBoxes>(unsafe { self.osp.known_page_boxes(below.number) });
+        let page: *const Page = unsafe { self.osp.known_page(below.number) };
+        // SAFETY: as above.
+        let boxes: *const PageBoxes = unsafe { self.osp.known_page_boxes(below.number) };
+        if below.singles != 0 {
+            // Of a page of single polygons only the ids and the boxes are read.
+            prefetch_lines::<1, _>(page);
+            if below.planes != 0 {
+                prefetch_lines::<6, _>(boxes);
+            }
+        } else {
+            prefetch_lines::<2, _>(page);
+            if below.planes != 0 {
+                prefetch_lines::<7, _>(boxes);
+            }
         }
         self.pages.push(below);
     }
 
     #[inline(always)]
     fn next_page(&mut self) {
-        let Below { number, planes } = self.pages.pop();
+        let BelowPage { number, planes, singles } = self.pages.pop();
         // SAFETY: every waiting entry was found in the tree.
         let page = unsafe { self.osp.known_page(number) };
         self.work.nodes += 1;
+        if singles != 0 {
+            let runs = u32::from(singles);
+            if planes == 0 {
+                self.answer.single(self.kernel, page, runs);
+                return;
+            }
+            // SAFETY: as above.
+            let boxes = unsafe { self.osp.known_page_boxes(number) };
+            count(&mut self.work, runs, planes);
+            let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
+            let used = (1 << runs) - 1;
+            self.tested += u64::from((used & !behind).count_ones());
+            self.answer.singles(self.kernel, page, A::of_run(used, behind));
+            return;
+        }
         if planes == 0 {
             self.answer.page(self.kernel, page, u32::from(page.runs));
             return;
@@ -411,12 +451,6 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // SAFETY: as above.
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         count(&mut self.work, u32::from(page.runs), planes);
-        if u32::from(page.exact) == page.used() {
-            let behind = self.planes.behind16(self.kernel, planes, &boxes.boxes);
-            self.tested += u64::from((page.used() & !behind).count_ones());
-            self.answer.lanes(self.kernel, page, A::of_run(page.used(), behind));
-            return;
-        }
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         let seen = page.used() & !sides.behind;
         // A run of one has its polygon's own box: it has had its test.

@@ -1,19 +1,20 @@
 //! Moves polygons between the tree and the flat rows beside it. Polygons that move in frame after frame lie in the rows, and
 //! those of a plain list that becomes a tree. They go to the tree when they have rested. A caller need not tell which will move.
 
-use super::{index::Osp, linear::Inserted, open::OpenBlock};
+use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
 use crate::{
     index::simd::Wide,
     polygon::{BLOCK, PolygonId},
 };
 
-/// Commits that a polygon rests at least before it goes back to the tree.
-pub(super) const REST: u32 = 32;
-
 /// Groups that a commit looks at for polygons that rest: so many, and a share of all. More: what rests is back sooner, and
 /// frames in which it goes back are longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
+
+/// The same of a plain list on its way into the tree, while more polygons come, and when none do.
+const GROUPS_WITH_MORE: usize = 1;
+const GROUPS_ALONE: usize = 3;
 
 impl Osp {
     /// Moves polygons of the tree or the open block to the flat rows.
@@ -33,6 +34,9 @@ impl Osp {
     pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
+            if std::mem::take(&mut self.is_settling) {
+                self.movers.give_boxes_back();
+            }
             return;
         }
         if self.movers.is_round_over() {
@@ -42,9 +46,15 @@ impl Osp {
             self.round = self.clock;
             self.movers.begin_round();
         }
-        let share = self.movers.group_count() / GROUPS_SHARE + came as usize / BLOCK;
-        for _ in 0..GROUPS_A_COMMIT + share {
+        let groups = match self.is_settling {
+            false => GROUPS_A_COMMIT + came as usize / BLOCK,
+            true if came > 0 => GROUPS_WITH_MORE + came as usize / (2 * BLOCK),
+            true => GROUPS_ALONE,
+        };
+        for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
             if self.movers.is_round_over() {
+                // Those that move stay.
+                self.is_settling &= self.movers.len() == 0;
                 return;
             }
             let (resting, count) = self.movers.next_resting();
@@ -82,7 +92,7 @@ impl Osp {
         if !self.is_linear {
             return false;
         }
-        match self.linear.insert(id.0, bounds, self.linear_blocks) {
+        match self.linear.insert(id.0, bounds, self.list_blocks) {
             Inserted::Full => self.make_tree(true),
             _ => self.len += 1,
         }

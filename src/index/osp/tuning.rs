@@ -38,8 +38,15 @@ pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 /// takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 96;
 
-/// Runs of a leaf that is packed, at most. No leaf but one of long polygons has more.
-pub(super) const MOST_TAKEN: usize = 2 * LEAF_RUNS as usize;
+/// A list of scattered polygons that come a few in each frame may be this many times as long: to test all costs less than to
+/// insert into a tree and to pack it. More: longer frames where the tree leaves most out.
+pub(super) const LONGER: usize = 7;
+
+/// Commits that a polygon rests at least before it goes back to the tree.
+pub(super) const REST: u32 = 32;
+
+/// Runs of a leaf that is packed, at most. More: fewer leaves and fuller pages, and frames that pack one are longer.
+pub(super) const MOST_TAKEN: usize = 4 * LEAF_RUNS as usize;
 
 /// Runs of a leaf of scattered polygons when it is first put in the order of space: four full pages. More: wider pages in small
 /// leaves. Fewer: more of the time that polygons take to come goes into packing.

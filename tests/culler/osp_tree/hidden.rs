@@ -136,8 +136,8 @@ fn a_set_that_is_not_empty_keeps_what_it_has() {
 #[test]
 fn scattered_polygons_give_room_back_in_small_steps() {
     const POLYGONS: usize = 60_000;
-    // Two chunks of 256 stores of sixteen boxes.
-    const MOST_BACK: usize = 2 * 256 * 16 * 24;
+    // A long list of blocks of sixteen boxes, and two chunks of 256 stores of as many.
+    const MOST_BACK: usize = (7 * 96 + 2 * 256) * 16 * 24;
     let config = IndexConfig { root: root(), capacity: POLYGONS };
     let boxes = drawn(POLYGONS, 80);
     for (boxes, most_bytes) in [(boxes.clone(), 73), (shuffled(boxes, 81), 82)] {

@@ -10,7 +10,8 @@ use osp::{
 use osp_testkit::boxes::{Place, Rng, drawn, root, shuffled, views};
 
 fn tree_of(boxes: &[(PolygonId, Aabb)], root: Aabb) -> Osp {
-    let mut osp = Osp::new(&IndexConfig { root, capacity: boxes.len() });
+    // Scattered polygons are a tree, too.
+    let mut osp = Osp::new(&IndexConfig { root, capacity: boxes.len() }).with_linear_blocks(8);
     for chunk in boxes.chunks(16) {
         for (id, bounds) in chunk {
             osp.insert(*id, bounds).expect("finite boxes, each id once");

@@ -105,7 +105,9 @@ fn a_list_becomes_a_tree_and_a_list_again() {
         for (kind, mut boxes) in [drawn(4_000, 51), shuffled(drawn(4_000, 52), 53)].into_iter().enumerate() {
             let seed = (round * 10 + kind) as u64 * 100;
             let mut rng = Rng(seed + 7);
-            let (mut osp, mut reference) = (tree(backend), BruteForce::new());
+            // A list of scattered polygons may be longer.
+            let blocks = if kind == 0 { 96 } else { 24 };
+            let (mut osp, mut reference) = (tree(backend).with_linear_blocks(blocks), BruteForce::new());
             let (mut was_linear, mut was_tree) = (false, false);
             for turn in 0..2 {
                 for i in 0..boxes.len() {
@@ -186,6 +188,39 @@ fn the_border_is_crossed_once() {
         }
     }
     osp.validate().unwrap();
+}
+
+/// Scattered polygons that come a few in each frame stay a list for longer, and become a tree when no more come.
+#[test]
+fn scattered_polygons_become_a_tree_when_no_more_come() {
+    let boxes = shuffled(drawn(6_000, 56), 57);
+    let (mut osp, mut reference) = (Osp::new(&config()), BruteForce::new());
+    for (i, bounds) in boxes.iter().enumerate() {
+        let id = PolygonId(i as u32);
+        osp.insert(id, bounds).unwrap();
+        reference.insert(id, bounds).unwrap();
+        if i % 16 == 15 {
+            osp.commit();
+        }
+    }
+    assert!(is_linear(&osp) && osp.moving() == 0);
+    assert_all_same(&osp, &reference, &boxes, 58);
+    for frame in 0..400 {
+        osp.commit();
+        if frame % 50 == 0 {
+            assert_all_same(&osp, &reference, &boxes, 59 + frame);
+        }
+    }
+    assert!(!is_linear(&osp) && osp.moving() == 0);
+    // Those drawn in order are a tree at once.
+    let mut osp = Osp::new(&config());
+    for (i, bounds) in drawn(6_000, 56).iter().enumerate() {
+        osp.insert(PolygonId(i as u32), bounds).unwrap();
+        if i % 16 == 15 {
+            osp.commit();
+        }
+    }
+    assert!(!is_linear(&osp));
 }
 
 /// Few polygons whose numbers lie far apart are many blocks; those of one stroke are few.

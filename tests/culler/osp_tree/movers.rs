@@ -87,7 +87,7 @@ proptest! {
         kind in 0..4_usize,
         is_shuffled: bool,
         is_each: bool,
-        linear_blocks in proptest::sample::select(vec![0, 96]),
+        linear_blocks in proptest::sample::select(vec![0, 12]),
     ) {
         let count = 2_000;
         let mut boxes = drawn(count, seed);
@@ -142,7 +142,7 @@ proptest! {
 #[test]
 fn a_frame_in_which_many_rest_returns_a_bounded_share() {
     let boxes = shuffled(drawn(8_000, 3), 4);
-    let mut pair = Pair::filled(boxes, tree(Backend::detect()), 5);
+    let mut pair = Pair::filled(boxes, tree(Backend::detect()).with_linear_blocks(8), 5);
     let ids: Vec<u32> = (0..8_000).collect();
     for _ in 0..6 {
         pair.step(&ids, false);

@@ -124,13 +124,13 @@ pub static SHORTCUTS: &[Shortcut] = &[
 /// Actions of the pointer and of held keys, for the list in the window.
 pub const HINTS: &[(&str, &str)] = &[
     ("left button", "use the tool: draw, erase, select"),
-    ("right button", "orbit around the point in the middle"),
+    ("right button", "orbit around the point under the pointer"),
     ("wheel button, Shift + right", "move sideways, up and down"),
     ("Alt + left", "orbit, for pens without buttons"),
     ("Alt + right", "look around"),
     ("two fingers", "orbit; spread or pinch to come nearer or go away"),
     ("three fingers", "move sideways, up and down"),
-    ("wheel", "nearer, farther"),
+    ("wheel", "nearer to the point under the pointer, farther"),
     ("Shift + wheel", "wider or narrower brush"),
     ("W A S D Q E", "fly"),
     ("Shift while drawing", "a straight line"),

@@ -83,9 +83,9 @@ fn ink(u: f32, v: f32) -> [f32; 2] {
 fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let row = (v.clamp(0.0, 0.9999) * 4.0).fract();
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;
-    let places = step(0.5, 0.62, noise(u, v, (7, 24), 47));
-    let many = (0.35 + 0.65 * (step(0.25, 0.1, row) + step(0.75, 0.9, row)).max(step(0.55, 0.8, u))).min(1.0);
-    [0.0, rim + furrows(u, v, (5, 64), 42) * places * many]
+    let places = step(0.45, 0.6, noise(u, v, (9, 24), 47));
+    let many = (0.3 + 0.7 * (step(0.25, 0.1, row) + step(0.75, 0.9, row)).max(step(0.55, 0.8, u))).min(1.0);
+    [0.0, rim + 0.6 * furrows(u, v, (12, 96), 42) * places * many]
 }
 
 /// Fine furrows along the stroke.

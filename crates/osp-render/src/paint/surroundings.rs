@@ -73,6 +73,7 @@ fn place(environment: &Environment) -> f32 {
         "Pedestal" => 2.0,
         "DressForm" => 3.0,
         "NightSky" => 4.0,
+        "Space" => 5.0,
         _ => 0.0,
     }
 }

@@ -13,37 +13,11 @@ fn vertex_sky(@builtin(vertex_index) index: u32) -> Sky {
     return Sky(vec4(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), way);
 }
 
-// A floor at height 0 that a lamp lights up around the origin of the world, with the edges of a slab of three metres.
-const POOL_M: f32 = 1.8;
-const SLAB_M: f32 = 1.5;
-const BEVEL_M: f32 = 0.25;
-// Nearer than this, fog does not cover it.
-const CLEAR_M: f32 = 10.0;
-
-fn floor_color(way: vec3<f32>) -> vec3<f32> {
-    let distance = max(view.eye_in_world.y, 0.0) / max(-way.y, 1.0e-4);
-    let from_eye = way * distance;
-    let at = view.eye_in_world.xz + from_eye.xz;
-    let pool = pow(max(1.0 - length(at) / POOL_M, 0.0), 1.25);
-    // Thin lines grow with the distance: they must not flicker.
-    let pixel = 0.003 * distance / max(-way.y, 0.05);
-    let cross = min(abs(at.x), abs(at.y));
-    let slab = max(abs(at.x), abs(at.y));
-    let groove = saturate(1.5 - cross / (0.015 + 0.5 * pixel)) * 0.03 / (0.03 + pixel);
-    let bevel = saturate((slab - SLAB_M + BEVEL_M) / (0.03 + pixel)) * saturate((SLAB_M - slab) / (0.03 + pixel));
-    let inside = step(slab, SLAB_M);
-    let lamp = 1.0 + vec3(1.86, 1.6, 1.4) * pool * first_light_at(from_eye, vec3(0.0, 1.0, 0.0));
-    let own = surroundings.floor.rgb * lamp * (1.0 - inside * (0.15 * groove + 0.12 * bevel));
-    let clear = exp(-0.71 * surroundings.fog.w * max(distance - CLEAR_M, 0.0));
-    return mix(surroundings.fog.rgb, own, clear);
+// A value on straight lines between points; `at` and `points` rise and have four parts each.
+fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
+    let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
+    return values.x + dot(parts, values.yzw - values.xyz);
 }
-
-// Places around a sketch, as `surroundings.sky_up.w` numbers them; the first has the floor above.
-const PEDESTAL: f32 = 2.0;
-const DRESS_FORM: f32 = 3.0;
-const NIGHT_SKY: f32 = 4.0;
-// How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
-const PROP_Z_M: f32 = -0.5;
 
 // How deep along the view something lies that is this far away on this way.
 fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
@@ -51,11 +25,74 @@ fn depth_along(way: vec3<f32>, distance: f32) -> f32 {
     return distance * dot(way, normalize(middle));
 }
 
-// A value on straight lines between points; `at` and `points` rise and have four parts each.
-fn between(x: f32, at: vec4<f32>, values: vec4<f32>) -> f32 {
-    let parts = saturate((vec3(x) - at.xyz) / (at.yzw - at.xyz));
-    return values.x + dot(parts, values.yzw - values.xyz);
+// From the eye to a level place on a way that goes down.
+fn down_to(way: vec3<f32>, height: f32) -> vec3<f32> {
+    return way * (max(view.eye_in_world.y - height, 0.0) / max(-way.y, 1.0e-4));
 }
+
+// A slab of three metres, of height 0, whose corners are cut off; it stands on a floor.
+const SLAB_M: f32 = 1.5;
+const SLAB_CORNER_M: f32 = 2.77;
+const FLOOR_M: f32 = -0.025;
+// A line on the slab, as wide at least as a pixel.
+const GROOVE_M: f32 = 0.006;
+const INSET_M: f32 = 1.26;
+
+fn is_on_slab(at: vec2<f32>) -> bool {
+    return max(abs(at.x), abs(at.y)) < SLAB_M && abs(at.x) + abs(at.y) < SLAB_CORNER_M;
+}
+
+// The light of lamps that is baked into the floor of Standard, by the distance from the middle.
+fn standard_bake(far: f32) -> f32 {
+    if far < 2.0 {
+        return between(far, vec4(1.3, 1.5, 1.7, 2.0), vec4(0.19, 0.22, 0.27, 0.33));
+    }
+    if far < 5.0 {
+        return between(far, vec4(2.0, 2.5, 3.0, 5.0), vec4(0.33, 0.34, 0.29, 0.235));
+    }
+    if far < 20.0 {
+        return between(far, vec4(5.0, 8.0, 12.0, 20.0), vec4(0.235, 0.155, 0.084, 0.027));
+    }
+    return between(far, vec4(20.0, 30.0, 39.0, 40.2), vec4(0.027, 0.016, 0.004, 0.0));
+}
+
+// The ground of Standard: a slab in a pool of light, on a floor that fades into the fog.
+fn floor_color(way: vec3<f32>) -> vec3<f32> {
+    let up = vec3(0.0, 1.0, 0.0);
+    let to_slab = down_to(way, 0.0);
+    let at = view.eye_in_world.xz + to_slab.xz;
+    if is_on_slab(at) {
+        let far = length(at);
+        let pool = select(
+            between(far, vec4(0.75, 1.125, 1.5, 2.0), vec4(0.48, 0.368, 0.32, 0.32)),
+            between(far, vec4(0.0, 0.2, 0.375, 0.75), vec4(0.741, 0.72, 0.65, 0.48)),
+            far < 0.75,
+        );
+        let distance = length(to_slab);
+        // Thin lines must not flicker.
+        let pixel = 0.003 * distance / max(-way.y, 0.05);
+        let groove = saturate(1.0 + (GROOVE_M - min(abs(at.x), abs(at.y))) / pixel) * min(2.0 * GROOVE_M / pixel, 1.0);
+        let inset = max(max(abs(at.x), abs(at.y)), (abs(at.x) + abs(at.y)) * 0.7071 - 0.43);
+        let outside = saturate(0.5 + (inset - INSET_M) / pixel);
+        let shade = (1.0 - 0.25 * groove) * mix(1.0, 0.8, outside);
+        let albedo = surroundings.floor.rgb * mix(vec3(2.75, 2.6, 2.27), vec3(2.95, 2.6, 2.2), saturate(1.0 - far)) * pool * shade;
+        return fogged(albedo * light_on(up, first_light_at(to_slab, up)), depth_along(way, distance));
+    }
+    let from_eye = down_to(way, FLOOR_M);
+    let place = view.eye_in_world.xz + from_eye.xz;
+    // The slab darkens what is close to its sides.
+    let far = max(max(abs(place.x), abs(place.y)), 0.94 * length(place));
+    let albedo = surroundings.floor.rgb * vec3(2.07, 1.99, 1.68) * standard_bake(far);
+    return fogged(albedo * light_on(up, first_light_at(from_eye, up)), depth_along(way, length(from_eye)));
+}
+
+// Places around a sketch, as `surroundings.sky_up.w` numbers them; the first has the floor above.
+const PEDESTAL: f32 = 2.0;
+const DRESS_FORM: f32 = 3.0;
+const NIGHT_SKY: f32 = 4.0;
+const SPACE: f32 = 5.0;
+// How far a sketch's surroundings stand in front of its origin, metres: the column, and the middle of the slab's grooves.
+const PROP_Z_M: f32 = -0.5;
 
 // The colour of the ground of the places 2 to 4, by the distance from the origin; the slab is brightest in its middle.
 fn ground_color(way: vec3<f32>, place: f32) -> vec3<f32> {
@@ -114,21 +151,31 @@ fn hill(way: vec3<f32>, place: f32) -> vec4<f32> {
     return vec4(fogged(lit, depth_along(way, far)), select(0.0, 1.0, far > 0.0));
 }
 
-// Profile of the pedestal's column: heights and radii, metres.
-const COLUMN: array<vec2<f32>, 12> = array(
+// Profile of a turned thing: heights and radii, metres.
+alias Profile = array<vec2<f32>, 12>;
+const COLUMN: Profile = Profile(
     vec2(0.058, 0.29), vec2(0.07, 0.28), vec2(0.11, 0.255), vec2(0.15, 0.225), vec2(0.19, 0.21), vec2(0.22, 0.203),
     vec2(0.79, 0.207), vec2(0.82, 0.21), vec2(0.86, 0.225), vec2(0.9, 0.25), vec2(0.93, 0.3), vec2(0.949, 0.307),
 );
 const PLINTH_HALF_M: f32 = 0.339;
+// A tailor's bust on a stand, this deep for its width.
+const BUST: Profile = Profile(
+    vec2(0.0, 0.19), vec2(0.02, 0.19), vec2(0.03, 0.02), vec2(1.12, 0.02), vec2(1.125, 0.15), vec2(1.2, 0.17),
+    vec2(1.4, 0.125), vec2(1.62, 0.17), vec2(1.75, 0.185), vec2(1.83, 0.1), vec2(1.87, 0.055), vec2(1.97, 0.05),
+);
+const BUST_DEPTH: f32 = 0.62;
 
-// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
-fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
-    let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
+// Where a way meets a turned thing, which is `depth` as deep as it is wide: the normal there, and how far that is; too far for
+// nowhere.
+fn turned_at(eye_there: vec3<f32>, along: vec3<f32>, profile: Profile, depth: f32) -> vec4<f32> {
+    var points = profile;
+    let eye = eye_there / vec3(1.0, 1.0, depth);
+    let way = along / vec3(1.0, 1.0, depth);
     var nearest = 1.0e9;
     var normal = vec3(0.0, 1.0, 0.0);
     for (var i = 0; i < 11; i++) {
-        let low = COLUMN[i];
-        let high = COLUMN[i + 1];
+        let low = points[i];
+        let high = points[i + 1];
         let slope = (high.y - low.y) / (high.x - low.x);
         let radius = low.y + slope * (eye.y - low.x);
         let a = dot(way.xz, way.xz) - slope * slope * way.y * way.y;
@@ -139,9 +186,24 @@ fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
         let at = eye + distance * way;
         if square >= 0.0 && distance > 0.0 && distance < nearest && at.y >= low.x && at.y <= high.x {
             nearest = distance;
-            normal = normalize(vec3(at.x, -slope * length(at.xz), at.z));
+            normal = normalize(vec3(at.x, -slope * length(at.xz), at.z / depth));
         }
     }
+    return vec4(normal, nearest);
+}
+
+// Where a way meets the bust; a negative distance for nowhere.
+fn bust_at(way: vec3<f32>) -> vec4<f32> {
+    let found = turned_at(view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M), way, BUST, BUST_DEPTH);
+    return vec4(found.xyz, select(-1.0, found.w, found.w < 1.0e9));
+}
+
+// Where a way meets the pedestal: the normal there, and how far that is; a negative distance for nowhere.
+fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
+    let eye = view.eye_in_world.xyz - vec3(0.0, 0.0, PROP_Z_M);
+    let column = turned_at(eye, way, COLUMN, 1.0);
+    var nearest = column.w;
+    var normal = column.xyz;
     // The flat tops of the column and of the plinth, and the plinth's sides.
     let tops = (vec2(0.949, 0.058) - eye.y) / min(way.y, -1.0e-6);
     let on_column = eye.xz + tops.x * way.xz;
@@ -169,10 +231,25 @@ fn pedestal_at(way: vec3<f32>) -> vec4<f32> {
     return vec4(normal, select(-1.0, nearest, nearest < 1.0e9));
 }
 
-// Concrete.
-fn pedestal_color(way: vec3<f32>, found: vec4<f32>) -> vec3<f32> {
+fn prop_color(way: vec3<f32>, found: vec4<f32>, albedo: f32) -> vec3<f32> {
     let share = first_light_at(way * found.w, found.xyz);
-    return fogged(0.31 * light_on(found.xyz, share), depth_along(way, found.w));
+    return fogged(albedo * light_on(found.xyz, share), depth_along(way, found.w));
+}
+
+// The moon of Space, a grey sphere in front of the origin: how far away it is on this way, if it is.
+const MOON_M: vec3<f32> = vec3(0.0, 1.3, -0.5);
+const MOON_RADIUS_M: f32 = 0.182;
+
+fn moon_at(way: vec3<f32>) -> f32 {
+    let from_moon = view.eye_in_world.xyz - MOON_M;
+    let along = dot(from_moon, way);
+    let square = along * along - dot(from_moon, from_moon) + MOON_RADIUS_M * MOON_RADIUS_M;
+    return select(-1.0, -along - sqrt(max(square, 0.0)), square > 0.0);
+}
+
+fn moon_color(way: vec3<f32>, distance: f32) -> vec3<f32> {
+    let normal = normalize(view.eye_in_world.xyz + way * distance - MOON_M);
+    return 0.35 * light_on(normal, first_light_at(way * distance, normal));
 }
 
 // Two numbers out of a cell of the sky, 0 to 1 each.
@@ -226,26 +303,40 @@ fn fragment_sky(in: Sky) -> @location(0) vec4<f32> {
     if place == PEDESTAL {
         let found = pedestal_at(way);
         if found.w > 0.0 {
-            return vec4(pedestal_color(way, found), 1.0);
+            // Concrete.
+            return vec4(prop_color(way, found, 0.31), 1.0);
+        }
+    }
+    if place == DRESS_FORM {
+        let found = bust_at(way);
+        if found.w > 0.0 {
+            // Linen.
+            return vec4(prop_color(way, found, 0.42), 1.0);
         }
     }
     if place == 1.0 && way.y < 0.0 {
         return vec4(floor_color(way), 1.0);
     }
-    if place > 1.0 && way.y < 0.0 {
+    if place > 1.0 && place < SPACE && way.y < 0.0 {
         return vec4(ground_color(way, place), 1.0);
     }
-    if place > 0.0 {
+    if place > 0.0 && place < SPACE {
         let found = hill(way, place);
         if found.w > 0.0 {
             return vec4(found.rgb, 1.0);
+        }
+    }
+    if place == SPACE {
+        let distance = moon_at(way);
+        if distance > 0.0 {
+            return vec4(moon_color(way, distance), 1.0);
         }
     }
     let high = 0.5 + 0.5 * dot(way, surroundings.sky_up.xyz);
     var color = mix(surroundings.sky_low.rgb, surroundings.sky_high.rgb, high);
     // The Milky Way is over the horizon; where it is not, fainter stars are all around.
     if surroundings.sky_low.w == 1.0 {
-        color += 0.4 * stars_at(way, pixel);
+        color += stars_at(way, pixel) + 0.7 * stars_at(way.zxy, pixel);
     }
     if surroundings.sky_low.w == 2.0 && way.y > 0.05 {
         color += stars_at(way, pixel);

@@ -4,9 +4,9 @@ use glam::Vec3;
 
 /// Half the width, metres, for which [`STRENGTH_M`] holds.
 const HALF_WIDTH_M: f32 = 0.002;
-/// Strength of each component of the displacement at that width, metres, for slow and fast noise: about 1 in 10 of a
-/// decimetre.
-const STRENGTH_M: [f32; 2] = [0.03, 0.021];
+/// Largest displacement along one axis at that width, metres, for slow and fast noise: 8 and 6 mm on average (root mean
+/// square).
+const STRENGTH_M: [f32; 2] = [0.022, 0.0155];
 
 /// Displacement of copy 0, 1 or 2 of the line at a point of the stroke. It is at most some centimetres for the brush's
 /// sizes, and the same for the same point.

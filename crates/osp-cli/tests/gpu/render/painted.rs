@@ -171,6 +171,32 @@ fn the_sky_is_a_gradient_and_a_floor_hides_it() {
 }
 
 #[test]
+fn things_stand_in_their_environments() {
+    let Some(gpu) = gpu() else { return };
+    let mut drawer = drawer(&gpu);
+    let scene = Scene::new();
+    let mut middle = |preset: &str, floor: Option<Vec3>, eye: Vec3, target: Vec3| {
+        let black = [Vec3::ZERO; 2];
+        let environment = Environment { preset: preset.to_owned(), sky: black, floor, ..environment() };
+        drawer.set_environment(Some(&environment));
+        drawer.draw(&scene, &view_from(eye, target), &[]).expect("a drawn frame");
+        pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[0]
+    };
+    // The moon, the bust and the pedestal, half a metre in front of the origin, and what is beside them.
+    for (preset, height) in [("Space", 1.3), ("DressForm", 1.6), ("Pedestal", 0.5)] {
+        let eye = Vec3::new(0.0, height, 1.0);
+        let thing = middle(preset, None, eye, Vec3::new(0.0, height, -0.5));
+        let beside = middle(preset, None, eye, Vec3::new(-1.0, height + 0.3, -0.5));
+        assert!(thing > beside + 20, "{preset}: {thing} beside {beside}");
+    }
+    // The slab of Standard is brightest in its middle; it darkens the floor close to its sides.
+    let floor = Some(Vec3::splat(0.2));
+    let at = [0.1, 1.1, 1.52, 2.2].map(|x| Vec3::new(x, 0.0, 0.1));
+    let [pool, slab, close, open] = at.map(|at| middle("Standard", floor, at + Vec3::new(0.1, 1.6, 0.1), at));
+    assert!(pool > slab && slab > close && open > close, "{pool} {slab} {close} {open}");
+}
+
+#[test]
 fn fog_lies_over_what_is_far_but_not_over_light() {
     let Some(gpu) = gpu() else { return };
     let foggy = Environment { fog: (Vec3::ONE, 0.5), ..environment() };

@@ -1,5 +1,6 @@
 //! The textures of brushes, generated, and where the cut-out ones are solid.
 
+pub mod coverage;
 pub mod noise;
 pub mod picture;
 mod shapes;

@@ -177,6 +177,11 @@ impl Picture {
         })
     }
 
+    /// Whether its smaller levels [keep the share of it](super::coverage) that is solid: soft smoke fades.
+    pub fn keeps_coverage(self) -> bool {
+        self != Self::Smoke
+    }
+
     /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.
     pub fn texel(self, u: f32, v: f32) -> [f32; 4] {
         let white = |alpha: f32| [1.0, 1.0, 1.0, alpha];

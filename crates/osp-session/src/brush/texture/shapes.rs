@@ -93,14 +93,35 @@ fn hair(u: f32, v: f32, hairs: i32, (start, from, to): (f32, f32, f32), seed: u3
 
 const STROKE: [(f32, f32); 6] = [(0.0, 0.0), (0.04, 0.7), (0.12, 0.87), (0.7, 0.87), (0.9, 0.6), (1.0, 0.0)];
 
-/// Four solid strokes, ragged at the end.
-pub(super) fn ink(u: f32, v: f32) -> f32 {
-    solid(band(u, v, &STROKE, 0.06, 1).min(hair(u, v, 10, (0.02, 0.62, 1.1), 1)), 0.5)
+/// Depth of a place inside one of a row's hairs, which end between two places along the stroke: neighbours end near each
+/// other.
+fn tuft(u: f32, v: f32, hairs: i32, (from, to): (f32, f32), seed: u32) -> f32 {
+    let place = v * (hairs * 4) as f32;
+    let near = noise(0.0, v, (1, 16), seed);
+    let own = random(place as i32, 1, seed);
+    let point = 0.1 * aside(place.fract());
+    (mix(from, to, 0.5 * near + 0.5 * own) - point - u) * 4.0
 }
 
-/// Four strokes with gaps of bristles at both ends.
+/// Four strokes, round at the start: the first one is solid nearly to its end, the others run out in tufts of hairs.
+pub(super) fn ink(u: f32, v: f32) -> f32 {
+    const WIDTHS: [(f32, f32); 6] =
+        [(0.0, 0.1), (0.04, 0.55), (0.12, 0.82), (0.3, 0.87), (0.6, 0.82), (1.0, 0.7)];
+    let ends = if row(v).0 == 0 { (0.8, 1.08) } else { (0.48, 1.12) };
+    solid(band(u, v, &WIDTHS, 0.06, 1).min(tuft(u, v, 12, ends, 1)), 0.5)
+}
+
+/// Four strokes with ragged rims: the first one has points, the others begin square; the last one has long scratches.
 pub(super) fn oil_paint(u: f32, v: f32) -> f32 {
-    solid(band(u, v, &STROKE, 0.08, 2).min(hair(u, v, 14, (0.12, 0.66, 1.1), 2)), 0.5)
+    const POINTED: [(f32, f32); 5] = [(0.0, 0.0), (0.12, 0.6), (0.3, 0.8), (0.7, 0.8), (1.0, 0.2)];
+    const SQUARE: [(f32, f32); 4] = [(0.0, 0.6), (0.05, 0.76), (0.6, 0.8), (1.0, 0.7)];
+    let number = row(v).0;
+    let widths: &[(f32, f32)] = if number == 0 { &POINTED } else { &SQUARE };
+    let rim = 0.1 * (noise(u, v, (48, 24), 71) - 0.5);
+    let scratches = if number == 3 { (octaves(u, v, (4, 64), 2, 72) - 0.33) * 2.0 } else { 1.0 };
+    let start = u - 0.06 * random((v * 56.0) as i32, 2, 2);
+    let inside = band(u, v, widths, 0.08, 2) + rim;
+    solid(inside.min(tuft(u, v, 14, (0.64, 1.09), 2)).min(start * 4.0).min(scratches), 0.5)
 }
 
 /// Four thick strokes with rounded ends.
@@ -307,7 +328,7 @@ pub(super) fn splatter(u: f32, v: f32) -> f32 {
     let (number, x, y) = cell(u, v);
     let (r, angle) = (x.hypot(y), y.atan2(x) / TAU + 0.5);
     let lobes = noise(angle, number as f32 / 4.0, (11, 4), 14) - 0.5;
-    let mut inside = 0.5 + 0.45 * lobes - r;
+    let mut inside = 0.62 + 0.45 * lobes - r;
     for i in 0..7 {
         let at = |k: i32| random(number * 8 + i, k, 15);
         let (turn, far) = (TAU * at(0), mix(0.6, 0.85, at(1)));
@@ -378,12 +399,12 @@ pub(super) fn fire(u: f32, v: f32) -> [f32; 4] {
         (1.0, 0.0),
     ];
     let heat = on_line(&ALONG, u) * on_line(&ACROSS, v);
-    let bent_u = u + 0.06 * (octaves(u, v, (3, 3), 2, 17) - 0.5);
-    let bent_v = v + 0.22 * (octaves(u, v, (4, 4), 2, 50) - 0.5);
+    let bent_u = u + 0.09 * (octaves(u, v, (5, 5), 2, 17) - 0.5);
+    let bent_v = v + 0.16 * (octaves(u, v, (5, 5), 2, 50) - 0.5);
     let line = |level: f32, width: f32| (1.0 - (level - 0.5).abs() / (0.115 * width + 1.0e-6)).max(0.0);
-    let level = octaves(bent_u, bent_v, (3, 9), 2, 18);
-    let curls = line(level, heat).max(0.8 * line(octaves(bent_u + 0.3, bent_v, (4, 7), 2, 60), 0.8 * heat));
-    let torn = step(0.25, 0.5, octaves(u, v, (5, 6), 2, 70));
+    let level = octaves(bent_u, bent_v, (8, 8), 2, 18);
+    let curls = line(level, heat).max(0.8 * line(octaves(bent_u + 0.3, bent_v, (9, 7), 2, 60), 0.8 * heat));
+    let torn = step(0.25, 0.5, octaves(u, v, (7, 7), 2, 70));
     let patch = 0.9 * step(1.2, 0.5, ((u - 0.6) / 0.06).hypot((v - 0.35) / 0.05)) * torn;
     // A faint glow around the curls.
     let glow = 0.05 * line(level, 1.9 * heat) * step(0.0, 0.3, heat);

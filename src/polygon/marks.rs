@@ -1,0 +1,89 @@
+#![expect(
+    unsafe_code,
+    reason = "the bounds of all numbers are checked at once: a check for each takes as long as setting its bit"
+)]
+
+use super::PolygonId;
+
+/// Numbers that are looked through twice while they are in the nearest cache.
+const PART: usize = 256;
+
+/// Polygons of a mask.
+const BLOCK: usize = u16::BITS as usize;
+
+/// Bits that are set in one step.
+const WORD: u32 = u32::BITS;
+
+/// The lowest and the highest number; the lowest is the greater one if there is none.
+#[inline(always)]
+pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
+    let (mut low, mut high) = (u32::MAX, 0);
+    // One loop for both would not be compiled to wide instructions.
+    for part in ids.chunks(PART) {
+        low = low.min(part.iter().fold(u32::MAX, |low, id| low.min(id.0)));
+        high = high.max(part.iter().fold(0, |high, id| high.max(id.0)));
+    }
+    (low, high)
+}
+
+/// Sets or clears the bits of polygons in the masks of blocks. False, and nothing is changed, if there is no mask for one.
+#[inline(always)]
+pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> bool {
+    let (_, high) = low_and_high(ids);
+    // Two masks are a word.
+    let words = masks.len() * BLOCK / WORD as usize;
+    if high as usize / WORD as usize >= words {
+        return ids.is_empty();
+    }
+    let start = masks.as_mut_ptr();
+    for id in ids {
+        // SAFETY: no number is greater than `high`, so the two masks of the word are there.
+        unsafe {
+            if cfg!(target_endian = "little") {
+                let word = start.cast::<u32>().add((id.0 / WORD) as usize);
+                let there = word.read_unaligned();
+                word.write_unaligned(with::<IS_SET>(there, 1 << (id.0 % WORD)));
+            } else {
+                let mask = start.add(id.index() / BLOCK);
+                *mask = with::<IS_SET>(u32::from(*mask), 1 << (id.0 % BLOCK as u32)) as u16;
+            }
+        }
+    }
+    true
+}
+
+#[inline(always)]
+fn with<const IS_SET: bool>(there: u32, bit: u32) -> u32 {
+    if IS_SET { there | bit } else { there & !bit }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn marks_are_those_of_single_bits(
+            numbers in prop::collection::vec(0u32..700, 0..600),
+            before in prop::collection::vec(any::<u16>(), 42),
+        ) {
+            let ids: Vec<PolygonId> = numbers.iter().map(|&id| PolygonId(id)).collect();
+            let (mut set, mut cleared) = (before.clone(), before.clone());
+            let (mut each_set, mut each_cleared) = (before.clone(), before.clone());
+            let is_there = ids.iter().all(|id| id.index() / BLOCK < before.len());
+            prop_assert_eq!(mark::<true>(&mut set, &ids), is_there);
+            prop_assert_eq!(mark::<false>(&mut cleared, &ids), is_there);
+            for id in ids.iter().filter(|_| is_there) {
+                each_set[id.index() / BLOCK] |= 1 << (id.index() % BLOCK);
+                each_cleared[id.index() / BLOCK] &= !(1 << (id.index() % BLOCK));
+            }
+            prop_assert_eq!(set, each_set);
+            prop_assert_eq!(cleared, each_cleared);
+            let highest = numbers.iter().copied().max().unwrap_or(0);
+            let lowest = numbers.iter().copied().min().unwrap_or(u32::MAX);
+            prop_assert_eq!(low_and_high(&ids), (lowest, highest));
+        }
+    }
+}
