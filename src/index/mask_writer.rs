@@ -26,7 +26,7 @@ impl RunSink for IdWriter<'_> {
     }
 }
 
-/// Adds polygons that were listed to a set, each once and not there before.
+/// Adds listed polygons to a set. Each is listed once, and none is in the set already.
 pub(super) struct SetAll<'a> {
     pub(super) visible: &'a mut VisibleBlocks,
     pub(super) ids: &'a [PolygonId],

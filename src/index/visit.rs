@@ -58,11 +58,11 @@ pub trait Thinner {
     /// Whether the polygons of leaves are tested one by one.
     fn asks_polygons(&self) -> bool;
 
-    /// Tests a node with this box and at most so many polygons: [`Visit::Skip`] if all of it is hidden, [`Visit::Take`] if no part
-    /// can be hidden.
+    /// Tests a node with this box and at most this many polygons: [`Visit::Skip`] if all of it is hidden,
+    /// [`Visit::Take`] if no part can be hidden.
     fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
 
-    /// [`Thinner::node`] for at most sixteen boxes, with at most so many polygons each.
+    /// [`Thinner::node`] for at most sixteen boxes, with at most `polygons[i]` polygons in box `i`.
     fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
         for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
             *answer = self.node(bounds, usize::from(polygons));

@@ -184,7 +184,7 @@ pub fn instance_flags() -> wgpu::InstanceFlags {
     (if cfg!(windows) { flags } else { flags - checked }).with_env()
 }
 
-/// The default of wgpu is to panic; here a fault is kept until somebody asks.
+/// Stores the first fault for [`Gpu::check`], in place of the default handlers of wgpu, which panic.
 fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
     let keep = |slot: &Mutex<Option<Fault>>, new: Fault| {
         slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(new);

@@ -17,7 +17,7 @@ pub fn ffmpeg_command(folder: &Path, ending: &str, frames_a_second: u32) -> Stri
     }
     let pictures = quoted(&format!("{pattern}/*{ending}.png"));
     let video = quoted(&format!("{text}{ending}.mp4"));
-    // Most players want even sizes and this format of colours.
+    // Most players require even sizes and this format of colours.
     format!(
         "ffmpeg -framerate {frames_a_second} -pattern_type glob -i {pictures} -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p {video}"
     )

@@ -1,5 +1,6 @@
-//! Polygons that change where they are: the last ones of a stroke that is being smoothed, things that move. What moves together
-//! lies in the same runs, so a run is given all of its new boxes at once, and is put elsewhere as a whole.
+//! Updates the boxes of polygons, such as moving things or the last pieces of a stroke that is being smoothed. Polygons
+//! that move together mostly lie in the same runs. So a run gets all its new boxes at once, and moves to another leaf
+//! as a whole.
 
 use super::{
     announce::{LEAST, TOGETHER},
@@ -17,7 +18,7 @@ use crate::{
 /// New boxes for polygons of one block of sixteen ids.
 #[derive(Clone, Copy)]
 struct Moved {
-    /// The polygons that have one.
+    /// Mask of the polygons with a new box.
     lanes: u16,
     boxes: [Wide; 16],
 }
@@ -35,7 +36,7 @@ impl Osp {
     /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all), block by block.
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let is_worth_it = updates.len() >= LEAST && !self.is_linear;
-        // Blocks for which memory was asked.
+        // Number of blocks whose memory has been prefetched.
         let mut ahead = 0_usize;
         loop {
             let moved = self.movers.update_first(updates);
@@ -43,7 +44,7 @@ impl Osp {
             updates = &updates[moved..];
             let Some(&(PolygonId(first), _)) = updates.first() else { return };
             if is_worth_it && ahead == 0 {
-                // The memory of many blocks is asked for at once, ahead of its use.
+                // The memory of many blocks is prefetched at once, ahead of its use.
                 let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16).take(TOGETHER);
                 let firsts = blocks.filter_map(|updates| updates.first()).map(|(id, _)| id.0);
                 let in_tree = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
@@ -60,7 +61,7 @@ impl Osp {
         }
     }
 
-    /// Gives polygons of one block new boxes in the plain list.
+    /// Sets new boxes of polygons of one block in the plain list.
     fn update_listed(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let block = updates.first().map_or(0, |(id, _)| id.0 / 16);
         if self.linear.update_block(block, updates) {
@@ -70,7 +71,8 @@ impl Osp {
         }
     }
 
-    /// Gives polygons of one block new boxes; of several updates of a polygon the last one counts. Appends what is refused.
+    /// Sets new boxes of polygons of one block; of several updates of a polygon the last one counts. Appends the errors
+    /// of refused updates.
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
@@ -98,21 +100,21 @@ impl Osp {
         self.move_block(block, &moved);
     }
 
-    /// Gives a polygon that is kept in the open block a new box.
+    /// Sets a new box of a polygon in the open block.
     pub(super) fn update_open(&mut self, lane: usize, bounds: Wide) {
         self.open.add(lane, bounds);
         self.removals += 1;
         self.upkeep.filed += 1;
     }
 
-    /// Gives one polygon in a run a new box.
+    /// Sets a new box of one polygon in a run.
     pub(super) fn move_one(&mut self, id: PolygonId, bounds: Wide) {
         let mut moved = Moved::NONE;
         moved.set(id.index() % 16, bounds);
         self.move_block(id.0 / 16, &moved);
     }
 
-    /// Gives polygons that are in runs new boxes, run by run.
+    /// Sets new boxes of polygons in runs, run by run.
     fn move_block(&mut self, block: u32, moved: &Moved) {
         if moved.lanes != 0 && self.ids.is_hot(block, self.clock as u8) {
             self.take_in(block, moved.lanes, &moved.boxes);
@@ -124,7 +126,7 @@ impl Osp {
             let Some(place) = self.ids.place(first) else { return };
             let (run, _) = self.pages.run(place / 16, place as usize % 16);
             let lanes = left & run.lanes();
-            // Its own lane is among them.
+            // The polygon's own lane is cleared in any case, so that the loop ends.
             left &= !(lanes | 1 << left.trailing_zeros());
             if !self.move_run(place, run, lanes, &moved.boxes) {
                 self.refile(block, lanes, &moved.boxes);
@@ -132,8 +134,8 @@ impl Osp {
         }
     }
 
-    /// Gives the polygons `lanes` of a run new boxes: where the run is, or with the whole run put in another leaf. False, and
-    /// nothing is changed, if the run would be longer than a new one may be.
+    /// Sets new boxes of the polygons `lanes` of a run, and moves the whole run if it belongs to another leaf. Returns
+    /// `false` without a change if the run would be longer than a new run may be.
     fn move_run(&mut self, place: u32, run: Run, lanes: u16, boxes: &[Wide; 16]) -> bool {
         let Some(bounds) = self.run_box_with(run, lanes, boxes) else { return false };
         if !run.is_exact() {
@@ -177,7 +179,8 @@ impl Osp {
         is_short.then_some(around)
     }
 
-    /// Gives a run that stays in its leaf another box. The boxes above may be too wide then, so its page is queued.
+    /// Sets a new box of a run that stays in its leaf. The boxes above may then be too wide, so its page is queued for
+    /// upkeep.
     fn set_run_box(&mut self, place: u32, head: u32, bounds: Wide) {
         let narrow = bounds.to_box();
         self.pages.set_box(place / 16, place as usize % 16, &narrow);
@@ -189,7 +192,7 @@ impl Osp {
         self.queue_page(place / 16);
     }
 
-    /// Takes polygons out of their runs and puts them into the open block.
+    /// Moves polygons from their runs to the open block.
     fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
         for_each_lane(lanes, |lane| {
             self.upkeep.filed += 1;

@@ -1,5 +1,5 @@
-//! Asking the memory for what changes will touch. Polygons that are erased or come back lie anywhere: each would wait for a
-//! dozen cache lines, one after the other. Asked for ahead and together, they come at once.
+//! Prefetches the memory that changes will touch. Polygons that are erased or inserted again lie anywhere: each would
+//! wait for a dozen cache lines, one after the other. Prefetched ahead and together, the lines arrive in parallel.
 
 use super::{index::Osp, pool::NONE};
 use crate::{
@@ -7,17 +7,17 @@ use crate::{
     polygon::{Change, Geometry, PolygonId},
 };
 
-/// Changes, or blocks of them, that are looked at together.
+/// Number of changes, or of blocks of changes, whose memory is prefetched together.
 pub(super) const TOGETHER: usize = 16;
 
-/// Fewer are not worth it.
+/// Least number of changes for which prefetching is worth it.
 pub(super) const LEAST: usize = 4;
 
 impl Osp {
-    /// Asks for what these changes will touch, if they lie far apart: those of a stroke that is drawn are few lines that
-    /// are at hand.
+    /// Prefetches the memory of these changes, if they lie far apart. The changes of a stroke being drawn touch few
+    /// lines, which are in the cache.
     pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
-        // Updates that come together ask by themselves.
+        // A batch of updates prefetches by itself: see `update_blocks`.
         let are_together = || changes.iter().all(|change| matches!(change, Change::Update(_)));
         if changes.len() < LEAST || self.is_linear || are_together() {
             return;
@@ -35,7 +35,7 @@ impl Osp {
             for id in changes.iter().filter_map(|change| id_of(*change)) {
                 self.ids.prefetch(id.0 / 16);
             }
-            // What comes back belongs into a leaf that its box says.
+            // The box of an inserted polygon determines its leaf.
             for (place, change) in places.iter_mut().zip(changes) {
                 match *change {
                     Change::Insert(id) => {
@@ -63,7 +63,8 @@ impl Osp {
         }
     }
 
-    /// Asks for what updates of these blocks will touch; of each the first id tells where most of it lies.
+    /// Prefetches the memory that updates of these blocks will touch. The first id of a block determines the page and
+    /// bucket of most of its polygons.
     pub(super) fn ask_for_blocks(&self, firsts: impl Iterator<Item = u32>) {
         let mut places = [NONE; TOGETHER];
         for (place, id) in places.iter_mut().zip(firsts) {
@@ -80,7 +81,7 @@ impl Osp {
         }
     }
 
-    /// Asks for where the next run of a bucket will be put.
+    /// Prefetches the place of the next run of a bucket.
     pub(super) fn ask_for_end_of(&self, bucket: u32) {
         let bucket = &self.buckets[bucket];
         let at = bucket.page_count as usize - usize::from(bucket.page_count > 0);

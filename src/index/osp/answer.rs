@@ -16,13 +16,13 @@ pub(super) trait Answer {
     /// Result of a complete answer.
     type Done;
 
-    /// Whether it receives the polygons outside of the frustum, and not those inside.
+    /// Whether it receives the polygons outside of the frustum instead of the ones inside.
     const IS_OUTSIDE: bool = false;
 
-    /// Polygons `first + bit` of a mask.
+    /// Adds the polygons `first + bit` of a mask.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
-    /// The first `runs` runs of a page.
+    /// Adds the first `runs` runs of a page.
     #[inline(always)]
     fn page<K: Kernel>(&mut self, kernel: K, page: &Page, runs: u32) {
         for (&first, &mask) in page.first.iter().zip(&page.masks).take(runs as usize) {
@@ -30,10 +30,10 @@ pub(super) trait Answer {
         }
     }
 
-    /// The first `count` runs of a page of single polygons.
+    /// Adds the first `count` runs of a page of single polygons.
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
 
-    /// Some runs of a page of single polygons.
+    /// Adds some runs of a page of single polygons.
     #[inline(always)]
     fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
@@ -44,10 +44,10 @@ pub(super) trait Answer {
         }
     }
 
-    /// Single polygons.
+    /// Adds polygons by their ids.
     fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]);
 
-    /// Some runs of a page.
+    /// Adds some runs of a page.
     #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
@@ -58,26 +58,26 @@ pub(super) trait Answer {
         }
     }
 
-    /// Entries so far.
+    /// Number of entries so far.
     fn count(&self) -> usize;
 
-    /// The answer is complete.
+    /// Completes the answer.
     fn finish(self) -> Self::Done;
 }
 
-/// The polygons of an answer that were not found one by one.
+/// An answer that also receives polygons that were not found one by one.
 pub(super) trait Filling: Answer {
-    /// All polygons that are in the index.
+    /// Adds all polygons of the id map.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
-    /// Some of sixteen polygons from anywhere.
+    /// Adds some of sixteen polygons of any blocks.
     fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32);
 }
 
-/// The answer as ids.
+/// An answer as ids.
 pub(super) struct Ids<'a>(IdWriter<'a>);
 
-/// Blocks of an answer that are looked at together, at most [`IdWriter::BLOCKS`].
+/// Number of blocks of an answer that are written together, at most [`IdWriter::BLOCKS`].
 const TOGETHER: usize = 8;
 
 impl<'a> Ids<'a> {
@@ -85,7 +85,7 @@ impl<'a> Ids<'a> {
         Self(IdWriter::new(ids))
     }
 
-    /// The polygons of neighbouring blocks, `first` being the first block's first.
+    /// Adds the polygons of neighbouring blocks; `first` is the first id of the first block.
     #[inline(always)]
     pub(super) fn blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
         // Plain loops: a closure would not be compiled for the kernel's instruction set.
@@ -101,7 +101,7 @@ impl<'a> Ids<'a> {
                 self.0.push_span(kernel, id_of(start), (block - start) * 16);
                 continue;
             }
-            // Which of these are full is not asked: nobody could foretell it.
+            // No branch for full blocks: it would be unpredictable.
             let end = (block + TOGETHER).min(masks.len());
             self.0.push_blocks(kernel, id_of(block), &masks[block..end]);
             block = end;
@@ -169,11 +169,11 @@ impl Answer for Ids<'_> {
     }
 }
 
-/// The answer as blocks: a run's polygons are all of one block.
+/// An answer as blocks: all polygons of a run are of one block.
 pub(super) struct Blocks<'a>(MaskWriter<'a>);
 
 impl<'a> Blocks<'a> {
-    /// `masks` reaches to the highest number of the index.
+    /// `masks` has a place for every block of the index.
     pub(super) fn new(masks: &'a mut [u16]) -> Self {
         Self(MaskWriter::new(masks))
     }
@@ -184,7 +184,7 @@ impl Filling for Blocks<'_> {
     fn all<K: Kernel>(&mut self, _kernel: K, ids: &IdMap) {
         for (first, filed) in ids.shelves() {
             let block = first as usize / BLOCK;
-            // Polygons of the open block may be there already.
+            // Polygons of the open block may be set already.
             for (there, &mask) in self.0.masks()[block..block + filed.len()].iter_mut().zip(filed) {
                 *there |= mask;
             }
@@ -243,16 +243,16 @@ impl Answer for Blocks<'_> {
     }
 }
 
-/// The answer by what is not in it: all polygons in the tree are set, and those told are cleared.
+/// An answer by exclusion: all polygons in the tree are set, and the reported ones are cleared.
 pub(super) struct Outside<'a> {
-    /// From block `first` on.
+    /// Masks of the blocks from `first` on.
     masks: &'a mut [u16],
     first: usize,
     count: usize,
 }
 
 impl<'a> Outside<'a> {
-    /// `masks` are those of the blocks from `first` on; of those that the id map does not know, nothing is written.
+    /// `masks` begins with block `first`. Masks of blocks that the id map does not have are not written.
     pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
         for (id, filed) in ids.shelves() {
             let block = id as usize / BLOCK - first;
@@ -302,15 +302,15 @@ impl Answer for Outside<'_> {
     }
 }
 
-/// An answer as blocks whose runs of one polygon are listed first, for scattered polygons: one pass over a list sets or clears
-/// bits several times as fast as a walk does.
+/// An answer as blocks for scattered polygons. Runs of one polygon are listed first: one pass over the list sets or
+/// clears bits several times as fast as a walk does.
 pub(super) struct Listing<'a, A> {
     runs: A,
     singles: IdWriter<'a>,
 }
 
 impl<'a, A> Listing<'a, A> {
-    /// Runs of several go to `runs`, those of one to `singles`, which is empty.
+    /// Runs of several polygons go to `runs`, runs of one polygon to `singles`, which is empty.
     pub(super) fn new(runs: A, singles: &'a mut Vec<PolygonId>) -> Self {
         Self { runs, singles: IdWriter::new(singles) }
     }

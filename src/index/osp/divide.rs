@@ -1,5 +1,5 @@
-//! Dividing a leaf that is full, in shares of a frame. A new node takes the whole leaf over as its straddlers, so that queries
-//! find every run as before; the commits that follow move them to the node's children.
+//! Divides a full leaf over several commits. A new node takes the whole leaf over as its straddlers, so that queries
+//! find every run as before. The following commits move these runs to the node's children.
 
 use super::{
     index::Osp,
@@ -9,26 +9,25 @@ use super::{
 };
 use crate::{index::simd::Wide, math::Aabb};
 
-/// Runs that a commit moves at most: a page, and twice as many as came since the last commit.
+/// Greatest number of runs that a commit moves: a page, and twice the number of runs that came since the last commit.
 const MOVED_A_COMMIT: u32 = 16;
 const MOVED_FOR_EACH: u32 = 2;
 
-/// Runs that a commit moves besides if nothing came.
+/// Number of further runs that a commit moves if no run came.
 const MOVED_IN_A_REST: u32 = 32;
 
-/// Polygons of a model from which on scattered leaves hold more, and most.
+/// Least numbers of polygons of models whose scattered leaves may have more runs, and [`MOST_TAKEN`] runs.
 const SMALL: usize = 1 << 15;
 const LARGE: usize = 1 << 16;
 
 impl Osp {
-    /// Makes a node of a leaf that holds too many runs.
-    /// * They are scattered, and it is packed: wait for more.
+    /// Replaces a leaf with too many runs by a node.
+    /// * They are scattered: the leaf is packed, and stays until it has more.
     /// * Most of them are short enough for a smaller cell: commits move them to the node's children.
-    /// * Most are as long as the cell: wait until there are twice as many.
-    /// * ... and there are: the whole leaf becomes the node's straddlers as it is, and what comes from now on goes to
-    ///   the children.
+    /// * Most are as long as the cell: the leaf stays until it has twice [`LEAF_RUNS`] runs.
+    /// * If it has, the whole leaf becomes the node's straddlers unchanged, and only later runs go to the children.
     ///
-    /// So a node never waits for more than twice [`LEAF_RUNS`] runs to be moved.
+    /// So a node never has more than twice [`LEAF_RUNS`] runs that wait to be moved.
     pub(super) fn try_split(&mut self, head: u32) {
         let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
         let most = self.most_scattered();
@@ -46,7 +45,8 @@ impl Osp {
         }
     }
 
-    /// Runs of a scattered leaf before it is split. In large models packing one is a smaller part of a frame.
+    /// Greatest number of runs of a scattered leaf before it is split. In large models, packing a leaf is a smaller
+    /// part of a frame.
     fn most_scattered(&self) -> u32 {
         match self.len {
             0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
@@ -55,7 +55,7 @@ impl Osp {
         }
     }
 
-    /// Puts a new node in the place of a leaf.
+    /// Creates a node in the place of a leaf.
     fn node_for(&mut self, head: u32) -> u32 {
         let Bucket { parent, slot, shift, .. } = self.buckets[head];
         let cell = self.cell_of_slot(parent, slot);
@@ -68,7 +68,7 @@ impl Osp {
         number
     }
 
-    /// Notes that so many nodes have come below a slot, or have gone.
+    /// Adds `change` to the number of nodes below a slot, here and in all nodes above.
     pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
         let (mut at, mut slot) = (node, slot);
         while at != NONE {
@@ -90,7 +90,7 @@ impl Osp {
         }
     }
 
-    /// Makes a tree of the one list at the top, which is too long.
+    /// Builds a tree of the list at the top, which is too long.
     pub(super) fn build_tree(&mut self) {
         self.is_flat = false;
         self.shape += 1;
@@ -99,7 +99,8 @@ impl Osp {
         self.divide(head);
     }
 
-    /// Lets the straddlers of a node wait to be moved to its children. Straddlers stay.
+    /// Queues the runs of a node's list to be moved to its children. Runs that are too long for the children return to
+    /// the list.
     fn divide(&mut self, head: u32) {
         self.empty_first(head);
         let mut at = self.buckets[head].next;
@@ -111,7 +112,7 @@ impl Osp {
         self.to_divide.push_back(head);
     }
 
-    /// Moves some of the runs that wait.
+    /// Moves some of the waiting runs; `came` is the number of runs since the last commit.
     pub(super) fn divide_some(&mut self, came: u32) {
         let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
         if came == 0 {
@@ -126,7 +127,7 @@ impl Osp {
         }
     }
 
-    /// A bucket of the chain whose runs wait. None if all have been moved, or if the chain is gone.
+    /// A bucket of the chain whose runs wait; `None` if all have been moved, or if the chain no longer exists.
     fn next_to_move(&mut self, head: u32) -> Option<u32> {
         while self.buckets[head].divides {
             let mut at = self.buckets[head].next;
@@ -135,7 +136,7 @@ impl Osp {
             }
             if at == NONE {
                 self.buckets[head].divides = false;
-                // It may have kept no run.
+                // The chain may be empty now.
                 self.settle_bucket(head);
                 return None;
             }
@@ -147,7 +148,7 @@ impl Osp {
         None
     }
 
-    /// Takes an empty bucket that is not the first out of its chain.
+    /// Removes an empty bucket, which is not the first, from its chain.
     fn unlink_bucket(&mut self, bucket: u32) {
         let Bucket { prev, next, .. } = self.buckets[bucket];
         self.buckets[prev].next = next;
@@ -157,7 +158,7 @@ impl Osp {
         self.give_bucket(bucket);
     }
 
-    /// Inserts the runs of a bucket's last page anew; returns how many, at least one.
+    /// Inserts the runs of a bucket's last page again. Returns their number, at least 1.
     fn move_page_down(&mut self, head: u32, bucket: u32) -> u32 {
         let Bucket { pages, page_count, .. } = self.buckets[bucket];
         let page = pages[page_count as usize - 1];

@@ -1,4 +1,4 @@
-//! Inserting runs: placing, appending, widening the boxes above.
+//! Insertion of runs: finding the place, appending, and widening the boxes above.
 
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
@@ -11,20 +11,19 @@ use crate::{
     math::Aabb,
 };
 
-/// Where a run belongs.
+/// Place in the tree for a run.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Way {
     pub(super) key: Key,
     level: u32,
-    /// The lowest node on the way.
+    /// The lowest existing node on the way to the place.
     node: u32,
-    /// The bucket under it; [`NONE`] if it is missing.
+    /// The leaf or list of straddlers under that node; [`NONE`] if it does not exist yet.
     pub(super) bucket: u32,
 }
 
 impl Osp {
-    /// Inserts runs by their boxes. Where many come at once, they go to many places: what they will touch is asked for
-    /// from memory first.
+    /// Inserts runs by their boxes. Many runs go to many places, so their memory is prefetched first.
     pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
         self.came += runs.len() as u32;
         let shape = self.shape;
@@ -44,13 +43,13 @@ impl Osp {
         }
     }
 
-    /// The bucket that a run with this box belongs to, [`NONE`] if it is missing.
+    /// The bucket for a run with this box; [`NONE`] if it does not exist yet.
     pub(super) fn bucket_for(&self, bounds: &Aabb) -> u32 {
         let bounds = Wide::from_box(bounds);
         if bounds.is_valid() { self.way(bounds).bucket } else { NONE }
     }
 
-    /// Where a run with this box belongs.
+    /// Place in the tree for a run with this box.
     #[inline]
     pub(super) fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
@@ -64,14 +63,14 @@ impl Osp {
         Way { key, level, node, bucket }
     }
 
-    /// Inserts a run at its place. A loose one waits there to be made one of single polygons.
+    /// Inserts a run at its place. If `is_loose`, its box may be too wide, and its page is queued for upkeep.
     pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way, is_loose: bool) {
         let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, way.level);
         if is_loose {
-            // Before a split, which moves the run on.
+            // Before a split, which may move the run.
             self.mark_loose(place);
         }
         if wider {
@@ -89,21 +88,21 @@ impl Osp {
         }
     }
 
-    /// The bucket that is missing on a run's way: a leaf, or the list of the straddlers.
+    /// Creates the missing bucket for a run: a leaf, or the list of straddlers.
     fn add_bucket(&mut self, way: &Way) -> u32 {
         let shift = self.nodes[way.node].shift;
         let slot = if way.level < shift { grid::octant(&way.key, shift) as u32 } else { OWN };
         self.new_bucket(way.node, slot, &way.key)
     }
 
-    /// Whether a key lies outside of the highest cell of a tree.
+    /// Whether there is a tree, and a key lies outside of its top cell.
     #[inline]
     fn is_beside(&self, key: &Key) -> bool {
         let top = &self.nodes[self.top];
         !self.is_flat && !grid::same_cell(&top.key, key, top.shift)
     }
 
-    /// Adds levels on top until the highest cell holds the key; false if it did already. Cells keep their size.
+    /// Adds levels on top until the top cell contains the key. Returns whether it added any. Cells keep their size.
     fn grow_to(&mut self, key: &Key) -> bool {
         let mut grown = false;
         loop {
@@ -120,7 +119,7 @@ impl Osp {
             let nodes_below = 1 + self.nodes[old].nodes_below.iter().sum::<u32>();
             let node = &mut self.nodes[top];
             (node.shift, node.key, node.parent) = (shift + 1, at, NONE);
-            // What was the top is noted in the preallocated levels already.
+            // The preallocated levels have the old top already.
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
             node.nodes_below[slot] = nodes_below;
@@ -151,7 +150,8 @@ impl Osp {
         bounds.to_box()
     }
 
-    /// What there is on the way to runs of `level` at `key`: the lowest node, and the leaf if one follows.
+    /// Descends towards runs of `level` at `key`. Returns the lowest node, and the leaf below it if there is one, else
+    /// [`NONE`].
     #[inline]
     fn descend(&self, key: &Key, level: u32) -> (u32, u32) {
         let (mut at, leaf) = self.direct_way(key, level);
@@ -171,13 +171,12 @@ impl Osp {
         }
     }
 
-    /// [`Osp::descend`] as far as the preallocated levels go: inside the root cube their entries are known from the key
-    /// alone.
+    /// [`Osp::descend`] in the preallocated levels: inside the root cube, the key determines their entries.
     #[inline]
     pub(super) fn direct_way(&self, key: &Key, level: u32) -> (u32, u32) {
         let mut at = self.top;
         if let Some(morton) = grid::morton_in_root(key).filter(|_| level <= grid::ROOT_SHIFT) {
-            // Nothing is noted above the top.
+            // Levels above the top have no entries.
             let first = grid::ROOT_SHIFT.saturating_sub(self.nodes[at].shift);
             for depth in first..=(grid::ROOT_SHIFT - level).min(self.flat_levels) {
                 match Link::from_bits(self.flat[grid::flat_entry_at(morton, depth)]).target() {
@@ -190,7 +189,7 @@ impl Osp {
         (at, NONE)
     }
 
-    /// Hangs an empty bucket up at a free slot of a node.
+    /// Creates an empty bucket at a free slot of a node.
     pub(super) fn new_bucket(&mut self, node: u32, slot: u32, key: &Key) -> u32 {
         let new = self.buckets.take();
         let shift = if slot == OWN { 0 } else { self.nodes[node].shift - 1 };
@@ -205,7 +204,7 @@ impl Osp {
         new
     }
 
-    /// Puts something at a slot of a node, and in the preallocated levels. `key` lies in the slot's cell.
+    /// Sets the link of a slot of a node, there and in the preallocated levels. `key` lies in the slot's cell.
     pub(super) fn set_child(&mut self, node: u32, slot: u32, link: Link, key: &Key) {
         self.nodes[node].children[slot as usize] = link;
         self.void_spans(node, slot);
@@ -214,7 +213,7 @@ impl Osp {
         }
     }
 
-    /// Makes a node the top, in the preallocated levels too.
+    /// Makes a node the top, also in the preallocated levels.
     pub(super) fn set_top(&mut self, top: u32) {
         self.top = top;
         let Node { key, shift, .. } = self.nodes[top];
@@ -223,8 +222,8 @@ impl Osp {
         }
     }
 
-    /// Puts a run into the first bucket of a chain and returns its place. Boxes above the bucket are left to the
-    /// caller.
+    /// Appends a run to the first bucket of a chain and returns its place. The caller widens the boxes above the
+    /// bucket.
     pub(super) fn append(&mut self, head: u32, run: Run, bounds: Wide, level: u32) -> u32 {
         let mut bucket = &mut self.buckets[head];
         if bucket.last == NONE || bucket.counts[bucket.last_at()] >= 16 {
@@ -233,7 +232,7 @@ impl Osp {
         }
         let (page_number, at) = (bucket.last, bucket.last_at());
         bucket.counts[at] += 1;
-        // What is kept twice is known here, without the page.
+        // The bucket's copies are updated here, without reading the page.
         let is_single = run.is_exact() && (bucket.counts[at] == 1 || bucket.single >> at & 1 == 1);
         bucket.single = bucket.single & !(1 << at) | u16::from(is_single) << at;
         bucket.runs += 1;
@@ -257,10 +256,10 @@ impl Osp {
         self.ids.set_place(run.first / 16, run.lanes(), place);
     }
 
-    /// Moves what a chain's first bucket holds to a second one: whatever points to the first stays right.
+    /// Moves the content of a chain's first bucket to a new second one, so that links to the first stay valid.
     pub(super) fn empty_first(&mut self, head: u32) {
         let full = self.buckets.take();
-        // The chain waits by its first bucket.
+        // Only the first bucket of a chain has these flags.
         self.buckets[full] = Bucket { prev: head, waits: false, divides: false, ..self.buckets[head] };
         let Bucket { next: after, pages, page_count, .. } = self.buckets[full];
         if after != NONE {
@@ -276,7 +275,7 @@ impl Osp {
         (bucket.last, bucket.last_bounds) = (NONE, Wide::EMPTY);
     }
 
-    /// An empty page at the end of a chain's first bucket.
+    /// Adds an empty page at the end of a chain's first bucket; returns its number.
     fn new_page(&mut self, head: u32) -> u32 {
         if self.buckets[head].page_count == 16 {
             self.empty_first(head);
@@ -287,13 +286,13 @@ impl Osp {
         (page.bucket, page.at) = (head, bucket.page_count as u8);
         (bucket.last, bucket.last_bounds) = (page_number, Wide::EMPTY);
         bucket.pages[bucket.page_count as usize] = page_number;
-        // A page that was there before has left its number.
+        // The count may be left from an earlier page.
         bucket.counts[bucket.page_count as usize] = 0;
         bucket.page_count += 1;
         page_number
     }
 
-    /// Makes the boxes above a bucket hold `bounds`. Where one does already, those above it do too.
+    /// Widens the boxes above a bucket so that they contain `bounds`. If one already does, the boxes above it do, too.
     pub(super) fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
         let (mut at, mut slot) = (self.buckets[bucket].parent, self.buckets[bucket].slot);
         while at != NONE {
@@ -305,13 +304,13 @@ impl Osp {
         }
     }
 
-    /// Gives a chain of buckets back, handing its runs out.
+    /// Releases a chain of buckets. Calls `out` with each run.
     pub(super) fn take_apart(&mut self, head: u32, mut out: impl FnMut(&mut Self, TakenRun)) {
         let mut at = head;
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
             let pages = &pages[..page_count as usize];
-            // What is read, and where the moved polygons' places are noted, is asked for some pages ahead.
+            // Pages, and the entries of their polygons in the id map, are prefetched some pages ahead.
             for &number in &pages[..pages.len().min(2)] {
                 self.pages.prefetch_all(number);
             }
@@ -338,7 +337,7 @@ impl Osp {
         }
     }
 
-    /// Asks for where the places of a page's polygons are noted.
+    /// Prefetches the entries of a page's polygons in the id map.
     fn ask_for_places(&self, number: u32) {
         let page = &self.pages[number];
         for &first in &page.first[..usize::from(page.runs)] {

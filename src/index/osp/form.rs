@@ -1,4 +1,4 @@
-//! From the plain list to the tree, and back.
+//! Conversion of the plain list to the tree, and back.
 
 use super::{
     index::{AT_ONCE, CHANGES_BETWEEN, Osp},
@@ -11,17 +11,18 @@ use crate::{
     polygon::{BLOCK, PolygonId, ids_of},
 };
 
-/// The tree becomes a plain list again when it has fewer than this part of the blocks at which the list becomes a tree:
-/// erasing and drawing at the border does not build in turn.
+/// The tree becomes a plain list again when it has fewer blocks than the list's limit divided by this. So erasing and
+/// drawing at the limit does not convert in turn.
 const BACK_TO_LINEAR: usize = 2;
 
 impl Osp {
-    /// Whether what is in the tree should be a plain list.
+    /// Whether the tree has so few blocks that it should be a plain list.
     pub(super) fn is_small(&self) -> bool {
         self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
-    /// Inserts a polygon in the plain list. If it is full of scattered polygons that come a few in a frame, it becomes longer.
+    /// Inserts a polygon into the plain list. A full list of scattered polygons that come a few in a frame becomes
+    /// longer.
     pub(super) fn insert_into_list(&mut self, id: PolygonId, bounds: Wide) -> Inserted {
         let inserted = self.linear.insert(id.0, bounds, self.list_blocks);
         let may_be_longer =
@@ -34,8 +35,8 @@ impl Osp {
         inserted
     }
 
-    /// Begins a tree. The blocks of the plain list are put into it at once, or become flat rows beside it, which commits put into
-    /// it bit by bit.
+    /// Creates a tree from the plain list. Its blocks are inserted at once, or become flat rows beside the tree, which
+    /// later commits insert step by step.
     #[inline(never)]
     pub(super) fn make_tree(&mut self, is_at_once: bool) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
@@ -51,14 +52,14 @@ impl Osp {
         linear.clear();
         self.linear = linear;
         self.changes = CHANGES_BETWEEN;
-        // Those that rest go to the tree from the next commit on.
+        // Resting polygons go to the tree from the next commit on.
         self.round = self.clock.wrapping_sub(REST);
     }
 
-    /// Moves all polygons from the tree, which is one list of runs and small, to the plain list.
+    /// Moves all polygons from the tree, which is a single small list of runs, to the plain list.
     #[inline(never)]
     pub(super) fn make_linear(&mut self) {
-        // What is open is not closed first: that could build a tree of the list.
+        // The open block is not closed first: that could build a tree from the list of runs.
         for id in ids_of(self.open.block() as usize, self.open.lanes()) {
             self.linear.insert(id.0, Wide::from_box(&self.open.bounds(id.index() % BLOCK)), usize::MAX);
         }

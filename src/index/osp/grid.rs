@@ -3,30 +3,31 @@ use glam::{Vec3, Vec4};
 use super::tuning::{CELL_STRETCH, FLAT_LEVELS};
 use crate::{index::simd::Wide, math::Aabb};
 
-/// The cells of the tree as whole numbers. A cell of level `shift` has an edge of `2^shift` finest cells.
+/// The cells of the tree in integer coordinates. A cell of level `shift` has an edge of `2^shift` finest cells.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     origin: [f64; 3],
     finest_per_m: f64,
-    /// The same, for boxes in the root cube.
+    /// In single precision, for boxes in the root cube.
     near_origin: Vec4,
     near_finest_per_m: f32,
 }
 
-/// A place in finest cells.
+/// A position in finest cells.
 pub(super) type Key = [u64; 3];
 
 /// Level of the root cube: it is `2^20` finest cells wide (4 µm for a cube of 4 m).
 pub(super) const ROOT_SHIFT: u32 = 20;
 
-/// Level of the widest cell there can be: `2^38` root cubes. What lies farther out lies in its outermost cells.
+/// Level of the largest possible cell, `2^38` root cubes wide. Positions farther out are clamped to its outermost
+/// cells.
 pub(super) const TOP_SHIFT: u32 = 58;
 
-/// The root cube's place, in root cubes, along each axis. Alternating bits: every second doubling adds room on the
-/// one side, every other on the other side.
+/// Position of the root cube along each axis, in root cubes. Its bits alternate, so that doublings of the top cell add
+/// room on either side in turn.
 const BIAS: u64 = 0x15_5555_5555;
 
-/// Entries of so many preallocated levels.
+/// Number of entries of the root cube and this number of preallocated levels below it.
 pub(super) const fn flat_entries(levels: u32) -> usize {
     ((1 << (3 * (levels + 1))) - 1) / 7
 }
@@ -46,7 +47,7 @@ impl Grid {
         }
     }
 
-    /// The finest cell of a box's centre.
+    /// The finest cell that contains a box's centre.
     #[inline]
     pub(super) fn key(&self, bounds: Wide) -> Key {
         let cells = (bounds.center() - self.near_origin) * self.near_finest_per_m;
@@ -69,7 +70,7 @@ impl Grid {
         })
     }
 
-    /// The finest level at which a box counts as small enough for a cell.
+    /// The finest level whose cells are large enough for a box.
     #[inline]
     pub(super) fn level_for(&self, bounds: Wide) -> u32 {
         let cells = bounds.length() * (self.near_finest_per_m / CELL_STRETCH);
@@ -78,7 +79,7 @@ impl Grid {
         exponent.clamp(0, TOP_SHIFT as i32) as u32
     }
 
-    /// The entry of a cell in so many preallocated levels, if it is one of theirs.
+    /// The entry of a cell in the preallocated levels; `None` if the cell is not one of theirs.
     #[inline]
     pub(super) fn flat_entry(levels: u32, key: &Key, shift: u32) -> Option<usize> {
         if !(ROOT_SHIFT - levels..=ROOT_SHIFT).contains(&shift) {
@@ -87,20 +88,21 @@ impl Grid {
         Some(flat_entry_at(morton_in_root(key)?, ROOT_SHIFT - shift))
     }
 
-    /// The finest cell of the root cube's smallest corner.
+    /// The finest cell at the root cube's lowest corner.
     pub(super) fn root_key() -> Key {
         [BIAS << ROOT_SHIFT; 3]
     }
 }
 
-/// `value.floor() as i64` without a call, which costs more than the rest of a key where the processor may lack the instruction.
+/// `value.floor() as i64` without a call. If the target may lack the instruction, a call takes longer than the rest of
+/// a key.
 #[inline]
 fn floor(value: f64) -> i64 {
     let towards_zero = value as i64;
     towards_zero.saturating_sub(i64::from(value < towards_zero as f64))
 }
 
-/// Which of the eight parts of a cell of level `shift` a key lies in.
+/// Number of the octant of a cell of level `shift` that a key lies in: bit 0 for x, bit 1 for y, bit 2 for z.
 #[inline]
 pub(super) fn octant(key: &Key, shift: u32) -> usize {
     let bit = |axis: usize| (key[axis] >> (shift - 1) & 1) as usize;
@@ -124,13 +126,13 @@ pub(super) fn morton_in_root(key: &Key) -> Option<u32> {
     Some(spread(x) | spread(y) << 1 | spread(z) << 2)
 }
 
-/// The entry of a preallocated level's cell on the way to the deepest one with this Morton code.
+/// The entry of the cell of a preallocated level that contains the deepest preallocated cell with this Morton code.
 #[inline]
 pub(super) fn flat_entry_at(morton: u32, level: u32) -> usize {
     FLAT_START[level as usize] + (morton >> (3 * (FLAT_LEVELS - level))) as usize
 }
 
-/// Where each preallocated level begins.
+/// First entry of each preallocated level.
 const FLAT_START: [usize; FLAT_LEVELS as usize + 1] = {
     let mut table = [0; FLAT_LEVELS as usize + 1];
     let mut level = 0;
@@ -141,7 +143,7 @@ const FLAT_START: [usize; FLAT_LEVELS as usize + 1] = {
     table
 };
 
-/// Bits of a number, two zeros between each two.
+/// Numbers with two zeros between neighbouring bits.
 static SPREAD: [u32; 1 << FLAT_LEVELS] = {
     let mut table = [0; 1 << FLAT_LEVELS];
     let mut i = 0;

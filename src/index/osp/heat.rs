@@ -1,17 +1,17 @@
-//! How often the polygons of a block have moved lately.
+//! Counts of the recent moves of a block's polygons.
 
-/// Commits one after the other in which a polygon of a block has moved, after which what moves in the block goes to the flat
-/// rows. More: moving things stay in the tree longer, where each step costs more. Fewer: the last pieces of a stroke that is
-/// being smoothed go there and come back.
+/// Number of consecutive commits with moves in a block after which its moving polygons go to the flat rows. With more,
+/// moving polygons stay longer in the tree, where each move costs more. With fewer, the last pieces of a stroke being
+/// smoothed go to the rows and return.
 const HOT: u8 = 4;
 
-/// A block stays hot if no more commits than this lie between two of its moves.
+/// Greatest number of commits from one move of a block to the next for which it stays hot.
 const APART: u8 = 2;
 
-/// How often the polygons of a block have moved lately.
+/// Counts of the recent moves of a block's polygons.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heat {
-    /// The low bits of the last commit's number. A wrong guess costs time only.
+    /// Low byte of the number of the commit with the last move. If it wraps around, a wrong result only costs time.
     clock: u8,
     commits: u8,
 }
@@ -19,7 +19,7 @@ pub(super) struct Heat {
 impl Heat {
     pub(super) const NONE: Self = Self { clock: 0, commits: 0 };
 
-    /// Notes a move; whether the block is hot.
+    /// Counts a move; returns whether the block is hot.
     #[inline]
     pub(super) fn note(&mut self, clock: u8) -> bool {
         let apart = clock.wrapping_sub(self.clock);

@@ -7,35 +7,35 @@ use super::{
 };
 use crate::index::simd::{Boxes, prefetch, prefetch_lines};
 
-/// Where every polygon is. Sixteen consecutive ids are a block; a shelf holds 256 blocks and is recycled when its last
-/// polygon is gone, so that ids which only ever grow do not grow the memory.
+/// Map from ids to places in the tree. Sixteen consecutive ids are a block, and 256 blocks are a shelf. A shelf without
+/// polygons is recycled, so memory does not grow with ids that only increase.
 #[derive(Clone, Debug)]
 pub(super) struct IdMap {
-    /// By `id / IDS_A_SHELF`; [`NONE`] where no polygon is.
+    /// Shelves by `id / IDS_A_SHELF`; [`NONE`] without polygons.
     directory: Vec<u32>,
     shelves: Pool<Shelf>,
-    /// Per-polygon places of blocks that are more than one run.
+    /// Places of the single polygons of blocks with more than one run.
     details: Pool<Detail>,
-    /// The boxes of the polygons in runs of several.
+    /// Boxes of the polygons in runs of several.
     stores: Pool<Exact>,
-    /// Blocks with a polygon.
+    /// Number of blocks with a polygon.
     blocks: usize,
 }
 
-/// Ids of a shelf.
+/// Number of ids of a shelf.
 const IDS_A_SHELF: usize = 4096;
 const BLOCKS: usize = IDS_A_SHELF / 16;
 
-/// Blocks after which it is known what kind of polygons come.
+/// With fewer blocks, polygons do not count as scattered.
 const SURE_BLOCKS: usize = 256;
 
-/// If fewer than one in so many blocks has runs of several, the polygons come from everywhere.
+/// If fewer than one in this number of blocks has runs of several polygons, the polygons are scattered.
 const SCATTERED: usize = 4;
 
-/// Chunks that a commit gives back at most.
+/// Greatest number of chunks that a commit releases.
 const CHUNKS_BACK: usize = 2;
 
-/// Marks a place that is the number of a [`Detail`].
+/// Flag of a place that is the number of a [`Detail`].
 const DETAILED: u32 = 1 << 31;
 
 /// The place of a run: its page's number times 16, plus its lane.
@@ -43,17 +43,17 @@ pub(super) type Place = u32;
 
 #[derive(Clone, Copy, Debug)]
 struct Shelf {
-    /// Per block the ids that are in use.
+    /// For each block, the ids in use, as a mask.
     filed: [u16; BLOCKS],
-    /// Per block its only run's place, or `DETAILED` and the number of its detail, or [`NONE`].
+    /// For each block, the place of its only run, or `DETAILED` and the number of its detail, or [`NONE`].
     place: [u32; BLOCKS],
-    /// Per block the number of its exact boxes, or [`NONE`].
+    /// For each block, the number of its exact boxes, or [`NONE`].
     store: [u32; BLOCKS],
-    /// Per block how often its polygons have moved lately.
+    /// For each block, counts of recent moves.
     heat: [Heat; BLOCKS],
-    /// Blocks with a polygon; next free shelf.
+    /// Number of blocks with a polygon; in a free shelf, the next free shelf.
     live: u32,
-    /// No block from here on has ever had a polygon.
+    /// Upper bound of the blocks that have ever had a polygon.
     end: u32,
 }
 
@@ -93,7 +93,7 @@ impl Pooled for Detail {
     }
 }
 
-/// The boxes of a block's polygons. Lanes that belong to runs of one, or to nothing, hold anything.
+/// The boxes of a block's polygons. Lanes of runs of one polygon, and unused lanes, are unspecified.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Exact {
@@ -113,14 +113,14 @@ impl Pooled for Exact {
 }
 
 impl IdMap {
-    /// Room for so many polygons with numbers side by side, and for so many blocks in all.
+    /// A map with room for this number of polygons with consecutive numbers, and for this number of blocks in total.
     pub(super) fn with_room_for(polygons: usize, most_blocks: usize) -> Self {
         let shelves = polygons.div_ceil(IDS_A_SHELF);
         Self {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
-            // A stroke whose last polygons are replaced as it grows spreads nearly every block over several places.
-            // Fewer polygons to a block than was thought take more of these only, as long as each comes from elsewhere.
+            // If the last polygons of a growing stroke are replaced, nearly every block has several runs. With fewer
+            // polygons in a block than expected, only more details are needed, as long as polygons are scattered.
             details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16)
                 .and_room_for(2 * most_blocks),
             stores: Pool::with_room_for(polygons / 16).and_room_for(most_blocks),
@@ -157,13 +157,13 @@ impl IdMap {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
     }
 
-    /// Notes that polygons of a block have moved; whether they do so in frame after frame.
+    /// Counts a move of polygons of a block; returns whether they move in frame after frame.
     #[inline]
     pub(super) fn is_hot(&mut self, block: u32, clock: u8) -> bool {
         self.shelf_mut(block).is_some_and(|(shelf, at)| shelf.heat[at].note(clock))
     }
 
-    /// Notes that some ids of a block are not in use any more; `filed` are left.
+    /// Sets the ids of a block that are still in use. Releases the block's entries if none is.
     pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
@@ -191,7 +191,7 @@ impl IdMap {
         }
     }
 
-    /// Asks for what [`IdMap::set_place`] will read first.
+    /// Prefetches the entries that [`IdMap::set_place`] reads first.
     #[inline]
     pub(super) fn prefetch(&self, block: u32) {
         if let Some((shelf, at)) = self.shelf(block) {
@@ -200,13 +200,13 @@ impl IdMap {
         }
     }
 
-    /// Asks for a block's exact boxes, if it has any.
+    /// Prefetches a block's exact boxes, if it has any.
     #[inline]
     pub(super) fn prefetch_boxes(&self, block: u32) {
         prefetch_lines::<6, _>(self.stores.place(self.store(block)));
     }
 
-    /// Asks for what [`IdMap::set_place`] will read then.
+    /// Prefetches the detail that [`IdMap::set_place`] reads, if the block has one.
     #[inline]
     pub(super) fn prefetch_detail(&self, block: u32) {
         if let Some((shelf, at)) = self.shelf(block)
@@ -217,7 +217,7 @@ impl IdMap {
         }
     }
 
-    /// Where a polygon in the tree's run is.
+    /// Place of the run of a polygon that is in the tree.
     #[inline]
     pub(super) fn place(&self, id: u32) -> Option<Place> {
         let (shelf, at) = self.shelf(id / 16)?;
@@ -228,7 +228,7 @@ impl IdMap {
         }
     }
 
-    /// Says where the run of some polygons of a block is. `filed` are all of the block's ids that are in runs.
+    /// Sets the place of the run of some polygons of a block.
     pub(super) fn set_place(&mut self, block: u32, mask: u16, place: Place) {
         let Some((shelf, at)) = self.shelf_mut(block) else { return };
         let (old, filed) = (shelf.place[at], shelf.filed[at]);
@@ -279,8 +279,8 @@ impl IdMap {
         unsafe { &self.stores.known(store).boxes }
     }
 
-    /// Says which ids of a block are in use, at least one, and keeps the exact boxes of `shared` if there are any;
-    /// returns the boxes' number.
+    /// Sets the ids of a block that are in use, at least one. Stores the exact boxes of the polygons `shared`, if any.
+    /// Returns the number of the boxes, or [`NONE`].
     pub(super) fn file_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
         let (number, at) = Self::split(open.block());
         if number >= self.directory.len() {
@@ -313,7 +313,7 @@ impl IdMap {
         shelf.store[at]
     }
 
-    /// Gives a block's exact boxes back: all of its runs are of one polygon now.
+    /// Releases a block's exact boxes, when all its runs have one polygon.
     pub(super) fn drop_boxes(&mut self, block: u32) {
         let Some((shelf, at)) = self.shelf_mut(block) else { return };
         let store = std::mem::replace(&mut shelf.store[at], NONE);
@@ -322,12 +322,12 @@ impl IdMap {
         }
     }
 
-    /// Entries that [`IdMap::shelves`] hands out, with those of the directory.
+    /// Number of entries that [`IdMap::shelves`] passes over, including the directory.
     pub(super) fn entries(&self) -> usize {
         self.directory.len() + self.shelves.live() as usize * BLOCKS
     }
 
-    /// The ids in use: the first id of a shelf, and of each of its blocks the ids as a mask; ascending.
+    /// The ids in use, ascending: the first id of each shelf, and the masks of its blocks.
     #[inline(always)]
     pub(super) fn shelves(&self) -> impl Iterator<Item = (u32, &[u16])> + '_ {
         let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
@@ -337,12 +337,12 @@ impl IdMap {
         })
     }
 
-    /// The numbers of all polygons lie below.
+    /// Upper bound of the numbers of all polygons.
     pub(super) fn ids_end(&self) -> usize {
         self.directory.len() * IDS_A_SHELF
     }
 
-    /// Blocks with a polygon.
+    /// Number of blocks with a polygon.
     #[inline]
     pub(super) fn blocks(&self) -> usize {
         self.blocks
@@ -353,7 +353,7 @@ impl IdMap {
         self.shelf(block).map_or(NONE, |(shelf, at)| shelf.store[at])
     }
 
-    /// Makes room, between two frames, for what a frame may bring.
+    /// Makes room for this number of polygons, between two frames.
     pub(super) fn make_room(&mut self, polygons: usize) {
         self.shelves.make_room(polygons.div_ceil(IDS_A_SHELF));
         self.details.make_room(polygons / 16);
@@ -364,8 +364,8 @@ impl IdMap {
         }
     }
 
-    /// Gives a part of the room for exact boxes back if the polygons come from everywhere: runs of one need none, and
-    /// pages need the memory. Room for `polygons` more is kept.
+    /// Releases a part of the room for exact boxes if polygons are scattered: runs of one polygon need none, and pages
+    /// need the memory. Keeps room for `polygons` more.
     pub(super) fn give_room_back(&mut self, polygons: usize) {
         if self.are_scattered() {
             self.stores.give_room_back(2 * self.stores.live() as usize + polygons / 16, CHUNKS_BACK);

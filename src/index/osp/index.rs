@@ -25,22 +25,23 @@ use crate::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
-/// The fast form of the OSP (octal space partition) tree, and the index to take: an octree of loose cells for polygons that come and
-/// go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512, AVX2, SSE2, NEON, simd128).
+/// The fast form of the OSP (octal space partition) tree, and the index to use: an octree of loose cells for polygons
+/// that come and go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512,
+/// AVX2, SSE2, NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,
-    /// Few polygons: all are here, and the tree is empty.
+    /// Holds all polygons while they are few; the tree is then empty.
     pub(super) linear: Linear,
     pub(super) is_linear: bool,
-    /// Blocks of sixteen numbers that the linear form holds at most.
+    /// Greatest number of blocks of sixteen ids in the linear form.
     pub(super) linear_blocks: usize,
-    /// The same, with more for scattered polygons that keep coming.
+    /// The current limit, which is higher for scattered polygons that keep coming.
     pub(super) list_blocks: usize,
-    /// Commits since a polygon came to the linear form.
+    /// Number of commits since a polygon was inserted into the linear form.
     quiet: u32,
     pub(super) grid: Grid,
-    /// The preallocated levels: what hangs at each cell, 0 where nothing does.
+    /// The preallocated levels: the link of each cell, 0 for an empty one.
     pub(super) flat: Vec<u32>,
     pub(super) flat_levels: u32,
     pub(super) nodes: Pool<Node>,
@@ -48,16 +49,15 @@ pub struct Osp {
     pub(super) pages: Pages,
     pub(super) ids: IdMap,
     pub(super) open: OpenBlock,
-    /// The highest node; its cell holds all keys.
+    /// The highest node; its cell contains all keys.
     pub(super) top: u32,
-    /// There are so few runs that all are kept at the top, as straddlers are: one list is looked through faster than a
-    /// tree.
+    /// Whether all runs are straddlers of the top node, because a list of few runs is faster than a tree.
     pub(super) is_flat: bool,
-    /// Changes when nodes and buckets come and go.
+    /// Counter that changes when nodes or buckets are added or removed.
     pub(super) shape: u32,
-    /// What an open block is divided into; kept for its memory.
+    /// The runs of an open block; kept for its memory.
     gathered: Option<Box<Gathered>>,
-    /// The runs of a leaf that is split; kept for its memory.
+    /// The runs of a leaf that is packed; kept for its memory.
     pub(super) taken: Vec<TakenRun>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
@@ -69,19 +69,19 @@ pub struct Osp {
     pub(super) came: u32,
     /// The ids of scattered polygons in the order of the tree.
     pub(super) spans: Spans,
-    /// What moves in frame after frame: not in the tree or the list, and not counted by `len`.
+    /// Polygons that move in frame after frame: not in the tree or the list, and not counted by `len`.
     pub(super) movers: Movers,
-    /// Polygons of a plain list are on their way into the tree.
+    /// Whether polygons of a former plain list wait for the tree.
     pub(super) is_settling: bool,
-    /// Commits so far, and when a round through the movers began.
+    /// Number of commits so far, and its value at the beginning of the round through the movers.
     pub(super) clock: u32,
     pub(super) round: u32,
-    /// Blocks closed, and runs moved, since the room was looked at.
+    /// Blocks closed, and runs moved, since the last check of the free room.
     pub(super) changes: u32,
-    /// Polygons taken out or moved since the last commit.
+    /// Polygons removed or moved since the last commit.
     pub(super) removals: u32,
     pub(super) len: usize,
-    /// What following the changes took; see [`SpatialIndex::upkeep`].
+    /// Upkeep for the changes so far; see [`SpatialIndex::upkeep`].
     pub(super) upkeep: Upkeep,
 }
 
@@ -94,7 +94,7 @@ impl Osp {
     /// An empty tree whose box tests use this instruction set (or plain Rust, where the processor lacks it). The
     /// answers do not depend on it.
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
-        // What a drawn session of that size takes, and what `make_room` asks for on top.
+        // Room for a drawn session of that size, and for the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
         // Room for the same polygons after all have moved one by one and some were replaced.
@@ -133,15 +133,15 @@ impl Osp {
             len: 0,
             upkeep: Upkeep::default(),
         };
-        // Zeros that nobody has written are not in memory yet; see `Pool::with_room_for`.
+        // The system commits memory of zeros at the first write; see `Pool::with_room_for`.
         std::hint::black_box(&mut osp.flat).fill(0);
         osp.init_root();
         osp
     }
 
-    /// The index with another limit of its linear form: as long as its polygons have numbers in no more than this many
-    /// blocks of sixteen, they are kept as a plain list, which is faster than a tree for some hundred polygons. 0: a tree from
-    /// the first polygon on. The answers do not depend on it.
+    /// The index with another limit of its linear form. Polygons are kept as a plain list while their numbers lie in at
+    /// most this many blocks of sixteen. For some hundred polygons, a list is faster than a tree. With 0, there is a
+    /// tree from the first polygon on. The answers do not depend on the limit.
     #[must_use]
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
         (self.linear_blocks, self.list_blocks) = (blocks, blocks);
@@ -156,7 +156,7 @@ impl Osp {
         self.len - self.open.lanes().count_ones() as usize
     }
 
-    /// Sets the root cube's node up.
+    /// Creates the node of the root cube.
     pub(super) fn init_root(&mut self) {
         self.is_flat = true;
         self.spans.give_up();
@@ -166,8 +166,8 @@ impl Osp {
         self.set_top(top);
     }
 
-    /// Number of polygons in flat rows beside the tree: they move in frame after frame, or came from the plain list and are on
-    /// their way into the tree. The answers do not depend on it.
+    /// Number of polygons in flat rows beside the tree. They move in frame after frame, or came from the plain list and
+    /// wait for the tree. The answers do not depend on it.
     pub fn moving(&self) -> usize {
         self.movers.len()
     }
@@ -200,7 +200,7 @@ impl Osp {
         present >> lane & 1 == 1
     }
 
-    /// Inserts the open block's runs in the tree and opens another.
+    /// Inserts the runs of the open block into the tree, and opens another block.
     #[inline(never)]
     fn open_block(&mut self, block: u32) {
         self.changes += 1;
@@ -236,7 +236,7 @@ impl Osp {
         self.gathered = Some(gathered);
     }
 
-    /// The polygons of a block that are kept in the open one.
+    /// The polygons of a block that are in the open block, as a mask; 0 if another block is open.
     #[inline]
     pub(super) fn open_lanes(&self, block: u32) -> u16 {
         if self.open.is(block) { self.open.lanes() } else { 0 }
@@ -251,7 +251,7 @@ impl Osp {
         self.len += 1;
     }
 
-    /// Takes a polygon out that is known to be in the tree.
+    /// Removes a polygon that is in the tree or the open block.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let (block, lane) = (id.0 / 16, id.index() % 16);
         self.len -= 1;
@@ -375,7 +375,7 @@ impl SpatialIndex for Osp {
             self.linear.commit();
             self.quiet = if came == 0 { self.quiet.saturating_add(1) } else { 0 };
             self.came = 0;
-            // A long list pays as long as a tree would have to be changed in each frame.
+            // A long list is faster than a tree only while polygons come in each frame.
             if self.quiet >= REST && self.linear.len() > self.linear_blocks {
                 self.make_tree(false);
             }
@@ -387,7 +387,7 @@ impl SpatialIndex for Osp {
         self.divide_some(came);
         self.pack_some(came);
         self.write_spans();
-        // Without what was put elsewhere.
+        // Runs moved by this commit do not count.
         (self.came, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
@@ -479,16 +479,16 @@ impl SpatialIndex for Osp {
     }
 }
 
-/// Polygons that came since the last commit from which on a plain list becomes a tree at once.
+/// If at least this many polygons came since the last commit, a full list becomes a tree at once.
 pub(super) const AT_ONCE: u32 = 64;
 
-/// Blocks closed between two looks at the room that is left.
+/// Blocks closed, and runs moved, between two checks of the free room.
 pub(super) const CHANGES_BETWEEN: u32 = 64;
 
-/// Polygons that there is always room for, so that growing falls between two frames.
+/// Number of polygons for which room is reserved in advance, so that memory grows between two frames.
 const AHEAD: usize = 4096;
 
-/// The most scattered polygons to reserve memory for: each a run of its own, in pages that are not full.
+/// Greatest number of scattered polygons to reserve memory for: each is a run of its own, and pages are not full.
 const MOST_SCATTERED: usize = 1 << 20;
 
 /// Lower bound of the average runs of a page: upkeep joins pages of at most eight. With all polygons moved one by one, the average
@@ -498,11 +498,11 @@ const RUNS_A_PAGE: usize = 10;
 /// Average polygons left in a block of sixteen numbers after removals at random places. New polygons get new numbers.
 const POLYGONS_A_BLOCK: usize = 8;
 
-/// Nodes and buckets that there is always room for.
+/// Number of nodes, and of buckets, for which room is reserved in advance.
 const NODES_AHEAD: usize = 64;
 
 impl Osp {
-    /// Takes everything out of the tree; of the preallocated levels none but the root may be in use.
+    /// Empties the tree. No cell of the preallocated levels except the root may be in use.
     pub(super) fn clear_tree(&mut self) {
         self.nodes.clear();
         self.buckets.clear();
@@ -526,7 +526,7 @@ impl Osp {
         self.nodes.make_room(NODES_AHEAD);
     }
 
-    /// The first bucket of the chain that a bucket is in.
+    /// The first bucket of a bucket's chain.
     pub(super) fn chain_head(&self, bucket: u32) -> u32 {
         let b = &self.buckets[bucket];
         let node = &self.nodes[b.parent];

@@ -7,27 +7,27 @@ use crate::{
     math::Aabb,
 };
 
-/// Sixteen runs: what they hold. Their boxes are kept apart ([`PageBoxes`]), because a page that is inside every plane
-/// is read without them.
+/// The polygons of sixteen runs. The boxes of the runs are stored apart ([`PageBoxes`]), because a page inside every
+/// plane is read without them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Page {
-    /// Per run the id that bit 0 of its mask stands for.
+    /// For each run, the id of bit 0 of its mask.
     pub(super) first: [u32; 16],
-    /// Per run its polygons, `first + bit`.
+    /// For each run, its polygons `first + bit`.
     pub(super) masks: [u16; 16],
-    /// The runs of a single polygon, whose box is the polygon's own.
+    /// Mask of the runs of a single polygon, whose box is the polygon's own.
     pub(super) exact: u16,
-    /// The runs whose ids are not all from `first` on, one after the other.
+    /// Mask of the runs whose ids are not consecutive from `first` on.
     pub(super) gaps: u16,
-    /// The runs that have lost a polygon since their box was computed.
+    /// Mask of the runs that have lost a polygon since their box was computed.
     pub(super) loose: u16,
     pub(super) runs: u8,
     /// Place in its bucket.
     pub(super) at: u8,
-    /// Whether it waits for upkeep.
+    /// Whether the page waits for upkeep.
     pub(super) queued: bool,
-    /// [`NONE`] once it is released; next free page.
+    /// Its bucket; [`NONE`] once it is released; in a free page, the next free page.
     pub(super) bucket: u32,
     /// Next page that waits for upkeep.
     pub(super) next: u32,
@@ -61,7 +61,7 @@ impl Pooled for Page {
 #[repr(C, align(64))]
 pub(super) struct PageBoxes {
     pub(super) boxes: Halves,
-    /// Per run the number of its polygons' boxes; anything for a run of one.
+    /// For each run, the store of its polygons' boxes; unspecified for a run of one polygon.
     pub(super) store: [u32; 16],
 }
 
@@ -78,7 +78,7 @@ impl Pooled for PageBoxes {
 }
 
 impl Page {
-    /// Keeps `gaps` right after a run's mask has changed.
+    /// Updates `gaps` after a run's mask has changed.
     #[inline]
     pub(super) fn note_gaps(&mut self, lane: usize) {
         let mask = self.masks[lane];
@@ -94,11 +94,11 @@ impl Page {
 }
 
 /// Up to sixteen pages and their boxes. A leaf, or the list of a node's straddlers, is a chain of buckets; only the
-/// first of a chain is filled. What inserting a run touches comes first, in two cache lines.
+/// first of a chain is filled. The first two cache lines have all fields that inserting a run touches.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Bucket {
-    /// The box around all pages, and the last page's once more.
+    /// The box around all pages, and a copy of the last page's box.
     pub(super) bounds: Wide,
     pub(super) last_bounds: Wide,
     pub(super) page_count: u32,
@@ -106,32 +106,32 @@ pub(super) struct Bucket {
     pub(super) runs: u32,
     /// First of the chain only: polygons in the chain.
     pub(super) polygons: u32,
-    /// First of the chain only: runs at which a split is tried next.
+    /// First of the chain only: a split is tried when there are more runs than this.
     pub(super) split_at: u32,
-    /// The node it hangs under, and where: a child 0 to 7, or [`OWN`].
+    /// The parent node, and the slot in it: a child 0 to 7, or [`OWN`].
     pub(super) parent: u32,
     pub(super) slot: u32,
-    /// The next of the chain; next free one.
+    /// The next bucket of the chain; in a free bucket, the next free bucket.
     pub(super) next: u32,
-    /// The one before in the chain, [`NONE`] at the first.
+    /// The bucket before in the chain, [`NONE`] at the first.
     pub(super) prev: u32,
-    /// The number of the last page, once more.
+    /// A copy of the last page's number.
     pub(super) last: u32,
     /// Level of a leaf's cell; 0 for straddlers.
     pub(super) shift: u32,
-    /// First of the chain only: runs that were short enough for a smaller cell when they came.
+    /// First of the chain only: number of runs that were short enough for a smaller cell when they were inserted.
     pub(super) movable: u32,
-    /// Per page its runs, once more.
+    /// A copy of each page's number of runs.
     pub(super) counts: [u8; 16],
-    /// The pages whose runs are all of one polygon.
+    /// Mask of the pages whose runs all have one polygon.
     pub(super) single: u16,
-    /// First of the chain only: whether it waits to be packed.
+    /// First of the chain only: whether the leaf waits to be packed.
     pub(super) waits: bool,
-    /// First of the chain only: whether those behind it wait to be moved to the node's children.
+    /// First of the chain only: whether the runs of later buckets wait to be moved to the node's children.
     pub(super) divides: bool,
     /// Whether its runs wait to be moved to the node's children.
     pub(super) drains: bool,
-    /// First of the chain only: runs at which it is packed next.
+    /// First of the chain only: number of runs at which the leaf is packed next.
     pub(super) pack_at: u32,
     pub(super) pages: [u32; 16],
     pub(super) boxes: Halves,
@@ -180,12 +180,13 @@ impl Bucket {
         (1 << self.page_count) - 1
     }
 
-    /// Whether it is a leaf most of whose polygons have a run of their own: strokes are in order as they come.
+    /// Whether it is a leaf most of whose polygons have a run of their own. Strokes arrive in order and need no
+    /// packing.
     pub(super) fn is_scattered(&self) -> bool {
         self.slot != OWN && self.polygons < self.runs * 2 && self.runs as usize <= super::tuning::MOST_TAKEN
     }
 
-    /// Notes how many runs a page of the bucket has, and whether all are of one polygon.
+    /// Updates the copies of a page's number of runs, and whether all of these have one polygon.
     #[inline]
     pub(super) fn note_runs(&mut self, page: &Page) {
         let at = usize::from(page.at) % 16;
@@ -200,7 +201,7 @@ impl Bucket {
         (self.page_count as usize).wrapping_sub(1) % 16
     }
 
-    /// Makes the box of a page hold `bounds`; false if it did already.
+    /// Widens the box of a page so that it contains `bounds`; returns `false` if it already did.
     #[inline]
     pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
         if !self.boxes.widen(at, bounds) {
@@ -214,7 +215,7 @@ impl Bucket {
         true
     }
 
-    /// Recomputes what is kept twice, after pages have changed.
+    /// Recomputes the copies of page data, after pages have changed.
     pub(super) fn refresh(&mut self) {
         self.bounds = Wide::from_box(&self.boxes.around(self.used()));
         (self.last, self.last_bounds) = match self.page_count as usize {
@@ -224,7 +225,7 @@ impl Bucket {
     }
 }
 
-/// Eight parts of a cell, with tight boxes.
+/// The eight parts of a cell, with tight boxes.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
@@ -238,9 +239,9 @@ pub(super) struct Node {
     pub(super) shift: u32,
     /// Any place in its cell.
     pub(super) key: Key,
-    /// Per child the nodes there and below: how much is about where.
+    /// For each child, the number of nodes there and below: an estimate of its content.
     pub(super) nodes_below: [u32; 8],
-    /// Per child where its ids lie once more; see [`super::spans::Spans`].
+    /// For each child, the span of its ids in [`super::spans::Spans`].
     pub(super) spans: [Span; 8],
     pub(super) edition: u32,
 }
@@ -269,12 +270,12 @@ impl Pooled for Node {
 }
 
 impl Node {
-    /// How much is below: nodes and leaves.
+    /// Number of nodes and leaves below.
     pub(super) fn weight(&self) -> u32 {
         self.nodes_below.iter().sum::<u32>() + self.used().count_ones()
     }
 
-    /// The node below, if nothing else is.
+    /// The child node, if the node has nothing else.
     #[inline]
     pub(super) fn only_node(&self) -> Option<u32> {
         let used = self.used();
@@ -287,14 +288,14 @@ impl Node {
         }
     }
 
-    /// Mask of the slots where something hangs.
+    /// Mask of the slots in use.
     #[inline]
     pub(super) fn used(&self) -> u32 {
         self.children.iter().rev().fold(0, |used, &link| used << 1 | u32::from(link != Link::NONE))
     }
 }
 
-/// Polygons of a subtree or a leaf, perhaps none, by their places in [`super::spans::Spans::ids`].
+/// Range of the polygons of a subtree or a leaf in [`super::spans::Spans::ids`]; it may be empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Span {
     pub(super) start: u32,
@@ -310,12 +311,12 @@ impl Span {
     }
 }
 
-/// What hangs at a place of the tree: nothing, a node or a leaf.
+/// Content of a slot of the tree: nothing, a node or a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(super) struct Link(u32);
 
-/// A [`Link`], taken apart.
+/// A decoded [`Link`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Nothing,
@@ -356,7 +357,7 @@ impl Link {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) first: u32,
-    /// The number of its polygons' boxes; [`NONE`] for a single polygon, whose box is the run's.
+    /// The store of its polygons' boxes; [`NONE`] for a single polygon, whose box is the run's.
     pub(super) store: u32,
     pub(super) mask: u16,
 }
@@ -371,12 +372,12 @@ impl Run {
         self.mask << (self.first % 16)
     }
 
-    /// Whether it is one polygon with its own box.
+    /// Whether it is a single polygon, whose box is the run's.
     #[inline]
     pub(super) fn is_exact(&self) -> bool {
         self.store == NONE
     }
 }
 
-/// A run with its box, and whether that may be too wide.
+/// A run, its box, and whether the box may be too wide.
 pub(super) type TakenRun = (Run, Aabb, bool);

@@ -1,6 +1,6 @@
-//! The linear form: as long as there are few blocks, they are kept as a plain list, and every query looks at all of them.
-//! A box around each block, sixteen blocks to a group, says which have to be tested polygon by polygon; a box around
-//! everything, whether any has to. Inserting, moving and erasing write a box, and nothing is built.
+//! The linear form: few blocks are kept as a plain list, and every query passes over all of them. If the box around
+//! everything is inside the frustum, no polygon is tested. The boxes around the blocks, in groups of sixteen, exclude
+//! blocks outside. Inserting, moving and erasing write a box; nothing is built.
 
 use super::{
     answer::Answer,
@@ -16,50 +16,51 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Blocks of sixteen numbers with the boxes of their polygons, in any order; none is empty.
+/// Blocks of sixteen ids with the boxes of their polygons, in any order; none is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
-    /// Per block its number, `id / 16`.
+    /// Number of each block, `id / 16`.
     numbers: Vec<u32>,
-    /// No block has a greater number.
+    /// Upper bound of the numbers.
     highest: u32,
-    /// Per block its polygons.
+    /// Polygons of each block, as a mask.
     lanes: Vec<u16>,
-    /// Per block its polygons' boxes; lanes of nothing hold anything.
+    /// Polygons' boxes of each block; unused lanes are unspecified.
     boxes: Vec<Boxes<BLOCK>>,
-    /// Per group of sixteen blocks a box around each.
+    /// For each group of sixteen blocks, a box around each block.
     around: Vec<Boxes<BLOCK>>,
-    /// Per group the blocks whose box may be too wide.
+    /// For each group, the blocks whose box may be too wide.
     loose: Vec<u16>,
     is_loose: bool,
-    /// Commits with boxes that may be too wide.
+    /// Number of commits since boxes may be too wide.
     commits: u32,
-    /// The most blocks that there have been: memory is only had once it is written to.
+    /// Greatest number of blocks so far. The system commits memory only when it is written to.
     most: usize,
-    /// Holds everything; may be too wide when other boxes are.
+    /// Box around everything; it may be too wide if other boxes are.
     bounds: Wide,
 }
 
-/// Commits after which boxes that may be too wide are made to fit: whatever is drawn now changes again in the next frame.
+/// Number of commits after which boxes are tightened: polygons being drawn change again in the next frame.
 const COMMITS_BETWEEN: u32 = 16;
 
-/// Blocks that tell whether polygons are scattered, and the polygons before each that it may lie beside: strokes take turns.
+/// Number of blocks that are sampled to decide whether polygons are scattered, and of earlier polygons that each
+/// polygon is compared with: strokes take turns.
 const ASKED: usize = 8;
 const BEFORE: usize = 4;
 
-/// What becomes of an insertion.
+/// Result of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Inserted {
     Done,
-    /// It was there already.
+    /// The polygon is already in the list.
     Present,
-    /// It needs another block, and there is no room for one.
+    /// The polygon needs a new block, and the list is full.
     Full,
 }
 
 impl Linear {
-    /// An empty list with room for so many blocks, and for so many if their polygons are scattered. The memory of the first is
-    /// written to here, so that no frame waits for it.
+    /// An empty list with room for `blocks` blocks, and for `most` if their polygons are scattered. The memory of the
+    /// first `blocks` is written to here, so that no frame waits for it.
     pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
         let groups = blocks.div_ceil(BLOCK);
         let mut linear = Self {
@@ -75,7 +76,7 @@ impl Linear {
             bounds: Wide::EMPTY,
         };
         std::hint::black_box(&mut linear).clear();
-        // In a browser memory that is reserved counts as used.
+        // In a browser, reserved memory counts as used.
         if !cfg!(target_family = "wasm") {
             linear.numbers.reserve(most);
             linear.lanes.reserve(most);
@@ -95,7 +96,7 @@ impl Linear {
         (self.highest, self.is_loose, self.commits, self.bounds) = (0, false, 0, Wide::EMPTY);
     }
 
-    /// Gives all blocks to the flat rows beside the tree; false if they cannot take them.
+    /// Moves all blocks to the flat rows beside the tree; returns `false` if the rows cannot take them.
     pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
         let is_given = movers.len() == 0;
         if is_given {
@@ -105,8 +106,8 @@ impl Linear {
         is_given
     }
 
-    /// Whether most polygons lie beside none of those that came just before them. Some blocks tell; if they are not half full,
-    /// the list would be long for what is in it.
+    /// Whether most polygons lie apart from the polygons just before them, in a sample of blocks. `false` if these
+    /// blocks are less than half full: the list would be long for its content.
     pub(super) fn is_scattered(&self) -> bool {
         let (mut polygons, mut apart, mut blocks) = (0, 0, 0);
         for at in (0..self.len()).step_by(self.len().div_ceil(ASKED).max(1)) {
@@ -126,7 +127,7 @@ impl Linear {
         2 * apart > polygons && 2 * polygons >= blocks * BLOCK
     }
 
-    /// Blocks in the list.
+    /// Number of blocks.
     pub(super) fn len(&self) -> usize {
         self.numbers.len()
     }
@@ -137,7 +138,7 @@ impl Linear {
         blocks.map(|((&number, &lanes), boxes)| (number, lanes, boxes))
     }
 
-    /// Groups of sixteen blocks.
+    /// Number of groups of sixteen blocks.
     pub(super) fn groups(&self) -> usize {
         self.around.len()
     }
@@ -157,12 +158,12 @@ impl Linear {
         self.around[at / BLOCK].get(at % BLOCK)
     }
 
-    /// The numbers of all polygons lie below.
+    /// Upper bound of the numbers of all polygons.
     pub(super) fn ids_end(&self) -> usize {
         self.numbers.iter().max().map_or(0, |&last| (last as usize + 1) * BLOCK)
     }
 
-    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
+    /// Memory held, bytes, without room that was never written to: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let groups = self.most.div_ceil(BLOCK);
         self.most * (size_of::<u32>() + size_of::<u16>())
@@ -170,10 +171,10 @@ impl Linear {
             + (self.most + groups) * size_of::<Boxes<BLOCK>>()
     }
 
-    /// Where a block is.
+    /// Place of a block.
     #[inline]
     fn find(&self, number: u32) -> Option<usize> {
-        // What is drawn is numbered in order.
+        // Drawn polygons have consecutive numbers.
         let likely = number.wrapping_sub(*self.numbers.first()?) as usize;
         if self.numbers.get(likely) == Some(&number) {
             return Some(likely);
@@ -184,14 +185,14 @@ impl Linear {
         self.numbers.iter().rposition(|&other| other == number)
     }
 
-    /// Where a polygon is, block and lane, if it is there.
+    /// Place of a polygon's block, and its lane; `None` if the polygon is not in the list.
     #[inline]
     fn place(&self, id: u32) -> Option<(usize, usize)> {
         let (at, lane) = (self.find(id / 16)?, id as usize % BLOCK);
         (self.lanes[at] >> lane & 1 == 1).then_some((at, lane))
     }
 
-    /// Whether a polygon is there.
+    /// Whether a polygon is in the list.
     pub(super) fn holds(&self, id: u32) -> bool {
         self.place(id).is_some()
     }
@@ -201,7 +202,7 @@ impl Linear {
         self.place(id).map(|(at, lane)| self.boxes[at].get(lane))
     }
 
-    /// Inserts a polygon if that does not make more than `most` blocks.
+    /// Inserts a polygon, unless that would make more than `most` blocks.
     #[inline]
     pub(super) fn insert(&mut self, id: u32, bounds: Wide, most: usize) -> Inserted {
         let (number, lane) = (id / 16, id as usize % BLOCK);
@@ -233,7 +234,7 @@ impl Linear {
         at
     }
 
-    /// Gives a polygon that is there another box.
+    /// Sets a new box of a polygon in the list.
     #[inline]
     pub(super) fn update(&mut self, id: u32, bounds: Wide) {
         if let Some((at, lane)) = self.place(id) {
@@ -243,8 +244,8 @@ impl Linear {
         }
     }
 
-    /// Gives polygons of one block other boxes, in their order. False if one of them is not there or not valid: then nothing
-    /// is changed, or some of those before it have theirs.
+    /// Sets new boxes of polygons of one block, in order. Returns `false` at the first polygon that is not in the list
+    /// or has an invalid box; the boxes before it are set.
     #[inline]
     pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
         let Some(at) = self.find(number) else { return false };
@@ -267,7 +268,7 @@ impl Linear {
         is_right
     }
 
-    /// Takes a polygon out; false if it is not there.
+    /// Removes a polygon; returns `false` if it is not in the list.
     #[inline]
     pub(super) fn remove(&mut self, id: u32) -> bool {
         let Some((at, lane)) = self.place(id) else { return false };
@@ -280,7 +281,7 @@ impl Linear {
         true
     }
 
-    /// Makes the boxes around a block hold this one.
+    /// Widens the boxes around a block so that they contain this box.
     #[inline]
     fn widen(&mut self, at: usize, bounds: Wide) {
         self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
@@ -293,7 +294,7 @@ impl Linear {
         self.is_loose = true;
     }
 
-    /// Takes an empty block out; the last one takes its place.
+    /// Removes an empty block; the last block takes its place.
     fn remove_block(&mut self, at: usize) {
         let last = self.len() - 1;
         self.numbers.swap_remove(at);
@@ -312,7 +313,7 @@ impl Linear {
         self.is_loose = true;
     }
 
-    /// Ends a batch of changes: from time to time, makes the boxes fit around what has lost something.
+    /// Ends a batch of changes. From time to time, tightens the boxes of blocks that have lost a polygon.
     #[inline]
     pub(super) fn commit(&mut self) {
         if self.is_loose {
@@ -332,14 +333,14 @@ impl Linear {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
                 let at = group * BLOCK + lane;
-                // The bit of a block that is gone goes with it.
+                // Removing a block clears its bit: `at` exists.
                 self.around[group].set(lane, &self.boxes[at].around(u32::from(self.lanes[at])));
             }
             self.bounds = self.bounds.union(Wide::from_box(&self.around[group].around(0xFFFF)));
         }
     }
 
-    /// What is wrong; for tests.
+    /// Checks the invariants; for tests.
     pub(super) fn check(&self, polygons: usize) -> Result<(), String> {
         let counted: usize = self.lanes.iter().map(|lanes| lanes.count_ones() as usize).sum();
         if counted != polygons {
@@ -404,14 +405,14 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
     }
 }
 
-/// Whether a box lies wholly inside every plane; looks no further than to the first that says no.
+/// Whether a box lies wholly inside every plane; stops at the first plane for which it does not.
 #[inline(always)]
 fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
     frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
 }
 
 impl<A: Answer> Pass<'_, A> {
-    /// All blocks as they are.
+    /// Takes all blocks without a test.
     #[inline(always)]
     fn all<K: Kernel>(&mut self, kernel: K) {
         for (number, lanes, _) in self.linear.blocks() {
@@ -419,16 +420,16 @@ impl<A: Answer> Pass<'_, A> {
         }
     }
 
-    /// The blocks that are not behind a plane, polygon by polygon. Which planes cut a block is not asked: that costs as much
-    /// as to test its polygons. Nor is it asked which blocks of a group are behind one where few would be: every
-    /// [`SAMPLE`]th group tells that.
+    /// Tests the polygons of all blocks that are not behind a plane. The planes that cut a block are not computed: that
+    /// costs as much as testing its polygons. Blocks of a group are tested first only if enough of them are behind a
+    /// plane. Every [`SAMPLE`]th group is tested as a sample for that.
     #[inline(always)]
     fn each<K: Kernel>(&mut self, kernel: K, work: &mut WorkCounts) {
         let planes = PlaneSet::new(self.frustum);
         let Linear { numbers, lanes, boxes, around, .. } = self.linear;
         let mut tested = 0;
         if numbers.len() > LINEAR_BLOCKS {
-            // A long list is of scattered polygons: no block is behind a plane.
+            // The polygons of a long list are scattered: hardly a block is behind a plane.
             for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
                 tested += self.look(kernel, &planes, number, lanes, boxes);
             }
@@ -460,7 +461,7 @@ impl<A: Answer> Pass<'_, A> {
         work.boxes += u64::from(tested);
     }
 
-    /// Tests the polygons of a block; returns how many there are. A method, because a closure would not be compiled for the
+    /// Tests the polygons of a block; returns their number. A method, because a closure would not be compiled for the
     /// kernel's instruction set.
     #[inline(always)]
     fn look<K: Kernel>(
@@ -477,11 +478,11 @@ impl<A: Answer> Pass<'_, A> {
     }
 }
 
-/// With no more blocks than these, each is tested at once.
+/// Up to this number of blocks, their polygons are tested without a test of the blocks, except in samples.
 const FEW: usize = 32;
 
-/// One group of so many is tested for blocks behind a plane in any case.
+/// One of this number of groups is always tested for blocks behind a plane.
 const SAMPLE: usize = 4;
 
-/// If a group has so many blocks behind a plane, the next is tested for some, too.
+/// If a group has at least this number of blocks behind a plane, the blocks of the next group are tested, too.
 const WORTH_IT: u32 = 3;

@@ -1,15 +1,15 @@
 #![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
 //! The frustum query of two eyes in one walk.
 //!
-//! It goes down as `query` does. A node, bucket, page or run is read once and tested for both eyes together, against the
-//! planes that cut it of either; what lies inside them all is not tested below. Each eye gets the answer that it would get
-//! alone, as a polygon is seen if its own box passes all planes of the eye.
+//! The walk is like the walk of `query`. It reads a node, bucket, page or run once, and tests it for both eyes against
+//! the planes of either eye that cut it. Nothing is tested below a box inside all planes. Each eye gets the same answer
+//! as in a query of its own: the polygons whose own boxes pass all its planes.
 //!
-//! Both see nearly the same. So a polygon that both see is written once: the first eye's set is written as it is, the second
-//! one's holds in what it differs from the first, until the walk ends.
+//! Both eyes see nearly the same, so a polygon that both see is written once. The first set has the polygons of the
+//! first eye. Until the walk ends, the second set has the polygons that only one eye sees.
 //!
-//! Walls, faces of a cube and cascades are asked one after the other: they share few nodes, and to test those together saves
-//! less than it costs to keep the views apart on the way down.
+//! Walls, faces of a cube and shadow cascades are culled one after the other, because they share few nodes. A common
+//! test would save less than the separate bookkeeping of the views costs.
 
 use std::ops::Range;
 
@@ -31,27 +31,27 @@ use crate::{
     polygon::{BLOCK, VisibleBlocks},
 };
 
-/// Planes of two eyes whose normals have a smaller scalar product do not lie alike.
+/// Least scalar product of the normals of two similar planes.
 const ALIKE: f32 = 0.9;
-/// Whole pages that wait; a bucket adds sixteen at most, which still fit into a queue of 32.
+/// Greatest number of whole pages that wait before a bucket adds up to sixteen more; the queue has 32 places.
 const WHOLE_WAIT: usize = 14;
-/// Two slabs of the views lie alike if neither is wider by this factor.
+/// Two slabs are similar if neither is wider by more than this factor.
 const AS_WIDE: f32 = 1.25;
 
 impl Osp {
-    /// As many views as there are sets.
+    /// Culls one view for each set.
     pub(super) fn cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         let views = frusta.len().min(visible.len());
         let mut at = 0;
         while at < views {
             match (&frusta[at..views], &mut visible[at..views]) {
-                // A plain list is so short that it is looked through once for each.
+                // A plain list is so short that each view tests it by itself.
                 ([a, b, ..], [first, second, ..]) if !self.is_linear && are_alike(a, b) => {
                     let planes = PlaneSet::new(a);
                     let planned = self.plan(a, &planes);
                     if planned.1 == Plan::Outside {
-                        // Where most is seen, each eye has a shorter way of its own.
+                        // If most polygons are in view, finding the others is faster for each eye.
                         work += self.cull_blocks_by(&planes, planned, first);
                         at += 1;
                     } else {
@@ -85,8 +85,8 @@ impl Osp {
     }
 }
 
-/// Whether two views see nearly the same: each plane of one lies as that of the other does, and where two planes of a view
-/// face each other, they are as far apart as in the other.
+/// Whether two views see nearly the same. Each plane of one has about the normal of the other's plane. Opposite planes
+/// have about the same distance from each other in both views.
 fn are_alike(a: &Frustum, b: &Frustum) -> bool {
     let (a, b) = (a.planes(), b.planes());
     let slabs = (0..6).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -105,7 +105,7 @@ struct Pair<'a> {
 }
 
 impl WithKernel for Pair<'_> {
-    /// The blocks that were set, and how many polygons each eye sees.
+    /// Work, range of written blocks, and number of polygons that each eye sees.
     type Output = (WorkCounts, Range<usize>, [usize; 2]);
 
     #[inline(always)]
@@ -133,7 +133,7 @@ impl WithKernel for Pair<'_> {
     }
 }
 
-/// The number of a node, bucket or page found in the tree, the eyes that may see it, and the planes of each eye that cut it.
+/// Number of a node, bucket or page found in the tree, with the eyes that may see it and the planes that cut it.
 #[derive(Clone, Copy)]
 struct Below {
     number: u32,
@@ -159,10 +159,10 @@ struct CutRun<'a> {
     eyes: u8,
 }
 
-/// How some boxes lie to the planes of both eyes: a bit a box.
+/// Results of testing boxes against the planes of both eyes, one bit for each box.
 struct Seen {
     by: [u32; 2],
-    /// Seen by an eye one of whose planes cuts it; the same by plane, only for the planes asked for.
+    /// Boxes seen by an eye one of whose planes cuts them; `cut_by` has them by plane, only for the tested planes.
     cut: u32,
     cut_by: [u32; 6],
 }
@@ -198,7 +198,7 @@ impl Seen {
 struct Walk<'a, K> {
     osp: &'a Osp,
     planes: &'a [PlaneSet; 2],
-    /// The planes whose normals are the same for both eyes.
+    /// The planes with the same normal for both eyes.
     same: u8,
     kernel: K,
     answers: Sets<'a>,
@@ -208,14 +208,14 @@ struct Walk<'a, K> {
     buckets: Waiting<Below, 32>,
     whole: Waiting<Whole, 32>,
     pages: Waiting<Below, 32>,
-    /// The runs that one plane cuts, by plane, and those that several cut.
+    /// Runs that a single plane cuts, by plane; last, runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
-    /// The lists that are long enough.
+    /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }
 
 impl<'a, K: Kernel> Walk<'a, K> {
-    /// As in `query`: what lies lowest first, as long as more waits there than is worth waiting for.
+    /// Works off the lowest level first if enough of it waits, as in `query`.
     #[inline(always)]
     fn all(&mut self) {
         self.open_block();
@@ -228,7 +228,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
             && holds_all(self.osp, self.kernel, first, top, &mut self.work)
             && holds_all(self.osp, self.kernel, second, top, &mut self.work)
         {
-            // The order of ids is the order of memory, and nothing of the tree has to be read.
+            // All polygons are seen: the id map has them in order, and the tree is not read.
             let mut all = Blocks::new(self.answers.masks[0]);
             all.all(self.kernel, &self.osp.ids);
             let (blocks, polygons) = all.finish();
@@ -288,8 +288,8 @@ impl<'a, K: Kernel> Walk<'a, K> {
         }
     }
 
-    /// How eight boxes lie to a plane of both eyes: for each those behind it, and those not wholly inside. Where the
-    /// normals are the same, so are the sums of products, which the compiler then computes once.
+    /// Tests eight boxes against a plane of both eyes. For each eye, returns the masks of boxes behind the plane and of
+    /// boxes wholly inside it. For equal normals the sums of products are equal, and the compiler computes them once.
     #[inline(always)]
     fn sides(&self, plane: usize, boxes: &Boxes<8>) -> [(u32, u32); 2] {
         let [first, second] = [self.planes[0].plane(plane), self.planes[1].plane(plane)];
@@ -300,7 +300,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         [self.kernel.sides(&first, boxes, 0), self.kernel.sides(&second, boxes, 0)]
     }
 
-    /// How the boxes of `used` lie to some planes of some eyes; `halves` are one or two times eight.
+    /// Tests the boxes of `used` against some planes of some eyes; `halves` has one or two groups of eight boxes.
     #[inline(always)]
     fn look(&self, planes: u8, eyes: u8, halves: &[Boxes<8>], used: u32) -> Seen {
         let (mut behind, mut outside) = ([0; 2], [[0; 2]; 6]);
@@ -440,7 +440,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         let seen = self.look(planes, eyes, &boxes.boxes.0, page.used());
         count(&mut self.work, u32::from(page.runs) * eyes.count_ones(), planes);
-        // A run of one has its polygon's own box: it has had its test.
+        // A run of one polygon has the polygon's own box, which has been tested.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen.by[0] & exact).count_ones() + (seen.by[1] & exact).count_ones());
         let cut = seen.cut & !exact;

@@ -1,34 +1,37 @@
 //! The fast form of the octal space partition tree.
 //!
-//! Its origin is the OSP tree of the paper that [`osp_rivals::OspPaper`] follows to the letter: a cube divided ahead
-//! of time, into which polygons are inserted one by one as they are drawn. What it keeps of it: the octal partition, its
-//! preallocated levels, and insertion that never rebuilds.
+//! Its origin is the OSP tree of the paper that [`osp_rivals::OspPaper`] follows to the letter: a cube divided ahead of
+//! time, into which polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
+//! preallocated levels, and insertion without rebuilds.
 //!
 //! # Differences from the paper
 //!
-//! * A polygon that a split plane cuts is *not* kept at that plane's node. It goes by its centre to a cell of its own
-//!   size, and the cell's tight box sticks out as far as it has to (a loose octree; Ulrich, 2000). Kept at the planes,
-//!   a few per cent of all polygons would sit near the root and be tested in every frame.
+//! * A polygon that a split plane cuts is *not* kept at that plane's node. Its centre selects a cell of its own size,
+//!   and its tight box extends beyond the cell as far as needed (a loose octree; Ulrich, 2000). Kept at the planes, a
+//!   few per cent of all polygons would lie near the root and be tested in every frame.
 //! * Three binary levels (X, Y, Z) are one step of eight.
-//! * The unit in the tree is a *run*: polygons of one block of sixteen ids that lie side by side, as the pieces of a
-//!   stroke do, with a tight box around them. The block being drawn is kept apart and inserted when the next begins.
-//! * Nodes exist only where there is something. A leaf splits above 256 runs; its node collapses below 96. Until 256 runs exist,
-//!   all stay in one root list. Only the *links* of the upper levels are preallocated, four bytes a cell, so a run finds its
-//!   leaf without a descent.
-//! * The root cube is no border: levels are added on top when something lies outside, and taken off again.
-//! * Boxes are tested eight or sixteen at a time (children of a node, pages of a leaf, runs of a page, polygons of a
-//!   run), each kind in rows that a wide register reads. Planes that a box has passed are not tested below it.
+//! * The unit in the tree is a *run*: neighbouring polygons of one block of sixteen ids, such as pieces of a stroke,
+//!   with a tight box around them. The block being drawn is kept apart, and inserted when the next block begins.
+//! * Nodes exist only for cells with polygons. A leaf splits above 256 runs; its node collapses at 96 or fewer. Up to
+//!   256 runs, all stay in one root list. Only the *links* of the upper levels are preallocated, four bytes a cell, so
+//!   a run finds its leaf without a descent.
+//! * The root cube is no border: levels are added on top when a polygon lies outside, and removed again.
+//! * Boxes are tested eight or sixteen at a time: children of a node, pages of a leaf, runs of a page, polygons of a
+//!   run. They are stored in rows that a wide register reads. A plane that a box has passed is not tested below it.
 //! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
-//! * If most is, the walk looks for what is hidden and takes it out of all ids: of what is seen, nothing is read (`plan.rs`).
-//! * A leaf that is full is divided in shares of a frame (`divide.rs`).
-//! * Leaves of polygons that arrive in no order are packed in the order of space, few in a frame (`order.rs`).
-//! * While they rest, their ids lie once more in the order of the tree: a subtree in view is one copy (`rest.rs`).
-//! * As long as there are few polygons, there is no tree: their boxes are a plain list in blocks of sixteen ids
-//!   (`linear.rs`). They move to the tree all at once, which takes some microseconds, and back when most of them are erased.
-//! * What moves in frame after frame is kept in flat rows beside the tree (`movers.rs`), and goes back when it has rested
-//!   (`settle.rs`).
-//! * Erasing is not in the paper. Here it clears a bit; boxes are made to fit again, and pages, leaves and nodes joined,
-//!   in the commits that follow, as much as was erased.
+//! * If most of the tree is inside, the query finds the polygons outside and removes them from the set of all ids. It
+//!   reads nothing of the parts that lie inside (`plan.rs`).
+//! * A full leaf is divided over several commits (`divide.rs`).
+//! * Leaves of polygons that arrive in no order are sorted along a space-filling curve, a few in each commit
+//!   (`order.rs`).
+//! * While such polygons rest, a second list has their ids in the order of the tree: a subtree in view is one copy
+//!   (`rest.rs`).
+//! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
+//!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).
+//! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`), and return to it when
+//!   they have rested (`settle.rs`).
+//! * The paper does not erase polygons. Here, erasing clears a bit. Later commits tighten boxes and join pages, leaves
+//!   and nodes; the work is proportional to the number of erased polygons.
 //!
 //! # Layout
 //!

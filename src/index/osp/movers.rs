@@ -1,8 +1,8 @@
-//! Polygons that move again and again, in flat rows beside the tree. To give one a new box writes six numbers; a query tests
-//! all of them, sixteen at a time. `settle.rs` says which come here, and when they go back.
+//! Polygons that move again and again, in flat rows beside the tree. A new box writes six numbers; a query tests all
+//! boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
-//! A block of sixteen ids of which many move has a group of its own, with a lane for each id: what follows each other by
-//! number is written and found together. Those of other blocks share groups in the order in which they came.
+//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id: polygons with
+//! consecutive numbers are written and found together. Polygons of other blocks share groups in order of arrival.
 
 use super::tuning::LINEAR_BLOCKS;
 use crate::{
@@ -11,12 +11,12 @@ use crate::{
     polygon::{BLOCK, PolygonId, bits},
 };
 
-/// Moving polygons of a block from which on it has a group of its own. Fewer: such groups have more empty lanes, which are
-/// tested in vain.
+/// A block with more moving polygons than this gets a group of its own. With a lower limit, such groups have more empty
+/// lanes, which are tested without effect.
 const OWN_GROUP: usize = 8;
 
-/// A group of a block is given up when fewer than this are left in it. Less than half of [`OWN_GROUP`], so that what stops
-/// and starts at the border is not copied in turn.
+/// A block loses its group when fewer polygons than this are left in it. At most half of [`OWN_GROUP`], so that
+/// polygons that start and stop do not move between groups in turn.
 const FEW_LEFT: u32 = 4;
 
 /// Marks a slot in a group of one block.
@@ -25,32 +25,34 @@ const OWN: u32 = 1 << 31;
 /// Moving polygons by number, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
-    /// By id its slot.
+    /// Slots by id.
     slots: Slots,
-    /// Groups of one block each, and those blocks.
+    /// Groups of one block each, and the numbers of these blocks.
     own: Groups,
     blocks: Vec<u32>,
-    /// Groups of polygons from anywhere, all full but the last, and their ids.
+    /// Groups of polygons of any blocks, all full except the last, and their ids.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
     len: usize,
-    /// No id from here on has been here since the last time that nothing was.
+    /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
-    /// The most shared groups, groups of a block, and ids that there have been: memory is only had once it is written to.
+    /// Greatest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when
+    /// it is written to.
     most: [usize; 3],
-    /// Shared groups and groups of a block that were not looked at in this round, from the first on.
+    /// Number of shared groups, and of groups of one block, that are not examined yet in this round; these are the
+    /// first ones.
     unlooked: [usize; 2],
 }
 
-/// Slots by id, in chunks of zeros: what was never written to is not in memory.
+/// Slots by id, in chunks of zeros: the system commits their memory at the first write.
 #[derive(Clone, Debug, Default)]
 struct Slots {
-    /// Group times 16 plus lane, with [`OWN`] in the groups of one block, plus one; 0 for what is not here.
+    /// Group times 16 plus lane, with [`OWN`] for groups of one block, plus one; 0 for a polygon that is not here.
     chunks: Vec<Box<[u32]>>,
 }
 
 impl Slots {
-    /// Ids of a chunk. Fewer: a system that hands out zeros at once only for large requests writes them.
+    /// Ids of a chunk. For smaller chunks, some systems write the zeros at once.
     const CHUNK: usize = 1 << 16;
 
     fn with_room_for(ids: usize) -> Self {
@@ -84,7 +86,7 @@ impl Slots {
 
     /// Sets the slots of a block with a group of its own.
     fn set_block(&mut self, block: u32, lanes: u16, group: usize) {
-        // The first makes the chunk, which holds the whole block.
+        // The first call creates the chunk, which has the whole block.
         let first = id_in(block, 0);
         self.set(first, None);
         let chunk = &mut self.chunks[first.index() / Self::CHUNK];
@@ -109,9 +111,9 @@ impl Slots {
 #[derive(Clone, Debug)]
 struct Groups {
     boxes: Vec<Boxes<BLOCK>>,
-    /// Per group the lanes in use. Other lanes hold anything.
+    /// Lanes in use of each group. Other lanes have unspecified boxes.
     lanes: Vec<u16>,
-    /// Per group the lanes that have come or moved since they were last looked at.
+    /// Lanes of each group that have come or moved since they were last examined.
     moved: Vec<u16>,
 }
 
@@ -133,7 +135,7 @@ impl Groups {
         self.moved[group] |= 1 << lane;
     }
 
-    /// The same for a lane that was not in use.
+    /// [`Groups::set`] for a lane that was not in use.
     fn put(&mut self, group: usize, lane: usize, bounds: &Aabb) {
         self.lanes[group] |= 1 << lane;
         self.set(group, lane, bounds);
@@ -152,7 +154,7 @@ impl Groups {
     }
 }
 
-/// Where a moving polygon is.
+/// Group and lane of a moving polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot(u32);
 
@@ -192,7 +194,7 @@ pub(super) struct Group<'a> {
 /// The ids of a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum GroupIds<'a> {
-    /// Those of a block, lane by lane.
+    /// Ids of a block, lane by lane.
     Block(u32),
     Each(&'a [u32; BLOCK]),
 }
@@ -218,14 +220,14 @@ fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
 }
 
 impl Movers {
-    /// Room for so many polygons with numbers side by side.
+    /// Rows with room for this number of polygons with consecutive numbers.
     pub(super) fn with_room_for(polygons: usize) -> Self {
-        // In a browser memory that is reserved counts as used.
+        // In a browser, reserved memory counts as used.
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
         let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
         let (own, blocks) = (Groups::with_room_for(groups), Vec::with_capacity(groups));
         let mut movers = Self {
-            // Numbers of what came in the place of something else are new.
+            // Polygons that replace others have new numbers.
             slots: Slots::with_room_for(2 * polygons),
             own,
             blocks,
@@ -250,7 +252,8 @@ impl Movers {
         movers
     }
 
-    /// Gives the boxes of a long list back, when all of it has gone to the tree. Room for as many is reserved again.
+    /// Releases the boxes of a long list after all its polygons have gone to the tree. Room for as many is reserved
+    /// again, but not committed.
     pub(super) fn give_boxes_back(&mut self) {
         if self.len == 0 && self.most[1] > LINEAR_BLOCKS {
             self.own.boxes = Vec::with_capacity(self.own.boxes.capacity());
@@ -267,18 +270,18 @@ impl Movers {
         (self.len, self.ids_end, self.unlooked) = (0, 0, [0; 2]);
     }
 
-    /// Polygons here.
+    /// Number of polygons in the rows.
     #[inline]
     pub(super) fn len(&self) -> usize {
         self.len
     }
 
-    /// The numbers of all polygons here lie below.
+    /// Upper bound of the numbers of all polygons in the rows.
     pub(super) fn ids_end(&self) -> usize {
         self.ids_end
     }
 
-    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
+    /// Memory held, bytes, without room that was never written to: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let group = size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>();
         let [shared, own, ids] = self.most;
@@ -288,7 +291,7 @@ impl Movers {
             + self.slots.chunks.len() * size_of::<Box<[u32]>>()
     }
 
-    /// Where a polygon is, if it is here.
+    /// Slot of a polygon, if it is in the rows.
     #[inline(always)]
     pub(super) fn slot(&self, id: PolygonId) -> Option<Slot> {
         if self.len == 0 {
@@ -311,7 +314,8 @@ impl Movers {
         groups.set(slot.group(), slot.lane(), bounds);
     }
 
-    /// Gives polygons new boxes, in their order, up to the first that is not here or not valid; returns how many have theirs.
+    /// Sets the boxes of polygons in order, up to the first polygon that is not in the rows or the first invalid box.
+    /// Returns the number of boxes set.
     pub(super) fn update_first(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
         let mut at = 0;
         while let Some((id, bounds)) = updates.get(at) {
@@ -333,7 +337,7 @@ impl Movers {
         at
     }
 
-    /// The same for the polygons of the block that a group is for.
+    /// [`Movers::update_first`] for the polygons of a group of one block.
     #[inline(always)]
     fn update_own(&mut self, group: usize, updates: &[(PolygonId, Aabb)]) -> usize {
         let (boxes, there, block) = (&mut self.own.boxes[group], self.own.lanes[group], self.blocks[group]);
@@ -352,7 +356,7 @@ impl Movers {
         count
     }
 
-    /// Takes in a polygon that is not here.
+    /// Adds a polygon that is not in the rows.
     pub(super) fn insert(&mut self, id: PolygonId, bounds: &Aabb) {
         let block = id.index() / BLOCK;
         self.len += 1;
@@ -372,8 +376,9 @@ impl Movers {
         }
     }
 
-    /// Takes blocks over if nothing is here: numbers, lanes and boxes, in exchange for empty lists; no box is copied. They count as
-    /// resting. What has few lanes goes to the shared groups. Returns the most blocks that those lists have had.
+    /// Takes over blocks (numbers, lanes and boxes), if the rows are empty. The lists are swapped with the empty lists
+    /// of the rows; no box is copied. The polygons count as resting. Polygons of blocks with few lanes go to the shared
+    /// groups. Returns the greatest number of blocks that the lists of the rows have had.
     pub(super) fn take_blocks(
         &mut self,
         numbers: &mut Vec<u32>,
@@ -403,7 +408,7 @@ impl Movers {
         most
     }
 
-    /// The ids of a block that are here, and their slots.
+    /// The ids of a block that are in the rows, and their slots.
     fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, Slot)> {
         let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
         ids.filter_map(|id| Some((id, self.slots.get(id)?)))
@@ -423,7 +428,7 @@ impl Movers {
         self.most[0] = self.most[0].max(self.ids.len());
     }
 
-    /// Takes a polygon out of the shared groups. The last one takes its place.
+    /// Removes a polygon from the shared groups. The last polygon takes its place.
     fn unshare(&mut self, slot: Slot) {
         let last = self.ids.len() - 1;
         let lane = self.shared.lanes[last].count_ones() as usize - 1;
@@ -445,14 +450,14 @@ impl Movers {
         }
     }
 
-    /// Moves the polygons of a block from the shared groups to one of its own.
+    /// Moves the polygons of a block from the shared groups to a group of their own.
     fn give_own_group(&mut self, block: usize) {
         let group = self.blocks.len();
         self.own.push();
         self.blocks.push(block as u32);
         self.most[1] = self.most[1].max(self.blocks.len());
         for lane in 0..BLOCK {
-            // Read again each time: what is taken out moves another one, perhaps of this block.
+            // Slots are read again each time: a removal moves another polygon, perhaps of this block.
             let id = PolygonId((block * BLOCK + lane) as u32);
             if let Some(slot) = self.slots.get(id) {
                 self.own.put(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
@@ -462,7 +467,7 @@ impl Movers {
         }
     }
 
-    /// Gives a block's own group up. What is left in it is put into the shared groups.
+    /// Dissolves a block's group. Its polygons go to the shared groups.
     fn give_up_group(&mut self, group: usize) {
         let (block, lanes, boxes) = (self.blocks[group], self.own.lanes[group], self.own.boxes[group]);
         self.blocks.swap_remove(group);
@@ -477,7 +482,7 @@ impl Movers {
         }
     }
 
-    /// Takes a polygon out; its box, if it was here.
+    /// Removes a polygon; returns its box if it was in the rows.
     pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
         let (slot, bounds) = (self.slot(id)?, self.bounds(id));
         self.len -= 1;
@@ -498,7 +503,7 @@ impl Movers {
         bounds
     }
 
-    /// How many groups there are.
+    /// Number of groups.
     #[inline(always)]
     pub(super) fn group_count(&self) -> usize {
         self.ids.len() + self.blocks.len()
@@ -513,19 +518,19 @@ impl Movers {
         shared.chain(own.map(|(block, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Block(block) }))
     }
 
-    /// The groups of a block each: block, lanes in use, boxes.
+    /// The groups of one block each: block, lanes in use, boxes.
     #[inline(always)]
     pub(super) fn own_groups(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
         let groups = self.blocks.iter().zip(&self.own.lanes).zip(&self.own.boxes);
         groups.map(|((&block, &lanes), boxes)| (block, lanes, boxes))
     }
 
-    /// Groups of a block each.
+    /// Number of groups of one block each.
     pub(super) fn own_count(&self) -> usize {
         self.blocks.len()
     }
 
-    /// One of them: block, lanes in use, boxes.
+    /// A group of one block: block, lanes in use, boxes.
     pub(super) fn own_group(&self, group: usize) -> (u32, u16, &Boxes<BLOCK>) {
         (self.blocks[group], self.own.lanes[group], &self.own.boxes[group])
     }
@@ -537,21 +542,21 @@ impl Movers {
         groups.map(|((ids, &lanes), boxes)| (ids, lanes, boxes))
     }
 
-    /// Begins to look at all groups once more.
+    /// Starts a round in which every group is examined once.
     pub(super) fn begin_round(&mut self) {
         self.unlooked = [self.ids.len(), self.blocks.len()];
     }
 
-    /// Whether all groups were looked at in this round.
+    /// Whether all groups were examined in this round.
     pub(super) fn is_round_over(&self) -> bool {
         self.unlooked == [0; 2]
     }
 
-    /// Looks at the next group: those of its polygons that have not moved since it was looked at before, and how many.
+    /// Examines the next group. Returns the polygons that have not moved since its last examination, and their number.
     pub(super) fn next_resting(&mut self) -> ([PolygonId; BLOCK], usize) {
         let mut resting = [PolygonId(0); BLOCK];
         let mut count = 0;
-        // From the last to the first: what takes the place of something removed was looked at before.
+        // Last group first: a polygon that takes the place of a removed one has been examined already.
         let [shared, own] = self.unlooked;
         let (groups, at) =
             if own > 0 { (&mut self.own, own - 1) } else { (&mut self.shared, shared.max(1) - 1) };
@@ -565,7 +570,7 @@ impl Movers {
         (resting, count)
     }
 
-    /// What is wrong; for tests.
+    /// Checks the invariants; for tests.
     pub(super) fn check(&self) -> Result<(), String> {
         let mut found = 0;
         for (at, group) in self.groups().enumerate() {

@@ -1,4 +1,4 @@
-//! Queries of the polygons that move: all groups are tested, sixteen boxes at a time.
+//! Queries of the moving polygons: all groups are tested, sixteen boxes at a time.
 
 use super::{
     answer::{Blocks, Filling, Ids},
@@ -16,7 +16,7 @@ use crate::{
 };
 
 impl Osp {
-    /// Appends those movers that the frustum may see.
+    /// Appends the movers that the frustum may see.
     pub(super) fn cull_movers(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         if self.movers.len() == 0 {
             return WorkCounts::default();
@@ -25,7 +25,7 @@ impl Osp {
         self.backend.run(Pass { movers: &self.movers, planes: PlaneSet::new(frustum), answer }).0
     }
 
-    /// Adds those movers that the frustum may see.
+    /// Adds the movers that the frustum may see.
     pub(super) fn cull_mover_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         if self.movers.len() == 0 {
             return WorkCounts::default();

@@ -4,26 +4,26 @@ use crate::{
     math::Aabb,
 };
 
-/// The block of sixteen ids that is being drawn now. Its polygons are kept here, and divided into runs and inserted when
-/// the next block begins; until then queries test them one by one.
+/// The block of sixteen ids that is being drawn. When the next block begins, its polygons are divided into runs and
+/// inserted. Until then they are kept here, and queries test them one by one.
 #[derive(Clone, Debug)]
 pub(super) struct OpenBlock {
-    /// `id / 16`; [`NONE`] if nothing is open.
+    /// `id / 16`; [`NONE`] if no block is open.
     block: u32,
-    /// Polygons of the block that are in the tree already (it was open before).
+    /// Polygons of the block that are already in the tree, because it was open before.
     filed: u16,
     /// Polygons kept here.
     lanes: u16,
-    /// In rows, as queries read them; lanes of nothing hold anything.
+    /// In rows, as queries read them; unused lanes are unspecified.
     boxes: Boxes<16>,
 }
 
-/// What an open block becomes.
+/// The runs of a closed block.
 #[derive(Clone, Debug)]
 pub(super) struct Gathered {
     pub(super) runs: [(Run, Wide); 16],
     pub(super) count: usize,
-    /// Polygons in runs of several.
+    /// Mask of the polygons in runs of several.
     pub(super) shared: u16,
 }
 
@@ -46,11 +46,11 @@ impl Gathered {
     }
 }
 
-/// Runs that a polygon is offered to before it begins one of its own: strokes that are drawn at the same time
-/// (mirrored, say) take turns.
+/// Number of latest runs that a polygon may join before it begins a new one: strokes that are drawn at the same time,
+/// such as mirrored ones, take turns.
 const OFFERS: usize = 4;
 
-/// Runs that are begun before it is given up to look for strokes that take turns.
+/// Number of runs after which polygons begin new runs without a test, if none has joined an earlier one.
 const TURNS_SHOW: usize = 6;
 
 impl OpenBlock {
@@ -86,47 +86,48 @@ impl OpenBlock {
         self.boxes.get(lane % 16)
     }
 
-    /// The boxes in rows; lanes of nothing hold anything.
+    /// The boxes in rows; unused lanes are unspecified.
     #[inline]
     pub(super) fn rows(&self) -> &Boxes<16> {
         &self.boxes
     }
 
-    /// Begins a block of which some polygons are in the tree.
+    /// Opens a block; its polygons `filed` are in the tree.
     pub(super) fn begin(&mut self, block: u32, filed: u16) {
         (self.block, self.filed, self.lanes) = (block, filed, 0);
     }
 
-    /// Begins a block of which these polygons, and no others, come at once.
+    /// Opens a block with these polygons and no others.
     pub(super) fn begin_with(&mut self, block: u32, lanes: u16, boxes: &Boxes<16>) {
         (self.block, self.filed, self.lanes) = (block, 0, lanes);
         self.boxes = *boxes;
     }
 
-    /// Notes that a polygon of the block was taken out of the tree.
+    /// Records that a polygon of the block was removed from the tree.
     pub(super) fn forget_filed(&mut self, lane: usize) {
         self.filed &= !(1 << lane);
     }
 
-    /// Takes a polygon in.
+    /// Adds a polygon, or replaces its box.
     #[inline]
     pub(super) fn add(&mut self, lane: usize, bounds: Wide) {
         self.lanes |= 1 << lane;
         self.boxes.set_wide(lane % 16, bounds);
     }
 
-    /// Takes a polygon out that is kept here.
+    /// Removes a polygon that is kept here.
     pub(super) fn remove(&mut self, lane: usize) {
         self.lanes &= !(1 << lane);
     }
 
-    /// Nothing is open any more.
+    /// Closes the block.
     pub(super) fn close(&mut self) {
         self.begin(NONE, 0);
     }
 
-    /// Divides the polygons into runs, in the order of their ids: each joins the run of the one before if it lies
-    /// close by, else one of the last few, else it begins a new one. Runs of several do not know their store yet.
+    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if it is
+    /// close, else one of the last few runs, else it begins a new run. The caller sets the store of runs of several
+    /// polygons.
     pub(super) fn gather(&self, to: &mut Gathered) {
         (to.count, to.shared) = (0, 0);
         let mut run = OpenRun::NONE;
@@ -141,7 +142,7 @@ impl OpenBlock {
                     to.add(self.block, run.mask, run.bounds);
                 }
                 breaks += 1;
-                // Few runs: strokes that follow each other. Many: perhaps strokes that take turns.
+                // Few runs come from strokes that follow each other, many perhaps from strokes that take turns.
                 if breaks > OFFERS {
                     self.gather_in_turns(to);
                     return;
@@ -163,7 +164,7 @@ impl OpenBlock {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             let bounds = Wide::from_box(&self.boxes.get(lane % 16));
-            // Strokes that take turns show soon; else the polygons come from everywhere.
+            // With strokes that take turns, polygons soon join earlier runs; else the polygons are scattered.
             let taken = (taken_in > 0 || count < TURNS_SHOW) && {
                 let offers = open[..count].iter_mut().rev().take(OFFERS);
                 offers.into_iter().any(|run| run.join(lane, bounds))
@@ -192,12 +193,12 @@ struct OpenRun {
 impl OpenRun {
     const NONE: Self = Self { mask: 0, bounds: Wide::EMPTY, length_m: 0.0 };
 
-    /// Takes the polygon if it lies close enough.
+    /// Adds the polygon if it is close enough; returns whether it is.
     #[inline]
     fn join(&mut self, lane: usize, bounds: Wide) -> bool {
         let union = self.bounds.union(bounds);
         let sum_m = self.length_m + bounds.length();
-        // Sums that overflow join whatever comes: such a run is everywhere anyway.
+        // If sums overflow, every polygon joins: the box of such a run is huge anyway.
         if self.mask == 0 || union.length() > sum_m * RUN_STRETCH {
             return false;
         }

@@ -1,6 +1,7 @@
-//! The order of space for polygons that arrive in no order, as the faces of many imported models do. A leaf's pages are filled
-//! in the order of arrival, so each of them is as wide as the leaf, and a plane that cuts the leaf cuts all. A leaf that has
-//! grown by a half waits to be packed: runs that lie side by side then share a page. A commit packs few of those that wait.
+//! Sorts runs along a space-filling curve if polygons arrive in no order, such as the faces of many imported models.
+//! Pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as the leaf, and a plane
+//! that cuts the leaf cuts all its pages. A leaf that has grown by a half waits to be packed: neighbouring runs then
+//! share a page. A commit packs few of the waiting leaves.
 
 use super::{
     grid::{self, Key},
@@ -11,13 +12,13 @@ use super::{
 };
 use crate::index::simd::Wide;
 
-/// Levels below the leaf's cell that are told apart.
+/// Number of levels below the leaf's cell by which runs are sorted.
 const LEVELS: u32 = 3;
 
-/// Cells of that level.
+/// Number of cells of the lowest of these levels.
 const CELLS: usize = 1 << (3 * LEVELS);
 
-/// Which of the cells a key lies in, by its place on a Hilbert curve: cells that follow each other there share a side.
+/// Position on a Hilbert curve of the cell that a key lies in: successive cells share a side.
 #[inline]
 fn cell_of(key: &Key, shift: u32) -> usize {
     let morton = (0..LEVELS).fold(0, |code, level| {
@@ -27,7 +28,7 @@ fn cell_of(key: &Key, shift: u32) -> usize {
     usize::from(CURVE[morton])
 }
 
-/// The place on the curve of each cell, by its Morton code.
+/// Position on the curve of each cell, by its Morton code.
 static CURVE: [u16; CELLS] = {
     let mut table = [0; CELLS];
     let mut morton = 0;
@@ -82,12 +83,13 @@ const fn place_on_curve(morton: usize) -> u16 {
     place
 }
 
-/// Leaves that a commit packs at most: so many, and one more for each so many runs that came since the last commit.
+/// Greatest number of leaves that a commit packs: [`LEAVES_A_COMMIT`], and one more for every [`RUNS_A_LEAF`] runs that
+/// came since the last commit.
 const LEAVES_A_COMMIT: u32 = 1;
 const RUNS_A_LEAF: u32 = 64;
 
 impl Osp {
-    /// Lets a leaf wait that has grown since it was packed, if what it holds comes from everywhere.
+    /// Queues a leaf that has grown since it was packed, if its polygons are scattered.
     pub(super) fn let_wait_for_packing(&mut self, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.pack_at = leaf.runs + leaf.runs / 2;
@@ -97,15 +99,16 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the leaves that wait, unless many polygons are still on their way.
+    /// Packs a few of the waiting leaves; `came` is the number of runs since the last commit. Packs none while polygons
+    /// of a former plain list wait for the tree.
     pub(super) fn pack_some(&mut self, came: u32) {
-        // Each leaf is packed once, when all have come.
+        // Each leaf is packed once, when all polygons have come.
         if self.is_settling {
             return;
         }
         for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
-            // It may be gone, be another bucket now, or hold other runs.
+            // The leaf may have been removed, replaced by another bucket, or have other runs.
             if self.buckets[head].waits {
                 self.buckets[head].waits = false;
                 if self.buckets[head].is_scattered() {
@@ -115,14 +118,14 @@ impl Osp {
         }
     }
 
-    /// Gives a bucket back.
+    /// Releases a bucket.
     pub(super) fn give_bucket(&mut self, number: u32) {
         let bucket = &mut self.buckets[number];
         (bucket.waits, bucket.divides, bucket.drains) = (false, false, false);
         self.buckets.give(number);
     }
 
-    /// Puts the runs of a leaf into pages in the order of space.
+    /// Distributes the runs of a leaf to its pages along a space-filling curve.
     fn pack(&mut self, head: u32) {
         let old = self.buckets.take();
         self.buckets[old] = self.buckets[head];
@@ -142,7 +145,7 @@ impl Osp {
         self.taken = taken;
     }
 
-    /// Hands the runs of a leaf, whose cell is of level `shift`, out in the order of space.
+    /// Calls `out` with the runs of a leaf along a space-filling curve; the leaf's cell has level `shift`.
     fn in_order_of_space(
         &mut self,
         taken: &[TakenRun],
@@ -186,7 +189,7 @@ mod tests {
 
     const POLYGONS: u32 = 20_000;
 
-    /// Small boxes from everywhere in a cube of 3.8 metres, or along a line.
+    /// Small boxes, scattered in a cube of 3.8 metres or along a line.
     fn boxes(is_scattered: bool) -> impl Iterator<Item = (PolygonId, Aabb)> {
         let mut state = 7u32;
         let mut unit = move || {
@@ -205,7 +208,7 @@ mod tests {
         Osp::new(&IndexConfig { root, capacity: POLYGONS as usize }).with_linear_blocks(0)
     }
 
-    /// Grows by so many polygons a commit.
+    /// Inserts all boxes, with a commit after every `a_commit` polygons.
     fn grown(mut osp: Osp, a_commit: u32, mut each: impl FnMut(&Osp)) -> Osp {
         for (id, bounds) in boxes(true) {
             osp.insert(id, &bounds).expect("a finite box, each id once");
@@ -217,7 +220,7 @@ mod tests {
         osp
     }
 
-    /// Sum of the surfaces of the pages' boxes, square metres: how often a plane cuts one.
+    /// Sum of the surfaces of the pages' boxes, square metres: a measure of how often a plane cuts one.
     fn surface_m2(osp: &Osp, node: u32) -> f32 {
         let children = osp.nodes[node].children.iter();
         let of_child = children.map(|link| match link.target() {
@@ -237,7 +240,7 @@ mod tests {
         of_child.sum()
     }
 
-    /// The same tree without packing: no leaf waits long enough.
+    /// The same tree without packing: the queue is cleared before each commit.
     fn not_packed(root_m: f32) -> Osp {
         let mut osp = empty(root_m);
         for (id, bounds) in boxes(true) {
@@ -281,7 +284,7 @@ mod tests {
         }
     }
 
-    /// Runs that a leaf takes at least before it waits again.
+    /// Least number of runs that a leaf receives before it waits again.
     const FEWEST_APART: usize = 32;
 
     #[test]

@@ -14,8 +14,7 @@ use crate::{
     math::Aabb,
 };
 
-/// The pages: two pools whose entries are taken and given back together, so that a page's number is its number in
-/// both.
+/// The pages: two pools whose entries are taken and released together, so that a page has the same number in both.
 #[derive(Clone, Debug)]
 pub(super) struct Pages {
     heads: Pool<Page>,
@@ -23,7 +22,7 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    /// Room for so many pages, and for so many in all if runs are short.
+    /// Pages with room for this number, and for `most` in total if runs are short.
     pub(super) fn with_room_for(pages: usize, most: usize) -> Self {
         Self {
             heads: Pool::with_room_for(pages).and_room_for(most),
@@ -86,7 +85,7 @@ impl Pages {
         page.loose &= !(1 << lane);
     }
 
-    /// Gives a run another box.
+    /// Sets a new box of a run.
     #[inline]
     pub(super) fn set_box(&mut self, number: u32, lane: usize, bounds: &Aabb) {
         self.boxes[number].boxes.set(lane, bounds);
@@ -100,7 +99,7 @@ impl Pages {
         page.runs += 1;
         page.first[lane] = run.first;
         page.masks[lane] = run.mask;
-        // Nothing is marked at a lane that is not in use.
+        // An unused lane has no marks.
         if run.is_exact() {
             page.exact |= 1 << lane;
         } else {
@@ -123,7 +122,7 @@ impl Pages {
     /// The page is in use.
     #[inline(always)]
     pub(super) unsafe fn known(&self, number: u32) -> &Page {
-        // SAFETY: as the caller says.
+        // SAFETY: the caller guarantees it.
         unsafe { self.heads.known(number) }
     }
 
@@ -137,14 +136,14 @@ impl Pages {
         unsafe { self.boxes.known(number) }
     }
 
-    /// Asks for all of a page.
+    /// Prefetches a whole page.
     #[inline]
     pub(super) fn prefetch_all(&self, number: u32) {
         prefetch_lines::<2, _>(self.heads.place(number));
         prefetch_lines::<7, _>(self.boxes.place(number));
     }
 
-    /// Asks for what [`Pages::push_run`] will touch at a lane, for a run of one polygon.
+    /// Prefetches the memory that [`Pages::push_run`] touches at a lane, for a run of one polygon.
     #[inline]
     pub(super) fn prefetch(&self, number: u32, lane: u8) {
         prefetch_lines::<2, _>(self.heads.place(number));

@@ -1,4 +1,4 @@
-//! What two eyes see, written once where both see it.
+//! The answers for two eyes; polygons that both see are written once.
 
 use std::ops::Range;
 
@@ -8,17 +8,17 @@ use crate::polygon::BLOCK;
 /// Both eyes, as bits of `eyes`.
 pub(super) const BOTH: u8 = 0b11;
 
-/// The answers. The second set is what differs from the first, until [`Sets::finish`].
+/// The answers. Until [`Sets::finish`], the second set has the polygons that only one eye sees.
 pub(super) struct Sets<'a> {
     pub(super) masks: [&'a mut [u16]; 2],
     begin: usize,
     end: usize,
-    /// Polygons that each eye sees.
+    /// Number of polygons that each eye sees.
     pub(super) found: [usize; 2],
 }
 
 impl<'a> Sets<'a> {
-    /// Two empty sets that reach to the highest number.
+    /// Two empty sets with a place for every block of the index.
     #[inline(always)]
     pub(super) fn new(masks: [&'a mut [u16]; 2]) -> Self {
         Self { masks, begin: usize::MAX, end: 0, found: [0; 2] }
@@ -35,7 +35,7 @@ impl<'a> Sets<'a> {
         self.end = self.end.max(end);
     }
 
-    /// Polygons of a block, for each eye its own.
+    /// Adds polygons of a block, different ones for each eye.
     #[inline(always)]
     pub(super) fn add_each(&mut self, block: usize, [first, second]: [u32; 2]) {
         if first | second != 0 {
@@ -47,7 +47,7 @@ impl<'a> Sets<'a> {
         }
     }
 
-    /// Some runs of a page are seen by these eyes.
+    /// Adds some runs of a page for these eyes.
     #[inline(always)]
     pub(super) fn add_runs(&mut self, eyes: u8, page: &Page, runs: u32) {
         let (mut low, mut high, mut polygons) = (usize::MAX, 0, 0);
@@ -70,7 +70,7 @@ impl<'a> Sets<'a> {
         self.found[1] += polygons * usize::from(eyes >> 1);
     }
 
-    /// The first runs of a page are seen by these eyes.
+    /// Adds the first runs of a page for these eyes.
     #[inline(always)]
     pub(super) fn add_page(&mut self, eyes: u8, page: &Page, runs: u32) {
         if eyes != BOTH {
@@ -89,7 +89,7 @@ impl<'a> Sets<'a> {
         self.found[1] += polygons;
     }
 
-    /// Makes the second set what the second eye sees; the blocks that were set.
+    /// Completes the second set; returns the range of written blocks.
     #[inline(always)]
     pub(super) fn finish(self) -> Range<usize> {
         let [first, second] = self.masks;

@@ -1,6 +1,7 @@
-//! How a query finds its answer. If the whole tree is in view, the answer is every polygon. If most of it is, the query looks
-//! for the polygons outside of the frustum and removes them from the set of all. Otherwise it looks for those inside. So it
-//! reads nothing of the larger part; a list of scattered polygons is copied from the inside in any case.
+//! Selects the method of a query. If the whole tree is in view, the answer is every polygon. If most of it is, the
+//! query searches for the polygons outside of the frustum and removes them from the set of all. Otherwise it searches
+//! for the polygons inside. So it does not read the larger part. For a list of ids of scattered polygons, it searches
+//! inside instead of outside.
 
 use std::ops::Range;
 
@@ -22,10 +23,10 @@ use crate::{
     polygon::{BLOCK, PolygonId, VisibleBlocks, mark},
 };
 
-/// What a query looks for.
+/// Polygons that a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Plan {
-    /// Nothing: everything is in view.
+    /// None: everything is in view.
     All,
     /// The polygons outside of the frustum, to be removed from the set of all.
     Outside,
@@ -43,7 +44,7 @@ impl Osp {
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
         match plan {
-            // A copy of their ids costs less than a pass over all masks.
+            // For scattered polygons, a copy of the ids inside costs less than a pass over all masks.
             Plan::Outside if !self.ids.are_scattered() => {
                 let span = self.ids.span();
                 if masks.len() < span.len() {
@@ -71,7 +72,7 @@ impl Osp {
         self.cull_blocks_by(&planes, planned, visible)
     }
 
-    /// The same in a tree, for which it was decided what to look for.
+    /// [`Osp::cull_blocks`] in a tree, with the result of [`Osp::plan`].
     pub(super) fn cull_blocks_by(
         &self,
         planes: &PlaneSet,
@@ -112,7 +113,8 @@ impl Osp {
         work
     }
 
-    /// Sets the masks of an empty set to all polygons in the tree, without those outside of the frustum. The set has to note them.
+    /// Sets the masks of an empty set to all polygons in the tree except the ones outside of the frustum. The caller
+    /// records the written blocks in the set.
     fn take_outside_out(&self, top: u32, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
         let end = self.ids_end();
         if !self.ids.are_scattered() {
@@ -127,7 +129,7 @@ impl Osp {
         })
     }
 
-    /// The numbers of all polygons lie below, those of the open block, too.
+    /// Upper bound of the numbers of all polygons, including the open block.
     pub(super) fn ids_end(&self) -> usize {
         if self.is_linear {
             return self.linear.ids_end();
@@ -136,28 +138,29 @@ impl Osp {
         self.ids.ids_end().max(open)
     }
 
-    /// The node to begin at, and what to look for.
+    /// The node to begin at, the plan, and the work of planning.
     pub(super) fn plan(&self, frustum: &Frustum, planes: &PlaneSet) -> (u32, Plan, WorkCounts) {
         let (mut top, mut passed) = (self.top, 0);
-        // Levels on top that hold nothing but one node decide nothing.
+        // Top levels with a single node below decide nothing.
         while let Some(below) = self.nodes[top].only_node() {
             (top, passed) = (below, passed + 1);
         }
         let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
         work.nodes += passed;
-        // All numbers in between are gone through.
+        // That plan passes over all blocks from the first to the last.
         let is_dense = plan != Plan::Outside || self.ids.span().len() <= self.len;
         (top, if is_dense { plan } else { Plan::Inside }, work)
     }
 
-    /// Sets the masks of all polygons in the tree that are not outside of the frustum; `masks` are those of the blocks from `first` on.
+    /// Sets the masks of all polygons in the tree that are not outside of the frustum; `masks` begins with block
+    /// `first`.
     fn look_for_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
         let answer = Outside::new(masks, first, &self.ids);
         self.backend.run(Cull { osp: self, top, planes, answer }).0
     }
 }
 
-/// Clears the bits of polygons that were listed.
+/// Clears the bits of listed polygons.
 struct TakeOut<'a> {
     masks: &'a mut [u16],
     singles: &'a [PolygonId],
@@ -172,7 +175,7 @@ impl WithKernel for TakeOut<'_> {
     }
 }
 
-/// Finds out where most of the tree lies.
+/// Estimates whether most of the tree lies inside the frustum.
 struct Weigh<'a> {
     osp: &'a Osp,
     top: u32,
@@ -180,7 +183,7 @@ struct Weigh<'a> {
     planes: &'a PlaneSet,
 }
 
-/// Nodes that are looked at to find out where most lies.
+/// Greatest number of nodes that are tested for this estimate.
 const WEIGHED: usize = 24;
 
 impl WithKernel for Weigh<'_> {
@@ -190,7 +193,7 @@ impl WithKernel for Weigh<'_> {
     fn run<K: Kernel>(self, kernel: K) -> (Plan, WorkCounts) {
         let mut work = WorkCounts::default();
         let top = &self.osp.nodes[self.top];
-        // By number makes sense only where the numbers are those of polygons.
+        // The other plans pass over all blocks of the id map, which must not outnumber the polygons.
         if self.osp.ids.entries() > self.osp.len {
             return (Plan::Inside, work);
         }
@@ -205,7 +208,7 @@ impl WithKernel for Weigh<'_> {
     }
 }
 
-/// Whether all that is in the tree lies inside every plane; looks no further than to the first plane that says no.
+/// Whether everything in the tree lies inside every plane; stops at the first box that does not.
 #[inline(always)]
 pub(super) fn holds_all<K: Kernel>(
     osp: &Osp,
@@ -237,15 +240,15 @@ pub(super) fn holds_all<K: Kernel>(
 }
 
 impl Weigh<'_> {
-    /// Whether more seems to be inside than outside: the upper levels tell, each place weighing as much as there are nodes
-    /// and leaves. What a plane cuts counts by its centre.
+    /// Whether more seems to be inside than outside, by the upper levels. The weight of a cell is the number of nodes
+    /// and leaves in it. A cell that a plane cuts counts by the centre of its box.
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];
         let mut waiting = Waiting::<(Below, i64), { 8 * WEIGHED }>::new();
         waiting.push((Below { number: self.top, planes: PlaneSet::ALL }, 0));
         let mut more_seen = 0i64;
-        // What is not decided yet.
+        // Weight that is not decided yet.
         let mut open = i64::from(top.weight());
         let mut looked = 0;
         while looked < WEIGHED && waiting.len() > 0 && more_seen.abs() <= open {
@@ -282,7 +285,7 @@ impl Weigh<'_> {
     }
 }
 
-/// The open block's polygons.
+/// Tests the polygons of the open block.
 #[inline(always)]
 fn open_block<K: Kernel, A: Answer>(osp: &Osp, kernel: K, planes: &PlaneSet, answer: &mut A) -> WorkCounts {
     let mut work = WorkCounts::default();
@@ -296,7 +299,7 @@ fn open_block<K: Kernel, A: Answer>(osp: &Osp, kernel: K, planes: &PlaneSet, ans
     work
 }
 
-/// The open block alone.
+/// Query of the open block alone.
 struct Open<'a, A> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -313,7 +316,7 @@ impl<A: Answer> WithKernel for Open<'_, A> {
     }
 }
 
-/// Everything, by number: the tree is not read.
+/// Query of all polygons, by number: the tree is not read.
 struct All<'a, A> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -334,7 +337,7 @@ impl<A: Filling> WithKernel for All<'_, A> {
     }
 }
 
-/// The ids of what is not outside, by number.
+/// Query of the ids of polygons that are not outside, by number.
 struct Listed<'a> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -359,7 +362,7 @@ impl WithKernel for Listed<'_> {
 }
 
 impl super::ids::IdMap {
-    /// The blocks from the first with a polygon, or a little before, to the last.
+    /// Range of blocks from the first shelf with a polygon to the last block with one.
     fn span(&self) -> Range<usize> {
         let (mut begin, mut end) = (usize::MAX, 0);
         for (first, masks) in self.shelves() {

@@ -3,40 +3,40 @@
     reason = "numbers that the tree holds are looked up without a check; it pays in queries"
 )]
 
-/// Something that a [`Pool`] holds.
+/// Entry of a [`Pool`].
 pub(super) trait Pooled: Copy {
-    /// What a fresh one looks like.
+    /// Value of a new entry.
     const BLANK: Self;
 
-    /// The next free entry, kept in a field that is not used while this one is free.
+    /// The next free entry, stored in a field that a free entry does not use.
     fn next_free(&self) -> u32;
 
-    /// Sets it.
+    /// Sets the next free entry.
     fn set_next_free(&mut self, next: u32);
 }
 
 /// No entry.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Chunks that a pool grows by at most beyond what it needs. More: rarer growth, longer pauses.
+/// Greatest number of chunks by which a pool grows beyond its need. With more, growth is rarer and takes longer.
 const MOST_CHUNKS: usize = 8;
 
-/// Chunks whose memory is had from the start, if there is room for as many: those of a model of a million polygons.
+/// Greatest number of chunks whose memory is committed from the start: enough for a model of a million polygons.
 const TOUCHED_CHUNKS: usize = 256;
 
-/// A pool of entries by number. It grows by whole chunks, so nothing is ever copied, and entries given back are used
+/// A pool of entries by number. It grows by whole chunks, so entries are never copied. Released entries are reused
 /// first.
 #[derive(Clone, Debug)]
 pub(super) struct Pool<T> {
     /// Every chunk has room for [`Pool::CHUNK`] entries from the start.
     chunks: Vec<Vec<T>>,
-    /// First of the entries that were given back.
+    /// First of the released entries.
     free: u32,
-    /// Entries ever taken.
+    /// Number of entries ever taken.
     len: u32,
-    /// Entries in use.
+    /// Number of entries in use.
     live: u32,
-    /// Chunks that were written to before they are used.
+    /// Number of chunks that have been written to, in use or not.
     touched: usize,
 }
 
@@ -45,8 +45,8 @@ impl<T: Pooled> Pool<T> {
     /// Entries of a chunk.
     pub(super) const CHUNK: usize = 1 << Self::SHIFT;
 
-    /// A pool with room for so many entries. Memory is only had once it is written to, and a frame should not have to wait
-    /// for it, so that of the first [`TOUCHED_CHUNKS`] is written to here.
+    /// A pool with room for this number of entries. The system commits memory only when it is written to, which would
+    /// delay a frame. So the first [`TOUCHED_CHUNKS`] chunks are written to here.
     pub(super) fn with_room_for(entries: usize) -> Self {
         let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0, touched: 0 };
         pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
@@ -58,14 +58,15 @@ impl<T: Pooled> Pool<T> {
         pool
     }
 
-    /// The pool with room for so many entries in all. The additional memory is not written to: it is rarely needed.
+    /// The pool with room for this number of entries in total. The additional memory is not written to: it is rarely
+    /// needed.
     pub(super) fn and_room_for(mut self, entries: usize) -> Self {
         self.reserve_chunks(entries.div_ceil(Self::CHUNK));
         self
     }
 
-    /// Makes room for at least this many entries beyond those in use. If there is too little, it becomes more by an
-    /// eighth, so that growing stays rare, but by no more than [`MOST_CHUNKS`] at once, so that it stays short.
+    /// Makes room for at least this many more entries. If the pool grows, it grows by a further eighth, so that growth
+    /// is rare. That eighth is at most [`MOST_CHUNKS`] chunks, so that growth is short.
     pub(super) fn make_room(&mut self, more: usize) {
         let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
         if needed > self.chunks.len() {
@@ -73,8 +74,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Gives room back that was never used, as long as there is room for so many entries beyond those in use; no more than
-    /// some chunks at once.
+    /// Releases chunks that were never used, at most `most_chunks`. Keeps room for at least this many more entries.
     pub(super) fn give_room_back(&mut self, more: usize, most_chunks: usize) {
         let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
         let used = (self.len as usize).div_ceil(Self::CHUNK);
@@ -89,7 +89,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// A blank entry's number.
+    /// Takes a blank entry; returns its number.
     #[inline]
     pub(super) fn take(&mut self) -> u32 {
         self.live += 1;
@@ -111,7 +111,7 @@ impl<T: Pooled> Pool<T> {
         i
     }
 
-    /// Gives an entry back.
+    /// Releases an entry.
     pub(super) fn give(&mut self, i: u32) {
         let next = self.free;
         self[i].set_next_free(next);
@@ -119,10 +119,10 @@ impl<T: Pooled> Pool<T> {
         self.live -= 1;
     }
 
-    /// The entry of a number, without a check.
+    /// The entry with a number, without a check.
     ///
     /// # Safety
-    /// `i` was returned by [`Pool::take`] and not given back since.
+    /// `i` was returned by [`Pool::take`] and not released since.
     #[inline(always)]
     pub(super) unsafe fn known(&self, i: u32) -> &T {
         debug_assert!(i < self.len);
@@ -133,19 +133,19 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Where an entry lies, or nowhere if there is none of that number: to be prefetched.
+    /// Address of an entry for prefetching; null if no entry has that number.
     #[inline]
     pub(super) fn place(&self, i: u32) -> *const T {
         let chunk = self.chunks.get((i >> Self::SHIFT) as usize);
         chunk.map_or(std::ptr::null(), |chunk| chunk.as_ptr().wrapping_add(i as usize & (Self::CHUNK - 1)))
     }
 
-    /// Entries in use.
+    /// Number of entries in use.
     pub(super) fn live(&self) -> u32 {
         self.live
     }
 
-    /// Chunks whose memory was written to.
+    /// Number of chunks whose memory was written to.
     fn held_chunks(&self) -> usize {
         self.touched.max((self.len as usize).div_ceil(Self::CHUNK)).min(self.chunks.len())
     }
@@ -158,7 +158,7 @@ impl<T: Pooled> Pool<T> {
         (self.free, self.len, self.live) = (NONE, 0, 0);
     }
 
-    /// Memory held, bytes. Room that was never written to does not count: the system has not committed it.
+    /// Memory held, bytes, without room that was never written to: the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         self.held_chunks() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }

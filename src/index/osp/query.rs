@@ -2,12 +2,12 @@
     unsafe_code,
     reason = "numbers found in the tree are looked up without a check, and queues begin without contents"
 )]
-//! The frustum query: from the top down, eight children, sixteen pages, sixteen runs and at last sixteen polygons at
-//! a time. What lies inside every plane is taken without another test.
+//! The frustum query. It tests eight children of a node, sixteen pages, sixteen runs, and at last sixteen polygons at a
+//! time. Boxes inside every plane are taken without further tests.
 //!
-//! Buckets and pages wait in a short queue each, after their cache lines have been asked for: most of the time of a
-//! query is memory, and so it is spent on many lines at once. Runs that one plane cuts wait in that plane's list, and
-//! a full list is worked off with the plane in registers.
+//! Buckets and pages wait in a short queue each, while their cache lines are prefetched: a query mostly waits for
+//! memory, so it requests many lines at once. Runs that one plane cuts wait in that plane's list. A full list is tested
+//! with the plane in registers.
 
 use std::mem::MaybeUninit;
 
@@ -25,7 +25,7 @@ use crate::index::{
 /// A walk that finds the polygons inside the frustum, or those [outside](Answer::IS_OUTSIDE).
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
-    /// The node that the walk begins at. It has to be in the tree: unchecked reads start from it.
+    /// First node of the walk. It has to be in the tree: unchecked reads start from it.
     pub(super) top: u32,
     pub(super) planes: &'a PlaneSet,
     pub(super) answer: A,
@@ -96,8 +96,7 @@ impl Osp {
     }
 }
 
-/// A queue of fixed length. What is not in it has never been written: filling the queues would cost a small query more than
-/// all its tests.
+/// A queue of fixed capacity. Unused places are not initialised: that would cost a small query more than all its tests.
 pub(super) struct Waiting<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
@@ -134,7 +133,7 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
     }
 }
 
-/// A list of fixed length; as [`Waiting`].
+/// A list of fixed capacity, not initialised, like [`Waiting`].
 pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
@@ -177,14 +176,14 @@ impl<T: Copy, const N: usize> List<T, N> {
     }
 }
 
-/// The number of a node, bucket or page found in the tree, and the planes that cut it.
+/// Number of a node, bucket or page found in the tree, and the planes that cut it.
 #[derive(Clone, Copy)]
 pub(super) struct Below {
     pub(super) number: u32,
     pub(super) planes: u8,
 }
 
-/// The same of a page, with its runs if all are of one polygon, or 0.
+/// [`Below`] for a page, with the number of its runs if all have one polygon, else 0.
 #[derive(Clone, Copy)]
 struct BelowPage {
     number: u32,
@@ -201,21 +200,21 @@ struct CutRun<'a> {
     planes: u8,
 }
 
-/// The list of runs that several planes cut.
+/// Number of the list of runs that several planes cut.
 pub(super) const SEVERAL: usize = 6;
 
-/// A list is worked off when it is this long; a page adds sixteen at most.
+/// Length from which on a list is tested; a page adds sixteen runs at most.
 pub(super) const LIST: usize = 16;
 
-/// How many wait while more can be found. The next step adds nine buckets or sixteen pages at most, which still fit
-/// into a queue of 32.
+/// Number of buckets, and of pages, that stay in their queues while more can be found. A step adds at most nine buckets
+/// or sixteen pages, which still fit into a queue of 32.
 pub(super) const BUCKETS_WAIT: usize = 8;
 pub(super) const PAGES_WAIT: usize = 12;
 
-/// Buckets inside every plane that wait for their pages' cache lines.
+/// Number of buckets inside every plane that wait for the cache lines of their pages.
 const WHOLE_WAIT: usize = 1;
 
-/// Nodes that wait at most: seven at each level, and the chain of levels on top.
+/// Greatest number of waiting nodes: seven at each level, and the chain of levels on top.
 pub(super) const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
 struct Walk<'a, K, A> {
@@ -229,15 +228,15 @@ struct Walk<'a, K, A> {
     buckets: Waiting<Below, 32>,
     whole: Waiting<u32, 4>,
     pages: Waiting<BelowPage, 32>,
-    /// The runs that one plane cuts, by plane, and those that several cut.
+    /// Runs that a single plane cuts, by plane; last, runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
-    /// The lists that are long enough.
+    /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }
 
 impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
-    /// Works off what lies lowest first, as long as more waits there than is worth waiting for; each kind of work has
-    /// one place in this loop, so that all of it is compiled in line.
+    /// Works off the lowest level first if enough of it waits. Each kind of work has one place in this loop, so that
+    /// all of it is inlined.
     #[inline(always)]
     fn all(&mut self, top: u32) {
         if !A::IS_OUTSIDE {
@@ -364,8 +363,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
-    /// Takes all pages of a bucket without a test, when they have come from memory. Of pages of single polygons only
-    /// the ids are read.
+    /// Takes all pages of a bucket without a test, after their cache lines have arrived. In pages of single polygons,
+    /// only the ids are read.
     #[inline(always)]
     fn whole_bucket(&mut self, number: u32, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
@@ -409,7 +408,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         // SAFETY: as above.
         let boxes: *const PageBoxes = unsafe { self.osp.known_page_boxes(below.number) };
         if below.singles != 0 {
-            // Of a page of single polygons only the ids and the boxes are read.
+            // Only the ids and boxes of a page of single polygons are read.
             prefetch_lines::<1, _>(page);
             if below.planes != 0 {
                 prefetch_lines::<6, _>(boxes);
@@ -453,7 +452,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         count(&mut self.work, u32::from(page.runs), planes);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         let seen = page.used() & !sides.behind;
-        // A run of one has its polygon's own box: it has had its test.
+        // A run of one polygon has the polygon's own box, which has been tested.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
         let decided = if A::IS_OUTSIDE { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
@@ -534,10 +533,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 }
 
-/// What of a walk is gone down into or taken.
+/// Selection of boxes and polygons in a walk, for a search inside or outside of the frustum.
 trait Looks: Answer {
-    /// Of some boxes those that may have something to tell of, each against the planes of `mask`: none of them once `mask` is
-    /// empty has to be asked again.
+    /// The boxes, tested against the planes of `mask`, that may contain polygons to report. With an empty `mask`, all
+    /// boxes lie in a part that is reported as a whole.
     #[inline(always)]
     fn wanted(mask: u8, behind: u32, cut: u32) -> u32 {
         match Self::IS_OUTSIDE {
@@ -547,13 +546,13 @@ trait Looks: Answer {
         }
     }
 
-    /// The planes that are left to ask about one of them; none if it is told as a whole.
+    /// The planes left to test for one of these boxes; none if it is reported as a whole.
     #[inline(always)]
     fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
         if Self::IS_OUTSIDE && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
     }
 
-    /// Of the polygons of a run that were tested, those to tell.
+    /// The tested polygons of a run that are reported.
     #[inline(always)]
     fn of_run(lanes: u32, behind: u32) -> u32 {
         if Self::IS_OUTSIDE { lanes & behind } else { lanes & !behind }
@@ -562,17 +561,17 @@ trait Looks: Answer {
 
 impl<A: Answer> Looks for A {}
 
-/// Notes that so many boxes are tested against each of these planes.
+/// Counts tests of this number of boxes against each of these planes.
 #[inline(always)]
 pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
     work.boxes += u64::from(boxes);
     work.planes += u64::from(boxes * planes.count_ones());
 }
 
-/// The exact boxes of a run of several.
+/// The exact boxes of a run of several polygons.
 ///
 /// # Safety
-/// `number` is the store of a run of several that is in the tree.
+/// `number` is the store of a run of several polygons that is in the tree.
 #[inline(always)]
 pub(super) unsafe fn store_of(osp: &Osp, number: u32) -> &Boxes<16> {
     // SAFETY: the store of a run of several is in use; `validate` checks it.

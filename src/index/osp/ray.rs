@@ -1,5 +1,5 @@
-//! The nearest hit of a ray and the neighbours of a point: down into the nearest child first, the boxes of a node, a
-//! bucket, a page or a run together.
+//! Searches for the nearest hit of a ray, and for the neighbours of a point. The nearest child is searched first. The
+//! boxes of a node, bucket, page or run are tested together.
 
 use std::cell::Cell;
 
@@ -32,15 +32,15 @@ enum Place {
     Block(u32),
 }
 
-/// What is looked for, nearest first: the hits of a ray, or the neighbours of a point.
+/// A search, nearest polygons first: for hits of a ray, or for neighbours of a point.
 trait Search {
-    /// How far the boxes of the lanes in `used` are, and which of them are still of interest.
+    /// Distances of the boxes of the lanes in `used`, and the lanes that may still contain a result.
     fn reach<K: Kernel, const N: usize>(&self, kernel: K, boxes: &Boxes<N>, used: u32) -> Reached<N>;
 
-    /// Whether what is so far is still of interest.
+    /// Whether a box at this distance may still contain a result.
     fn wants(&self, t: f32) -> bool;
 
-    /// Asks a polygon.
+    /// Tests a polygon.
     fn ask(&mut self, id: PolygonId);
 }
 
@@ -84,23 +84,23 @@ impl Search for &mut NearestPolygons<'_> {
 }
 
 impl Osp {
-    /// Asks `nearest` about the polygons along a ray, near nodes first.
+    /// Passes the polygons along a ray to `nearest`, near nodes first.
     pub(super) fn ask_along(&self, ray: &Ray, nearest: &mut Nearest<'_>) {
         self.backend.run(Nearby { osp: self, search: AlongRay { ray, nearest } });
     }
 
-    /// Asks `nearest` about the polygons around its point, near nodes first.
+    /// Passes the polygons around the point of `nearest` to it, near nodes first.
     pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         self.backend.run(Nearby { osp: self, search: nearest })
     }
 }
 
 thread_local! {
-    /// The memory of the last walk's stack. Whoever asks again while a walk asks about a polygon begins with an empty one.
+    /// Memory of the last walk's stack. A search that starts within the exact test of another one gets an empty stack.
     static STACK: Cell<Vec<Waiting<Place>>> = const { Cell::new(Vec::new()) };
 }
 
-/// A search that is to run.
+/// A search to run on a kernel.
 struct Nearby<'a, S> {
     osp: &'a Osp,
     search: S,
@@ -121,7 +121,7 @@ impl<S: Search> WithKernel for Nearby<'_, S> {
     }
 }
 
-/// A walk to what is nearest; compiled for each instruction set, so that the loops over lanes use it.
+/// A walk to the nearest polygons; compiled for each instruction set, which its loops over lanes use.
 struct Walk<'a, S, K> {
     kernel: K,
     osp: &'a Osp,
@@ -141,12 +141,12 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             self.blocks();
         }
         let lanes = u32::from(osp.open.lanes());
-        // With nothing open there is no block either.
+        // Without polygons, the open block may have no number.
         if lanes != 0 {
             self.ask_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
         }
         if !osp.is_linear && osp.len > 0 {
-            // The box of the top is looked at with those of its children.
+            // The top has no box of its own: the boxes of its children are tested.
             self.stack.push(Waiting { t: 0.0, place: Place::Node(osp.top) });
         }
         while let Some(Waiting { t, place }) = self.stack.pop() {
@@ -189,7 +189,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         }
     }
 
-    /// All blocks of the linear form.
+    /// Pushes the blocks of the linear form that may contain a result.
     #[inline(always)]
     fn blocks(&mut self) {
         let linear = &self.osp.linear;
@@ -221,7 +221,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         }
     }
 
-    /// The runs of a page, near ones first.
+    /// Searches the runs of a page, near ones first.
     #[inline(always)]
     fn ask_page(&mut self, number: u32) {
         let osp = self.osp;
@@ -249,7 +249,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             if !run.is_exact() {
                 self.ask_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
             } else if lanes != 0 {
-                // Its box is the run's.
+                // The polygon's box is the run's, which was tested.
                 self.search.ask(PolygonId(first + lanes.trailing_zeros()));
             }
         }
@@ -265,7 +265,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     }
 }
 
-/// How far boxes are, and which of them are still of interest.
+/// Distances of boxes, and the mask of boxes that may still contain a result.
 struct Reached<const N: usize> {
     t: [f32; N],
     mask: u32,
@@ -283,7 +283,7 @@ impl<const N: usize> Reached<N> {
     }
 }
 
-/// [`Ray::enter_box`] of the lanes in `used`, with the same answers. Emptied places have no box.
+/// [`Ray::enter_box`] for the lanes in `used`, with the same answers. Emptied places have no box.
 #[inline(always)]
 fn enter<K: Kernel, const N: usize>(
     kernel: K,
@@ -292,7 +292,7 @@ fn enter<K: Kernel, const N: usize>(
     used: u32,
     reach: f32,
 ) -> Reached<N> {
-    // NaN where a number is no number or infinite, else 0.
+    // NaN if a product is NaN or infinite, else 0.
     let mut odd = [0.0f32; N];
     let (mut near, mut far) = ([0.0f32; N], [reach; N]);
     for axis in 0..3 {
@@ -312,7 +312,7 @@ fn enter<K: Kernel, const N: usize>(
     }
     let odd = used & !kernel.not_negative(&odd);
     let mut mask = used & !odd & kernel.not_negative(&later);
-    // What these numbers cannot decide: a ray along an axis, or no box.
+    // Lanes that these numbers do not decide: the ray is parallel to an axis, or there is no box.
     let mut left = odd;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
@@ -326,7 +326,7 @@ fn enter<K: Kernel, const N: usize>(
     Reached { t: near, mask }
 }
 
-/// [`Aabb::distance_squared`](crate::math::Aabb::distance_squared), its root, of the lanes in `used`.
+/// Root of [`Aabb::distance_squared`](crate::math::Aabb::distance_squared) for the lanes in `used`.
 #[inline(always)]
 fn distances<K: Kernel, const N: usize>(
     kernel: K,
@@ -350,7 +350,7 @@ fn distances<K: Kernel, const N: usize>(
     for (i, distance_m) in squared.iter_mut().enumerate() {
         // A root: the square of a short distance may be too small for an `f32`.
         *distance_m = distance_m.sqrt();
-        // Where even the root is infinite, only a search without a limit looks.
+        // Boxes at an infinite distance are of interest only without a limit.
         within[i] = reach_m - if *distance_m < f32::MAX { *distance_m } else { f32::MAX };
         size[i] = boxes.rows[3][i] - boxes.rows[0][i];
     }

@@ -1,9 +1,10 @@
-//! Taking polygons out at once, and the upkeep that follows later: boxes that fit again, pages and buckets that are
-//! joined, nodes that become leaves.
+//! Removal of polygons, and the later upkeep, which tightens boxes, joins pages and buckets, and turns nodes back into
+//! leaves.
 //!
-//! Removal clears a bit of the run's mask, and queues the page each time a run has lost half of its polygons: until then
-//! its box, at most sixteen neighbours wide, may be a little too wide. A commit works off as many pages as polygons were taken
-//! out or moved, and a few more, so upkeep costs a fixed share of what caused it and never piles up.
+//! Removal clears a bit of the run's mask, and queues the page each time a run has lost half of its polygons. Until
+//! then its box, around at most sixteen neighbours, may be a little too wide. A commit works off as many pages as
+//! polygons were removed or moved, and a few more. So the cost of upkeep is proportional to the changes, and work does
+//! not accumulate.
 
 use super::{
     grid::Grid,
@@ -18,7 +19,7 @@ use crate::{
 };
 
 impl Osp {
-    /// Takes a polygon in the tree out of its run.
+    /// Removes a polygon in the tree from its run.
     pub(super) fn unfile(&mut self, id: u32) {
         let Some(place) = self.ids.place(id) else { return };
         let (page_number, lane) = (place / 16, place as usize % 16);
@@ -45,7 +46,8 @@ impl Osp {
         }
     }
 
-    /// Takes a whole run out of its leaf, to be put into another one. Its polygons count as being in the tree meanwhile.
+    /// Removes a whole run from its leaf, for insertion into another one. Meanwhile its polygons still count as
+    /// inserted.
     pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.polygons -= run.mask.count_ones();
@@ -56,7 +58,7 @@ impl Osp {
         self.queue_page(place / 16);
     }
 
-    /// Removes a run; the page's last one takes its lane.
+    /// Removes a run; the page's last run takes its lane.
     fn drop_run(&mut self, page_number: u32, lane: usize) {
         let page = &mut self.pages[page_number];
         page.runs -= 1;
@@ -85,13 +87,13 @@ impl Osp {
         }
     }
 
-    /// Marks a run whose box may be too wide.
+    /// Marks a run whose box may be too wide, and queues its page.
     pub(super) fn mark_loose(&mut self, place: u32) {
         self.pages[place / 16].loose |= 1 << (place % 16);
         self.queue_page(place / 16);
     }
 
-    /// Gives a page back, at once or, if it is queued, when its turn comes.
+    /// Releases a page: at once, or by upkeep if it is queued.
     pub(super) fn release_page(&mut self, page_number: u32) {
         let page = &mut self.pages[page_number];
         page.runs = 0;
@@ -120,7 +122,8 @@ impl Osp {
         self.lower_top();
     }
 
-    /// Makes the boxes of a page's runs, its own and those above fit again, and joins what has become too empty.
+    /// Tightens the boxes of a page's runs, its own box and the boxes above. Joins pages and buckets that have become
+    /// too empty.
     fn tighten(&mut self, page_number: u32) {
         let mut left = self.pages[page_number].loose;
         while left != 0 {
@@ -167,7 +170,7 @@ impl Osp {
         self.pages.set_run(page_number, lane, run, &bounds);
     }
 
-    /// Takes a page out of its bucket; the bucket's last page takes its place.
+    /// Removes a page from its bucket; the bucket's last page takes its place.
     pub(super) fn detach_page(&mut self, page_number: u32) {
         let (bucket_number, at) = (self.pages[page_number].bucket, usize::from(self.pages[page_number].at));
         let bucket = &mut self.buckets[bucket_number];
@@ -183,7 +186,7 @@ impl Osp {
         bucket.note_runs(&self.pages[moved]);
     }
 
-    /// Moves the runs of a page that is half empty to another of the bucket, if one has room.
+    /// Moves the runs of a half empty page to another page of the bucket, if one has room.
     fn join_page(&mut self, from: u32) {
         let bucket_number = self.pages[from].bucket;
         let bucket = self.buckets[bucket_number];
@@ -206,8 +209,8 @@ impl Osp {
         self.release_page(from);
     }
 
-    /// After a bucket's pages have changed: removes it if it is empty, joins it with its neighbour, makes the boxes
-    /// above fit.
+    /// Joins a bucket whose pages have changed with a neighbour, removes its chain if that is empty, and tightens the
+    /// boxes above. Replaces sparse nodes above by leaves.
     pub(super) fn settle_bucket(&mut self, bucket: u32) {
         let head = self.chain_head(bucket);
         let Bucket { parent, slot, .. } = self.buckets[head];
@@ -226,13 +229,13 @@ impl Osp {
         self.collapse_above(parent);
     }
 
-    /// Moves a bucket's pages to the one before or after it in the chain if they fit there.
+    /// Joins a bucket with the one before or after it in the chain, if their pages fit into one.
     fn join_bucket(&mut self, bucket: u32) {
         let Bucket { page_count, next, prev, .. } = self.buckets[bucket];
         for (into, from) in [(prev, bucket), (bucket, next)] {
             if into != NONE && from != NONE {
                 let counts = (self.buckets[into].page_count, self.buckets[from].page_count);
-                // What waits to be moved to the node's children keeps apart from what stays.
+                // Runs that wait to be moved to the node's children are not mixed with runs that stay.
                 let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
                 if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
                     self.pour(from, into);
@@ -262,7 +265,7 @@ impl Osp {
         self.give_bucket(from);
     }
 
-    /// Makes the boxes from a node upwards fit.
+    /// Tightens the boxes from a node upwards.
     fn tighten_above(&mut self, node: u32, slot: u32) {
         let (mut at, mut slot) = (node, slot);
         while at != NONE {
@@ -283,7 +286,7 @@ impl Osp {
         }
     }
 
-    /// Makes leaves of the nodes from `node` upwards that have few runs left below them.
+    /// Replaces nodes with few runs by leaves, from `node` upwards.
     fn collapse_above(&mut self, node: u32) {
         let mut at = node;
         while at != self.top && self.is_sparse(at) {
@@ -296,7 +299,7 @@ impl Osp {
         }
     }
 
-    /// Begins again with the root cube, and the few runs that there are kept at the top.
+    /// Replaces a sparse top by the root cube's node, with the remaining runs in its list.
     fn flatten(&mut self) {
         if let Some(entry) =
             Grid::flat_entry(self.flat_levels, &self.nodes[self.top].key, self.nodes[self.top].shift)
@@ -312,7 +315,7 @@ impl Osp {
         }
     }
 
-    /// Gives a node that is sparse back with everything below, and returns its runs: the first so many.
+    /// Releases a sparse node with everything below. Returns its runs and their number.
     fn take_runs(&mut self, node: u32) -> ([TakenRun; MERGE_RUNS as usize], usize) {
         let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
         let mut count = 0;
@@ -333,7 +336,7 @@ impl Osp {
         }
     }
 
-    /// Whether nothing but a few runs is left at a node and in its leaves.
+    /// Whether a node has no child nodes, and at most [`MERGE_RUNS`] runs in its list and leaves.
     fn is_sparse(&self, node: u32) -> bool {
         let Node { children, own, .. } = self.nodes[node];
         let mut runs = if own == NONE { 0 } else { self.buckets[own].runs };
@@ -361,7 +364,7 @@ impl Osp {
         self.tighten_above(parent, slot);
     }
 
-    /// Gives a node and everything below back, handing its runs out.
+    /// Releases a node and everything below. Calls `out` with each run.
     fn dissolve(&mut self, node: u32, out: &mut dyn FnMut(TakenRun)) {
         for slot in 0..8 {
             let cell = self.cell_of_slot(node, slot);
@@ -376,7 +379,7 @@ impl Osp {
         self.nodes.give(node);
     }
 
-    /// Takes levels off the top while it has nothing but one node below it.
+    /// Removes the top node while it has nothing but one child node.
     fn lower_top(&mut self) {
         loop {
             let top = self.nodes[self.top];

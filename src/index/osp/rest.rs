@@ -1,5 +1,5 @@
-//! Writes the ids of scattered polygons once more when they rest, in shares of a frame. A change makes the spans above its
-//! leaf void; those beside it hold.
+//! Writes a second list of the ids of resting scattered polygons, over several commits. A change makes the spans above
+//! its leaf void; the others stay valid.
 
 use super::{
     index::Osp,
@@ -9,18 +9,20 @@ use super::{
 };
 use crate::polygon::{PolygonId, bits::bits_of};
 
-/// Commits without a change before the ids are written.
+/// Number of commits without a change before the ids are written.
 const QUIET: u32 = 16;
 
-/// Ids that a commit writes at least, and its share of all. More: spans are there sooner, and commits take longer.
+/// A commit writes one of every [`IDS_SHARE`] ids, at least [`IDS_A_COMMIT`]. With more ids, spans are complete sooner,
+/// and commits take longer.
 const IDS_A_COMMIT: usize = 4096;
 const IDS_SHARE: usize = 64;
 
-/// The ids are written again if more than one in so many is in no span.
+/// The ids are written again if more than one in this number is in no span.
 const VOID: usize = 8;
 
 impl Osp {
-    /// Polygons come to a slot of a node, or go: the spans that they are in are void. Those above a void one are void.
+    /// Makes the spans from a slot of a node upwards void, because polygons below the slot change. All spans above a
+    /// void span are void.
     #[inline]
     pub(super) fn void_spans(&mut self, node: u32, slot: u32) {
         self.spans.give_up();
@@ -40,7 +42,7 @@ impl Osp {
                 if !is_held || span.is_void() {
                     break;
                 }
-                // The lowest holds what the others do.
+                // Only the lowest span counts: the other ids of the higher ones are in valid spans.
                 lost = if lost == 0 { span.len as usize } else { lost };
             }
             (at, slot) = (node.parent, node.slot);
@@ -85,14 +87,14 @@ impl Osp {
         self.spans.depth += 1;
     }
 
-    /// Writes the next slot of the lowest node that is open.
+    /// Writes the next slot of the lowest open node.
     fn write_slot(&mut self) {
         let open = &mut self.spans.open[self.spans.depth - 1];
         let Open { node, slot, start } = *open;
         open.slot += 1;
         if slot < OWN {
             match self.nodes[node].children[slot as usize].target() {
-                // Not void: what comes there has to make those above void.
+                // Not void: a polygon that comes there has to make the spans above void.
                 Target::Nothing => {
                     self.nodes[node].spans[slot as usize] = self.spans.from(self.spans.ids.len() as u32);
                 }

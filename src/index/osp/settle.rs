@@ -1,5 +1,6 @@
-//! Moves polygons between the tree and the flat rows beside it. Polygons that move in frame after frame lie in the rows, and
-//! those of a plain list that becomes a tree. They go to the tree when they have rested. A caller need not tell which will move.
+//! Moves polygons between the tree and the flat rows beside it. The rows have polygons that move in frame after frame,
+//! and polygons of a plain list that becomes a tree. Polygons go to the tree when they have rested. A caller need not
+//! declare which polygons will move.
 
 use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
 use crate::{
@@ -7,12 +8,13 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Groups that a commit looks at for polygons that rest: so many, and a share of all. More: what rests is back sooner, and
-/// frames in which it goes back are longer.
+/// Number of groups that a commit examines for resting polygons: [`GROUPS_A_COMMIT`], and one of every [`GROUPS_SHARE`]
+/// groups. More: resting polygons return sooner, and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// The same of a plain list on its way into the tree, while more polygons come, and when none do.
+/// Number of these groups while polygons of a former plain list wait for the tree: if more polygons come, and if none
+/// come.
 const GROUPS_WITH_MORE: usize = 1;
 const GROUPS_ALONE: usize = 3;
 
@@ -30,7 +32,7 @@ impl Osp {
         }
     }
 
-    /// Puts a bounded number of polygons that have rested back: more, if many came since the last commit.
+    /// Returns a bounded number of polygons that have rested: more if many polygons came since the last commit.
     pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
@@ -53,7 +55,7 @@ impl Osp {
         };
         for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
             if self.movers.is_round_over() {
-                // Those that move stay.
+                // Polygons that move stay.
                 self.is_settling &= self.movers.len() == 0;
                 return;
             }
@@ -62,7 +64,7 @@ impl Osp {
         }
     }
 
-    /// Puts polygons of a group into the tree or the list.
+    /// Moves polygons of a group into the tree or the list.
     fn put_back(&mut self, resting: &[PolygonId]) {
         for of_block in resting.chunk_by(|a, b| a.0 / 16 == b.0 / 16) {
             let number = of_block[0].0 / 16;
@@ -87,7 +89,7 @@ impl Osp {
         }
     }
 
-    /// Puts a polygon into the plain list, if there is one and it has room.
+    /// Inserts a polygon into the plain list; returns `false` if there is none or it is full.
     fn put_into_list(&mut self, id: PolygonId, bounds: Wide) -> bool {
         if !self.is_linear {
             return false;

@@ -1,5 +1,5 @@
-//! The ids of scattered polygons that rest, in the order of the tree: what lies in view as a whole, a subtree or a leaf, is
-//! copied at once. `rest.rs` writes them.
+//! The ids of resting scattered polygons, in the order of the tree. A query copies the ids of a subtree or leaf that is
+//! wholly in view at once. `rest.rs` writes the ids.
 
 use super::{
     grid::TOP_SHIFT,
@@ -8,22 +8,22 @@ use super::{
 };
 use crate::polygon::PolygonId;
 
-/// Levels of nodes at most.
+/// Greatest number of levels of nodes.
 const LEVELS: usize = TOP_SHIFT as usize + 1;
 
 /// Ids in the order of the tree.
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     pub(super) ids: Vec<PolygonId>,
-    /// The most ids that there have been: memory is only had once it is written to.
+    /// Greatest number of ids so far. The system commits memory only when it is written to.
     pub(super) most: usize,
-    /// The spans of a node hold if it has this number. 0: of none.
+    /// The spans of a node are valid if its edition is this number. 0: no span is valid.
     pub(super) edition: u32,
-    /// Polygons whose spans have become void, at most.
+    /// Upper bound of the number of polygons whose spans have become void.
     pub(super) void: usize,
-    /// Commits since the last change.
+    /// Number of commits since the last change.
     pub(super) quiet: u32,
-    /// The nodes being written, from the top; empty if nothing is.
+    /// The nodes being written, from the top; the first `depth` are in use.
     pub(super) open: [Open; LEVELS],
     pub(super) depth: usize,
 }
@@ -34,14 +34,14 @@ pub(super) struct Open {
     pub(super) node: u32,
     /// The next slot; [`OWN`] is the last.
     pub(super) slot: u32,
-    /// Ids before its first.
+    /// Number of ids before its first one.
     pub(super) start: u32,
 }
 
 impl Spans {
-    /// Room for so many ids, which is not in memory before it is used.
+    /// An empty list with room for this number of ids. The system commits its memory at the first write.
     pub(super) fn with_room_for(ids: usize) -> Self {
-        // In a browser memory that is reserved counts as used.
+        // In a browser, reserved memory counts as used.
         let ids = if cfg!(target_family = "wasm") { 0 } else { ids };
         Self {
             ids: Vec::with_capacity(ids),
@@ -70,13 +70,13 @@ impl Spans {
         &self.ids[span.start as usize..][..span.len as usize]
     }
 
-    /// Whether the spans of a node's slots hold.
+    /// Whether the spans of a node's slots may be valid: others are void.
     #[inline(always)]
     pub(super) fn hold_of(&self, node: &Node) -> bool {
         node.edition == self.edition && self.edition != 0
     }
 
-    /// What is being written is given up.
+    /// Records a change: the count of quiet commits begins again, and unfinished writing is given up.
     #[inline]
     pub(super) fn give_up(&mut self) {
         self.quiet = 0;
@@ -85,7 +85,7 @@ impl Spans {
         }
     }
 
-    /// All ids from a place on.
+    /// The span of all ids from a place on.
     pub(super) fn from(&self, start: u32) -> Span {
         Span { start, len: self.ids.len() as u32 - start }
     }

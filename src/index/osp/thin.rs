@@ -1,5 +1,5 @@
-//! Taking out of what a query found what is hidden. Only what lies in the frustum and is partly hidden is gone down into:
-//! what is wholly hidden is taken out of the answer, what is not at all stays in it, unread.
+//! Removes hidden polygons from the result of a query. The walk descends only into nodes that lie in the frustum and
+//! are partly hidden. Wholly hidden nodes are removed from the result; nodes that are not hidden stay in it, unread.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// Polygons of a run at most.
+/// Greatest number of polygons of a run.
 const RUN: usize = 16;
 
 impl Osp {
@@ -59,19 +59,20 @@ impl WithKernel for Thin<'_> {
 
 impl Thin<'_> {
     fn ask(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
-        // Emptied, and perhaps still waiting for upkeep.
+        // The place is empty, and may wait for upkeep.
         if polygons == 0 || polygons < self.least || bounds.is_empty() {
             return Visit::Take;
         }
         self.thinner.node(bounds, polygons)
     }
 
-    /// Neighbouring blocks that are worth a test together.
+    /// Number of neighbouring blocks that are tested together, so that they can have the least number of polygons of a
+    /// test.
     fn together(&self) -> usize {
         self.least.div_ceil(RUN).next_power_of_two()
     }
 
-    /// As many neighbouring groups of a block each as are worth a test.
+    /// Tests the groups of one block each, neighbouring ones together if a test requires more polygons.
     fn flat_rows(&mut self, movers: &Movers) {
         let together = self.together();
         for start in (0..movers.own_count()).step_by(together) {
@@ -94,7 +95,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Groups of blocks, then as many neighbouring blocks together as are worth a test.
+    /// Tests groups of blocks, then neighbouring blocks, together if a test requires more polygons.
     fn linear(&mut self, linear: &Linear) {
         let together = self.together();
         for group in 0..linear.groups() {
@@ -134,7 +135,7 @@ impl Thin<'_> {
         }
     }
 
-    /// A block of which these polygons lie at the top.
+    /// Tests the polygons `lanes` of a block that is not in a node.
     fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
         let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
         if seen != 0 {
@@ -143,7 +144,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Polygons from anywhere.
+    /// Tests a shared group, whose polygons are of any blocks.
     fn shared(&mut self, ids: &[u32; BLOCK], lanes: u16, boxes: &Boxes<BLOCK>) {
         let is_seen = |lane: &usize| lanes >> lane & 1 == 1 && self.visible.contains(PolygonId(ids[*lane]));
         let (mut seen, mut of, mut own, mut around) = (0, [0; RUN], [Aabb::EMPTY; RUN], Aabb::EMPTY);
@@ -163,7 +164,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Does as was answered about polygons of a block.
+    /// Applies the answer of the thinner to polygons of a block.
     fn answered(&mut self, block: u32, lanes: u16, answer: Visit, own: impl Fn(usize) -> Aabb) {
         match answer {
             Visit::Take => {}

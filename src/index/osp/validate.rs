@@ -1,4 +1,4 @@
-//! Every invariant of the tree, checked from the top; for tests.
+//! Checks every invariant of the tree, from the top down; for tests.
 
 use super::{
     grid::{self, Grid, TOP_SHIFT},
@@ -11,7 +11,7 @@ use crate::{
     polygon::{PolygonId, ids_of},
 };
 
-/// What was found at a place and below.
+/// Counts of a place and everything below.
 #[derive(Clone, Copy, Default)]
 struct Found {
     runs: u32,
@@ -90,7 +90,7 @@ impl Osp {
         Ok(())
     }
 
-    /// Preallocated cells that the tree's links lead to.
+    /// Number of preallocated cells that agree with a link of the tree.
     fn count_flat(&self, node: u32) -> usize {
         let mut count = 0;
         if self.nodes[node].parent == NONE {
@@ -173,7 +173,7 @@ impl Osp {
         Ok(found)
     }
 
-    /// A span that holds is of the ids below its slot, and so are those of the slots below it.
+    /// Checks that each valid span has the ids below its slot, and that the spans below it are valid, too.
     fn check_spans(&self, number: u32) -> Result<(), String> {
         let node = &self.nodes[number];
         let of_parent = (node.parent != NONE)

@@ -1,4 +1,4 @@
-//! The walk for visitors: nodes, leaves, pages and runs, one by one.
+//! The walk of a visitor over nodes, leaves, pages and runs.
 
 use super::{
     index::Osp,
@@ -12,7 +12,7 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Runs that are asked about together, at most.
+/// Greatest number of runs that are passed to the visitor together.
 const TOGETHER: usize = 16;
 
 struct Walk<'a> {
@@ -22,7 +22,7 @@ struct Walk<'a> {
     work: WorkCounts,
 }
 
-/// A place on the way down: its box, depth and what is in it.
+/// A node, leaf, page or run: its box, depth and content.
 struct Place {
     bounds: Aabb,
     depth: u32,
@@ -56,10 +56,11 @@ impl Osp {
 }
 
 impl Walk<'_> {
-    /// Asks about a place; the planes left to test and the answer, or nothing if it is out of sight or skipped.
+    /// Tests a place against the frustum and passes it to the visitor. Returns the planes left to test and the
+    /// visitor's answer; `None` if the place is outside or skipped.
     fn ask(&mut self, place: &Place, mask: PlaneMask, asked: Visit) -> Option<(PlaneMask, Visit)> {
         if place.polygons == 0 || place.bounds.is_empty() {
-            // Emptied, and perhaps still waiting for upkeep.
+            // The place is empty, and may wait for upkeep.
             return None;
         }
         self.work.nodes += 1;
@@ -80,7 +81,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Polygons that lie at the top.
+    /// Visits polygons that are not in a node, as a leaf at the top.
     fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
@@ -151,7 +152,7 @@ impl Walk<'_> {
         }
     }
 
-    /// The runs of a page that reach into the frustum, asked about together.
+    /// Passes the runs of a page that the frustum may see to the visitor together.
     fn runs_together(&mut self, number: u32, mask: PlaneMask) {
         let osp = self.osp;
         let runs = usize::from(osp.pages[number].runs);
@@ -182,7 +183,7 @@ impl Walk<'_> {
                 let (run, bounds) = osp.pages.run(number, i);
                 let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
                 if run.is_exact() {
-                    // Each polygon has the box that was asked about.
+                    // The polygon's box is the run's, which the visitor got.
                     self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, Visit::Take, |_| {
                         bounds
                     });
@@ -194,7 +195,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Hands out those polygons of a run that pass the planes left.
+    /// Passes the polygons of a run that pass the remaining planes to the visitor.
     fn polygons(
         &mut self,
         of: GroupIds<'_>,

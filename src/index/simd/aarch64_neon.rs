@@ -12,7 +12,7 @@ impl Four for float32x4_t {
 
     #[inline(always)]
     fn load(numbers: &[f32; 4]) -> Self {
-        // SAFETY: NEON belongs to the targets; the four numbers are there, no alignment is asked for.
+        // SAFETY: NEON belongs to the targets; the four numbers exist, and no alignment is required.
         unsafe { vld1q_f32(numbers.as_ptr()) }
     }
 

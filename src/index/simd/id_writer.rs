@@ -71,7 +71,7 @@ impl<'a> IdWriter<'a> {
     /// There is room for `ahead + 16` more.
     #[inline(always)]
     unsafe fn places(&mut self, ahead: usize) -> &mut [MaybeUninit<u32>; 16] {
-        // SAFETY: the places belong to the list, says the caller; `PolygonId` is a transparent `u32`.
+        // SAFETY: the caller guarantees that the places belong to the list; `PolygonId` is a transparent `u32`.
         unsafe { &mut *self.start.add(self.len + ahead).cast() }
     }
 

@@ -16,7 +16,7 @@ impl Four for v128 {
 
     #[inline(always)]
     fn load(numbers: &[f32; 4]) -> Self {
-        // SAFETY: the four numbers are there, no alignment is asked for.
+        // SAFETY: the four numbers exist, and no alignment is required.
         unsafe { v128_load(numbers.as_ptr().cast()) }
     }
 
@@ -58,7 +58,7 @@ impl Four for v128 {
     #[inline(always)]
     fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         pack_quarters(mask, out, |quarter| {
-            // SAFETY: a quarter is 0 to 3, so four numbers follow its first; no alignment is asked for.
+            // SAFETY: a quarter is 0 to 3, so four numbers follow its first; no alignment is required.
             unsafe { v128_load(numbers.as_ptr().add(quarter * 4).cast()) }
         })
     }

@@ -121,7 +121,7 @@ impl Kernel for Avx2 {
     #[inline(always)]
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
         assert!(at + 8 <= N);
-        // SAFETY: the token proves AVX2; the eight lanes are there.
+        // SAFETY: the token proves AVX2; the eight lanes exist.
         unsafe {
             let behind = negative(distance(plane, plane.far, boxes, at));
             (behind, not_negative(distance(plane, plane.near, boxes, at)))

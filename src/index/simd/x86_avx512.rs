@@ -49,7 +49,7 @@ unsafe fn distance8<const N: usize>(
     boxes: &Boxes<N>,
     at: usize,
 ) -> __m256 {
-    // SAFETY: as above, and the eight lanes are there.
+    // SAFETY: as above, and the eight lanes exist.
     unsafe {
         let base = boxes.rows.as_ptr().cast::<f32>().add(at);
         let x = _mm256_loadu_ps(base.add(rows[0] * (N / 8)));
@@ -99,7 +99,7 @@ impl Kernel for Avx512 {
     #[inline(always)]
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32) {
         assert!(at + 8 <= N);
-        // SAFETY: the token proves AVX-512VL; the eight lanes are there.
+        // SAFETY: the token proves AVX-512VL; the eight lanes exist.
         unsafe {
             let zero = _mm256_setzero_ps();
             let behind = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(distance8(plane, plane.far, boxes, at), zero);

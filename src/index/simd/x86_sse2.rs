@@ -12,7 +12,7 @@ impl Four for __m128 {
 
     #[inline(always)]
     fn load(numbers: &[f32; 4]) -> Self {
-        // SAFETY: SSE2 belongs to x86-64; the four numbers are there, no alignment is asked for.
+        // SAFETY: SSE2 belongs to x86-64; the four numbers exist, and no alignment is required.
         unsafe { _mm_loadu_ps(numbers.as_ptr()) }
     }
 

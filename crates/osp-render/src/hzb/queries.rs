@@ -48,7 +48,7 @@ pub(super) struct Queries {
     /// Width and height of the view frustum at distance 1 along the view.
     extent: [f32; 2],
     frame: u64,
-    /// For each group the frame of its next query, and the frames that it waits for it.
+    /// For each group, the frame of its next query, and the number of frames until then.
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,

@@ -54,7 +54,7 @@ fn make() -> Vec<u8> {
     bytes
 }
 
-/// Appends a texture, then every level of half the size; as much of each is solid, if that is wanted.
+/// Appends a texture, then every level of half the size. If `keeps_coverage`, all levels have the same solid share.
 fn push(bytes: &mut Vec<u8>, keeps_coverage: bool, texel: impl Fn(f32, f32) -> [f32; 4]) {
     let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
     let mut level: Vec<[f32; 4]> = (0..SIDE * SIDE)

@@ -1,20 +1,20 @@
-//! Smaller levels of a texture keep the share of it that is solid, as those of the program do that the brushes come from: thin
-//! hairs and small lights stay when they are far away.
+//! Smaller levels of a texture keep the solid share of the texture, as in Tilt Brush, where the brushes come from. So
+//! thin hairs and small lights stay visible far away.
 
 use super::noise::mix;
 
-/// Alpha from which on a texel counts as solid.
+/// Alpha above which a texel counts as solid.
 const SOLID: f32 = 0.5;
 /// Steps of the search for the factor.
 const STEPS: usize = 10;
 
-/// The share of a level, `side` texels wide and high, that is solid if its alpha is multiplied by `factor`: 0 to 1. Alpha lies on
-/// planes between the texels; 0 for a level of a single one. Linear in the texels, each of which `alpha` has.
+/// Solid share of a level, 0 to 1, if its alpha is multiplied by `factor`. `alpha` has one value for each of `side`
+/// times `side` texels, and is interpolated between them. 0 for a level of a single texel. O(texels).
 pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
     if side < 2 {
         return 0.0;
     }
-    // Places between two texels.
+    // Number of sample positions between two texels.
     let between = if side >= 32 { 2 } else { 4 };
     let part = |i: usize| (i as f32 + 0.5) / between as f32;
     let mut solid = 0;
@@ -37,11 +37,11 @@ pub fn coverage(alpha: &[f32], side: usize, factor: f32) -> f32 {
     solid as f32 / ((side - 1) * (side - 1) * between * between) as f32
 }
 
-/// What the alpha of a smaller level is multiplied by so that its [`coverage`] is `wanted`, at least 1. Where no factor gives that,
-/// it is the one at which the coverage passes it. Linear in the texels.
+/// Factor for the alpha of a smaller level so that its [`coverage`] is `wanted`; at least 1. If no factor gives that
+/// coverage exactly, the factor at which the coverage passes it. O(texels).
 pub fn coverage_factor(alpha: &[f32], side: usize, wanted: f32) -> f32 {
     let (mut low, mut high, mut least) = (0.0, 1.0, SOLID);
-    // A single texel has no place between two.
+    // A single texel has no position between two.
     if side < 2 {
         return 1.0;
     }
