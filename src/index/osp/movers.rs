@@ -25,7 +25,6 @@ const OWN: u32 = 1 << 31;
 /// Moving polygons by number, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
-    /// Slots by id.
     slots: Slots,
     /// Groups of one block each, and the numbers of these blocks.
     own: Groups,
@@ -39,8 +38,7 @@ pub(super) struct Movers {
     /// Greatest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when
     /// it is written to.
     most: [usize; 3],
-    /// Number of shared groups, and of groups of one block, that are not examined yet in this round; these are the
-    /// first ones.
+    /// Number of shared groups, and of groups of one block, that this round has not examined yet: the first ones.
     unlooked: [usize; 2],
 }
 
@@ -214,7 +212,6 @@ fn id_in(block: u32, lane: usize) -> PolygonId {
     GroupIds::Block(block).id(lane)
 }
 
-/// The lanes that are set.
 fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
     bits::bits_of(u64::from(mask))
 }
@@ -252,8 +249,7 @@ impl Movers {
         movers
     }
 
-    /// Releases the boxes of a long list after all its polygons have gone to the tree. Room for as many is reserved
-    /// again, but not committed.
+    /// Releases the boxes of a long list whose polygons are all in the tree; reserves room for as many again.
     pub(super) fn give_boxes_back(&mut self) {
         if self.len == 0 && self.most[1] > LINEAR_BLOCKS {
             self.own.boxes = Vec::with_capacity(self.own.boxes.capacity());
@@ -300,7 +296,6 @@ impl Movers {
         self.slots.get(id)
     }
 
-    /// The box of a polygon.
     pub(super) fn bounds(&self, id: PolygonId) -> Option<Aabb> {
         let slot = self.slot(id)?;
         let groups = if slot.is_own() { &self.own } else { &self.shared };
@@ -503,7 +498,6 @@ impl Movers {
         bounds
     }
 
-    /// Number of groups.
     #[inline(always)]
     pub(super) fn group_count(&self) -> usize {
         self.ids.len() + self.blocks.len()
