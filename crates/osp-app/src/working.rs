@@ -27,6 +27,7 @@ use osp_session::{
     recording::{OpenOptions, Pace},
     replay::CameraChoice,
 };
+pub use task::ReplayStart;
 use task::ToPlay;
 
 pub(super) use progress::Progress;
@@ -279,17 +280,6 @@ pub enum Waited {
     Read(Result<(Box<Session>, Opened), OpenError>),
     /// It is still being read.
     GoesOn(Reading),
-}
-
-/// The state in which a replay appears once it has been read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReplayStart {
-    /// It plays from its first frame.
-    Playing,
-    /// It is paused before its first frame.
-    Paused,
-    /// It shows the finished model as its artist last saw it.
-    Finished,
 }
 
 pub(super) fn reading(path: &Path) -> String {

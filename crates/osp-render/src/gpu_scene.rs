@@ -315,10 +315,10 @@ impl GpuScene {
         self.moved.resize(words, 0);
         self.transparent.resize(words, 0);
         self.additive.resize(words, 0);
-        let listed = count.next_power_of_two().clamp(FIRST_LEN, self.chunk_len.max(FIRST_LEN));
-        self.grow_first_chunk(gpu, listed.min(self.chunk_len));
+        let first_len = count.next_power_of_two().max(FIRST_LEN).min(self.chunk_len);
+        self.grow_first_chunk(gpu, first_len);
         while self.chunks.len() * self.chunk_len < count {
-            let polygons = if self.chunks.is_empty() { listed.min(self.chunk_len) } else { self.chunk_len };
+            let polygons = if self.chunks.is_empty() { first_len } else { self.chunk_len };
             self.chunks.push(create_chunk(gpu, polygons));
             self.is_free.push(false);
             let page = (self.chunks.len() - 1) / CHUNKS_A_PAGE;

@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use super::{ReplayStart, progress::Progress};
+use super::progress::Progress;
 use crate::{
     culling::{CullingPlan, Indexed, Indexing},
     journal::Autosaves,
@@ -13,6 +13,17 @@ use osp_session::{
     platform,
     recording::RecordingError,
 };
+
+/// The state in which a replay appears once it has been read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReplayStart {
+    /// It plays from its first frame.
+    Playing,
+    /// It is paused before its first frame.
+    Paused,
+    /// It shows the finished model as its artist last saw it.
+    Finished,
+}
 
 /// A session for drawing.
 #[derive(Debug)]

@@ -69,7 +69,7 @@ const GROUP_TEXELS: i32 = 4;
 // Greatest number of texels that a triangle's rectangle covers on the level where its test begins, each way.
 const FINE_TEXELS: i32 = 8;
 // Greatest number of texels, finer ones included, that a triangle is tested on. A triangle that needs more is drawn.
-const MOST_STEPS: u32 = 256u;
+const MOST_STEPS: u32 = 1024u;
 
 const BY_BOX: u32 = 1u;
 const BY_FARTHEST: u32 = 2u;
