@@ -18,10 +18,14 @@ pub const SHADERS: &[(&str, &str)] = &[
 ];
 
 pub(super) const FINISH: &str = include_str!("shaders/finish.wgsl");
-pub(super) const HZB_COMPACT: &str = include_str!("shaders/hzb_compact.wgsl");
-pub(super) const HZB_PYRAMID: &str = include_str!("shaders/hzb_pyramid.wgsl");
-pub(super) const HZB_RECALL: &str = include_str!("shaders/hzb_recall.wgsl");
-pub(super) const HZB_TEST: &str = include_str!("shaders/hzb_test.wgsl");
+pub(super) const HZB_COMPACT: &str =
+    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_compact.wgsl"));
+pub(super) const HZB_PYRAMID: &str =
+    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_pyramid.wgsl"));
+pub(super) const HZB_RECALL: &str =
+    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_recall.wgsl"));
+pub(super) const HZB_TEST: &str =
+    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_test.wgsl"));
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");
 pub(super) const OVERDRAW: &str = include_str!("shaders/overdraw.wgsl");
 pub(super) const PAINTED: &str = concat!(
@@ -36,7 +40,8 @@ pub(super) const PAINTER: &str =
 pub(super) const POLYGON: &str = include_str!("shaders/polygon.wgsl");
 pub(super) const PYRAMID: &str =
     concat!(include_str!("shaders/whole_picture.wgsl"), include_str!("shaders/pyramid.wgsl"));
-pub(super) const QUERY_APPLY: &str = include_str!("shaders/query_apply.wgsl");
+pub(super) const QUERY_APPLY: &str =
+    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/query_apply.wgsl"));
 pub(super) const QUERY_BOX: &str = include_str!("shaders/query_box.wgsl");
 pub(super) const SAMPLE_PLACES: &str = include_str!("shaders/sample_places.wgsl");
 pub(super) const SHOW: &str =

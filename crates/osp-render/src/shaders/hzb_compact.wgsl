@@ -1,31 +1,6 @@
 // Lists the polygons that are not hidden, in drawing order. `count` counts the polygons of each group of handles,
 // `scan` computes prefix sums of these counts, and `scatter` writes the polygons to their places.
 
-struct Span {
-    // First handle.
-    first: u32,
-    // End of the handles.
-    end: u32,
-    // Place in `sums` at which the page begins.
-    first_sum: u32,
-    // Place in the list at which the page begins.
-    base: u32,
-    // Place in `args` of the page's count and draw calls.
-    args: u32,
-    first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
-    draws: u32,
-    // Most polygons of a draw call.
-    draw_len: u32,
-}
-
-struct Handle {
-    // Its first polygon has 64 times this number.
-    cluster: u32,
-    low: u32,
-    high: u32,
-}
-
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
 // The mask of each handle, without hidden polygons.

@@ -3,31 +3,6 @@
 // farthest is the least. Texel i of level L stands for the pixels from i * 2^L to (i + 1) * 2^L that lie in the
 // picture. The size of a level is half the size of the level before, rounded up.
 
-struct Span {
-    // The level.
-    first: u32,
-    end: u32,
-    first_sum: u32,
-    base: u32,
-    args: u32,
-    first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
-    draws: u32,
-    // Most polygons of a draw call.
-    draw_len: u32,
-}
-
-struct Params {
-    // First texel, width, height of each level; level 0 is the picture and not in the buffer.
-    levels: array<vec4<u32>, 16>,
-    width: u32,
-    height: u32,
-    level_count: u32,
-    group: u32,
-    bound: u32,
-    is_fine: u32,
-}
-
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<uniform> params: Params;
 @group(0) @binding(2) var depth: texture_depth_multisampled_2d;

@@ -1,29 +1,5 @@
 // Lists the polygons in view that were visible in the last frame, in any order, for a pass without colours.
 
-struct Span {
-    // First handle.
-    first: u32,
-    // End of the handles.
-    end: u32,
-    first_sum: u32,
-    // Place in `recalled` at which the page begins.
-    base: u32,
-    // Place in `args` of the page's count and draw calls: those of this shader, then those of the colours.
-    args: u32,
-    first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
-    draws: u32,
-    // Most polygons of a draw call.
-    draw_len: u32,
-}
-
-struct Handle {
-    // Its first polygon has 64 times this number.
-    cluster: u32,
-    low: u32,
-    high: u32,
-}
-
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
 @group(0) @binding(2) var<storage, read> remembered: array<vec2<u32>>;

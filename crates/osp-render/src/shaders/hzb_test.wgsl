@@ -2,46 +2,9 @@
 // fails the depth test of the pass with colours, however the rasteriser rounds: see `bound_of` and
 // `is_triangle_hidden`.
 
-struct Span {
-    // First handle, or first place in the list of transparent polygons.
-    first: u32,
-    // End of the handles or places.
-    end: u32,
-    first_sum: u32,
-    base: u32,
-    args: u32,
-    // The first polygon of the chunk.
-    first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
-    draws: u32,
-    // Most polygons of a draw call.
-    draw_len: u32,
-}
-
-struct Params {
-    // First texel, width, height of each level; level 0 is the picture and not in the buffer.
-    levels: array<vec4<u32>, 16>,
-    width: u32,
-    height: u32,
-    level_count: u32,
-    // Polygons that are tested together: 16, 4 or 1.
-    group: u32,
-    // Bound of a group. 0: its corners; 1: its bounding box; 2: its farthest corner, which is wrong on purpose.
-    bound: u32,
-    // Whether the polygons of a group that is not hidden are tested one by one.
-    is_fine: u32,
-}
-
 struct View {
     clip_from_eye: mat4x4<f32>,
     eye_in_world: vec4<f32>,
-}
-
-struct Handle {
-    // Its first polygon has 64 times this number.
-    cluster: u32,
-    low: u32,
-    high: u32,
 }
 
 struct Polygon {

@@ -1,28 +1,6 @@
 // Applies the results of occlusion queries to the pass with colours: it leaves out handles whose query counted no
 // sample.
 
-struct Span {
-    // First handle.
-    first: u32,
-    // End of the handles.
-    end: u32,
-    first_sum: u32,
-    base: u32,
-    args: u32,
-    first_polygon: u32,
-    // Draw calls of the page for depth, and as many for colours.
-    draws: u32,
-    // Most polygons of a draw call.
-    draw_len: u32,
-}
-
-struct Handle {
-    // Its first polygon has 64 times this number.
-    cluster: u32,
-    low: u32,
-    high: u32,
-}
-
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
 // The query of each handle, or NOTHING.
