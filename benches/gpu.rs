@@ -1,6 +1,6 @@
 //! Frame times by stage on this machine's graphics adapter, as Markdown tables.
 //!
-//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 120]`
+//! `cargo bench --bench gpu --features render [-- --sizes 10000,100000] [--files F,G] [--methods none,hzb] [--frames 360]`
 //!
 //! A synthetic model, or the end of a session, stands. The camera turns, and each frame sixteen polygons are removed and sixteen others come back. All
 //! methods of occlusion culling take turns, frame by frame, and share the polygons on the adapter. Two pictures are drawn:

@@ -469,7 +469,6 @@ impl OspWindow<'_> {
     /// Keeps a picture of the window where the environment variable `OSP_SCREENSHOTS` names a folder: the README's.
     pub(crate) fn keep_picture(&self, name: &str) {
         let Some(folder) = std::env::var_os("OSP_SCREENSHOTS") else { return };
-        // Tests run in the project's folder.
         let path = Path::new(&folder).join(name);
         let shot = self.desk.command("import").args(["-window", &self.id]).arg(path).status();
         assert!(shot.expect("import of ImageMagick").success());
