@@ -86,7 +86,7 @@ impl PassConfig {
 /// Cost of drawing a mesh, nanoseconds: a draw call, and some thousand vertices.
 const MESH_NS: f64 = 10_000.0;
 
-/// From this cost of a polygon on, nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
+/// If drawing a polygon costs at least so many nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;
 
 /// Frames without use after which the visible polygons of the last used frame are forgotten; then all polygons in view

@@ -101,9 +101,9 @@ pub trait SpatialIndex: Any + Send + Sync {
         visible.fill_by_list(list, |visible, ids| Backend::detect().run(SetAll { visible, ids }))
     }
 
-    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to each set exactly the polygons that
-    /// [`SpatialIndex::frustum_cull_blocks`] finds for the frustum at its place. All sets have to be empty. If there are more
-    /// frusta than sets, or more sets than frusta, the rest is left alone. An index may find all in one walk. The counts are
+    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the polygons that
+    /// [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further elements of the longer
+    /// slice are ignored. An index may find all in one walk. The counts are
     /// then those of this walk, with the results of all views summed up.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();

@@ -129,8 +129,8 @@ struct Known {
 }
 
 impl Known {
-    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before comes from a
-    /// wait of the thread. If a method has really become so much more expensive, its cost counts a few frames later.
+    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before means
+    /// that the thread was suspended. If a method has really become so much more expensive, its cost counts a few frames later.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
         if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
     }

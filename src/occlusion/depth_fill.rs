@@ -295,7 +295,7 @@ mod tests {
         }
     }
 
-    /// A block that the outline reaches may lie on its plane far beyond its corners.
+    /// A block that an outline touches may meet the outline's plane far beyond the outline's corners.
     #[test]
     fn an_outline_is_set_up_between_its_nearest_and_its_farthest_corner() {
         let view =

@@ -13,7 +13,7 @@ use osp_session::{
 /// New place of a group: moved in its parent's space, then turned about +y and scaled about its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
-    /// Way, metres.
+    /// Displacement, metres.
     pub by: Vec3,
     /// Turn about +y of the parent's space, degrees, counter-clockwise seen from above.
     pub turn_degrees: f32,

@@ -13,8 +13,8 @@ pub use editor::{Editor, STROKES};
 pub use program::{Program, json, shipped_session, stderr, stdout, temp};
 pub use repository::{ROOT, at, packages};
 
-/// Whether a test without a graphics adapter, display or tool fails instead of being skipped: on machines that have
-/// them all.
+/// Whether a missing graphics adapter, display or tool fails a test instead of skipping it: with `CI` set and
+/// `OSP_GPU_TESTS=1`.
 pub fn nothing_may_be_skipped() -> bool {
     std::env::var_os("CI").is_some_and(|ci| !ci.is_empty())
         && std::env::var("OSP_GPU_TESTS").as_deref() == Ok("1")

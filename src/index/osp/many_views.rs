@@ -490,7 +490,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         self.tested += (self.answers.count() - before) as u64;
     }
 
-    /// Tests the polygons of the runs that several planes cut.
+    /// Tests each polygon of the runs whose box several planes cut.
     #[inline(always)]
     fn cut_by_several(&mut self) {
         let before = self.answers.count();

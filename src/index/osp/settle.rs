@@ -8,8 +8,7 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Number of groups that a commit examines for resting polygons: [`GROUPS_A_COMMIT`], and one of every [`GROUPS_SHARE`]
-/// groups. More: resting polygons return sooner, and frames in which they return take longer.
+/// A commit examines so many groups for resting polygons, and besides one of every [`GROUPS_SHARE`] groups. More: resting polygons return sooner, and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 

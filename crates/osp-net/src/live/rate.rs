@@ -60,7 +60,7 @@ impl Rates {
     }
 }
 
-/// Nanoseconds of waiting that a join uses.
+/// Waiting time that a join costs, nanoseconds.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
 
 /// Allowance for joins.
