@@ -10,12 +10,12 @@ mod sessions;
 
 use std::time::Instant;
 
-use osp_testkit::boxes::{Place, root, views};
 use floor::{Floor, Least};
 use osp::{
     index::{DrawList, IndexConfig},
     math::{Aabb, Frustum},
 };
+use osp_testkit::boxes::{Place, root, views};
 use peers::{KINDS, Kind, Subject};
 use sessions::Arrivals;
 

@@ -5,8 +5,7 @@ use osp_session::{
     recording::{OpenOptions, Session, open},
     scene::Scene,
 };
-
-use crate::boxes::{drawn, shuffled};
+use osp_testkit::boxes::{drawn, shuffled};
 
 /// Boxes in order of arrival.
 pub struct Arrivals {
