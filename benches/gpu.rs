@@ -11,7 +11,7 @@
 
 #![expect(clippy::print_stdout, reason = "a bench prints its table")]
 
-use std::{collections::VecDeque, error::Error, path::PathBuf, sync::Arc, time::Instant};
+use std::{collections::VecDeque, error::Error, path::PathBuf, slice, sync::Arc, time::Instant};
 
 use hdrhistogram::Histogram;
 use osp::{
@@ -119,7 +119,7 @@ impl Measured {
         let start = Instant::now();
         let record = self.pipeline.frame_of_views(scene, changes, views);
         let lists = self.pipeline.draw_lists();
-        let layers: Vec<[Layer<'_>; 1]> = lists.iter().map(|list| [Layer::plain(list)]).collect();
+        let layers: Vec<Layer<'_>> = lists.iter().map(Layer::plain).collect();
         let times = drawer.draw_views(scene, &numbered(self.first_view, views, &layers))?;
         let in_lists: u64 = lists.iter().map(|list| list.len() as u64).sum();
         let (drawn, vertices, tests) = match times.occlusion {
@@ -189,13 +189,14 @@ impl Measured {
     }
 }
 
-/// Views with their layers, numbered from `first` on.
+/// Views with a layer each, numbered from `first` on.
 fn numbered<'a>(
     first: usize,
     views: &'a [View],
-    layers: &'a [[Layer<'a>; 1]],
+    layers: &'a [Layer<'a>],
 ) -> Vec<(usize, &'a View, &'a [Layer<'a>])> {
-    (first..).zip(views).zip(layers).map(|((number, view), layers)| (number, view, &layers[..])).collect()
+    let numbered = (first..).zip(views).zip(layers);
+    numbered.map(|((number, view), layer)| (number, view, slice::from_ref(layer))).collect()
 }
 
 /// The least that frames of these pictures take on the adapter: nothing is drawn.
@@ -206,7 +207,7 @@ fn measure_nothing(
     frames: usize,
 ) -> Result<(), Box<dyn Error>> {
     let nothing = VisibleBlocks::default();
-    let layers = vec![[Layer::plain(&nothing)]; views.len()];
+    let layers = vec![Layer::plain(&nothing); views.len()];
     let mut ns = Histogram::<u64>::new(3)?;
     for frame in 0..WARM_UP + frames {
         let times = drawer.draw_views(scene, &numbered(0, views, &layers))?;

@@ -143,8 +143,7 @@ try {
     await until(page, 'the last frame', ({ position }) => position === length);
     await sleep(500);
     const colours = await coloursOf(page, name);
-    // The background and at least one ink.
-    check(colours > 1, `${name}: ${colours} colours`);
+    check(colours > 10, `${name}: ${colours} colours`);
     if (!isCompared) continue;
     const found = await page.evaluate(() => JSON.parse(globalThis.osp.fingerprint_of(JSON.parse(globalThis.osp.state()).path)));
     await tenFrames(name, files[0], found);

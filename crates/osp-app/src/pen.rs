@@ -128,8 +128,8 @@ impl PenPoint<'_> {
         ray.origin + ray.direction * distance_m
     }
 
-    /// Orientation of a stroke that lies like paint on the window. A plain ribbon's normal is the pose's x axis, which
-    /// points to the viewer. A brush takes the pose as that of a hand that points into the picture.
+    /// Orientation of a stroke that lies like paint on the window. The x axis of the pose is a plain ribbon's
+    /// normal and points to the viewer. For a brush, the pose is that of a hand that points into the picture.
     fn orientation(&self, brush: &Brush) -> Quat {
         let q = self.view.world_from_view;
         if brush.paint().is_some() {

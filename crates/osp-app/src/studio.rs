@@ -131,11 +131,11 @@ impl Studio {
         let bounds = self.session.bounds();
         self.culling.meet(indexed, self.session.scene(), &bounds);
         self.navigator = Navigator::default();
+        // The sketch of another program is seen as there: without a grid.
+        self.layers.grid = self.session.header().camera.is_none();
         if self.session.is_replay() {
             self.navigator.show_all(&bounds);
         } else {
-            // The sketch of another program is seen as there: without a grid.
-            self.layers.grid = self.session.header().camera.is_none();
             self.see_as_painted();
         }
     }
@@ -150,14 +150,13 @@ impl Studio {
         self.navigator.go_to_from(camera.p, camera.q, distance_m);
     }
 
-    /// Shows the finished model of a replay as its artist last saw it, without the grid. Played from there, it is drawn again
+    /// Shows the finished model of a replay as its artist last saw it. Played from there, it is drawn again
     /// from the beginning, in at most a minute.
     pub(super) fn show_finished(&mut self) {
         let Some(frames) = self.session.replay().map(Replay::frame_count) else { return };
         self.command(Command::Play(false));
         self.command(Command::Seek(frames));
         self.command(Command::Speed((frames as f64 / FRAMES_OF_A_MINUTE).max(1.0)));
-        self.layers.grid = false;
         self.see_as_painted();
     }
 

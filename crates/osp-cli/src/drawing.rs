@@ -1,6 +1,6 @@
 //! `osp replay --draw`: also draws every frame and measures the time.
 
-use std::sync::Arc;
+use std::{slice, sync::Arc};
 
 use super::{output::complain, parsers::Size};
 use osp::view::View;
@@ -95,11 +95,11 @@ impl Drawing {
                 None => {
                     let lists = replay.lanes()[i].pipeline().draw_lists();
                     let drawer = &mut self.drawers[number].1;
-                    let layers: Vec<[Layer<'_>; 1]> = lists.iter().map(|ids| [Layer::plain(ids)]).collect();
-                    let drawn_views = views.iter().zip(&layers);
-                    let drawn_views: Vec<(usize, &View, &[Layer<'_>])> =
-                        drawn_views.map(|(&(sight, view), layers)| (sight, view, &layers[..])).collect();
-                    let times = drawer.draw_views(replay.scene(), &drawn_views)?;
+                    let layers: Vec<Layer<'_>> = lists.iter().map(Layer::plain).collect();
+                    let layers = views.iter().zip(&layers);
+                    let layers: Vec<_> =
+                        layers.map(|(&(sight, view), layer)| (sight, view, slice::from_ref(layer))).collect();
+                    let times = drawer.draw_views(replay.scene(), &layers)?;
                     drawn.push((number, fingerprint, times));
                     times
                 }

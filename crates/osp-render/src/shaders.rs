@@ -18,12 +18,18 @@ pub const SHADERS: &[(&str, &str)] = &[
 ];
 
 pub(super) const FINISH: &str = include_str!("shaders/finish.wgsl");
-pub(super) const HZB_COMPACT: &str =
-    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_compact.wgsl"));
+pub(super) const HZB_COMPACT: &str = concat!(
+    include_str!("shaders/hzb_span.wgsl"),
+    include_str!("shaders/hzb_list.wgsl"),
+    include_str!("shaders/hzb_compact.wgsl"),
+);
 pub(super) const HZB_PYRAMID: &str =
     concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_pyramid.wgsl"));
-pub(super) const HZB_RECALL: &str =
-    concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_recall.wgsl"));
+pub(super) const HZB_RECALL: &str = concat!(
+    include_str!("shaders/hzb_span.wgsl"),
+    include_str!("shaders/hzb_list.wgsl"),
+    include_str!("shaders/hzb_recall.wgsl"),
+);
 pub(super) const HZB_TEST: &str =
     concat!(include_str!("shaders/hzb_span.wgsl"), include_str!("shaders/hzb_test.wgsl"));
 pub(super) const LINE: &str = include_str!("shaders/line.wgsl");

@@ -3,7 +3,7 @@
 /// Treatment of the polygons of a node that the frustum's planes cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutNodes {
-    /// Each is tested by its box: the answer is the same as that of every other index.
+    /// The index tests the box of each polygon. Its result then equals that of every other index.
     #[default]
     Tested,
     /// All of them are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.

@@ -241,18 +241,22 @@ fn wrong_use_and_bad_input_exit_with_2_and_one_clear_line() {
     assert!(stderr(&lenient).contains("1 damaged"), "{}", stderr(&lenient));
 }
 
+#[cfg(feature = "window")]
+#[test]
+fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
+    let folder = temp();
+    let junk = folder.path().join("junk.ron");
+    fs::write(&junk, "no session").expect("written");
+    let junk = junk.to_str().expect("utf-8");
+    let said = OSP.refused([junk]);
+    assert_eq!(said, OSP.refused(["sketch", junk]));
+    assert!(said.contains("junk.ron"), "{said}");
+}
+
+#[cfg(not(feature = "window"))]
 #[test]
 fn a_file_in_the_place_of_a_command_gets_a_hint() {
     let folder = temp();
-    if cfg!(feature = "window") {
-        let junk = folder.path().join("junk.ron");
-        fs::write(&junk, "no session").expect("written");
-        let junk = junk.to_str().expect("utf-8");
-        // This build opens the window, which refuses the file.
-        assert_eq!(OSP.refused([junk]), OSP.refused(["sketch", junk]));
-        assert!(OSP.refused([junk]).contains("junk.ron"));
-        return;
-    }
     let session = small_session(folder.path());
     let odd = folder.path().join("it's mine.ron");
     fs::copy(&session, &odd).expect("copied");

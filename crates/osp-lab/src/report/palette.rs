@@ -104,7 +104,7 @@ impl LineStyle {
         }
     }
 
-    /// The style of a line by its name: the structure's style, or for other names that of the `number`-th line.
+    /// The style of the line called `name`. A name of no structure gets the style of the `number`-th line.
     pub(crate) fn of_any(name: &str, number: usize) -> Self {
         if STRUCTURES.iter().any(|(other, ..)| *other == name) {
             return Self::of_structure(name);

@@ -90,14 +90,3 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     list_bits(to, first, own.x);
     list_bits(to + countOneBits(own.x), first + 32u, own.y);
 }
-
-// Lists the polygons of a mask: bit i is polygon `first` + i.
-fn list_bits(place: u32, first: u32, mask: u32) {
-    var to = place;
-    var bits = mask;
-    while bits != 0u {
-        list[to] = first + firstTrailingBit(bits);
-        bits &= bits - 1u;
-        to += 1u;
-    }
-}

@@ -3,7 +3,7 @@
 @group(0) @binding(0) var<uniform> span: Span;
 @group(0) @binding(1) var<storage, read> handles: array<Handle>;
 @group(0) @binding(2) var<storage, read> remembered: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read_write> recalled: array<u32>;
+@group(0) @binding(3) var<storage, read_write> list: array<u32>;
 @group(0) @binding(4) var<storage, read_write> args: array<atomic<u32>>;
 
 const LANES: u32 = 256u;
@@ -43,16 +43,5 @@ fn add_to_draws(begin: u32, end: u32) {
         let next = min((draw + 1u) * span.draw_len, end);
         atomicAdd(&args[span.args + 1u + draw * 5u], (next - at) * 6u);
         at = next;
-    }
-}
-
-// Lists the polygons of a mask: bit i is polygon `first` + i.
-fn list_bits(place: u32, first: u32, mask: u32) {
-    var to = place;
-    var bits = mask;
-    while bits != 0u {
-        recalled[to] = first + firstTrailingBit(bits);
-        bits &= bits - 1u;
-        to += 1u;
     }
 }

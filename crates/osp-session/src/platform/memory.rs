@@ -1,6 +1,6 @@
 //! Files in memory, with the names and behaviour of [`std::fs`], for a page in a browser. [`take_changes`] returns
-//! what the program has written, for the page's script to store until the next visit. It does not return unchanged
-//! files from [`put`].
+//! the files that the program has written; the page's script stores them until the next visit. Files that came by [`put`]
+//! and did not change are left out.
 #![allow(
     clippy::len_without_is_empty,
     missing_docs,

@@ -182,7 +182,7 @@ fn things_stand_in_their_environments() {
         drawer.draw(&scene, &view_from(eye, target), &[]).expect("a drawn frame");
         pixel(&drawer.image().expect("a picture"), SIZE.0 / 2, SIZE.1 / 2)[0]
     };
-    // The moon, the bust and the pedestal, half a metre in front of the origin, and what is beside them.
+    // The moon, the bust and the pedestal stand half a metre in front of the origin. Each is compared with the sky beside it.
     for (preset, height) in [("Space", 1.3), ("DressForm", 1.6), ("Pedestal", 0.5)] {
         let eye = Vec3::new(0.0, height, 1.0);
         let thing = middle(preset, None, eye, Vec3::new(0.0, height, -0.5));

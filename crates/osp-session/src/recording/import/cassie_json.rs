@@ -112,7 +112,7 @@ impl From<RotationForm> for Rotation {
     }
 }
 
-/// Reads a file of either kind. A lenient reader appends what it passed over to `warnings`.
+/// Reads a sketch history or raw data. A lenient reader skips damaged parts and adds a line for each to `warnings`.
 pub(super) fn read(
     input: Input<'_>,
     options: &OpenOptions,
