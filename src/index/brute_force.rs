@@ -7,8 +7,8 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// The reference: every polygon's box against every plane, one after the other, in the plainest code. Every other
-/// index is tested against it.
+/// The reference index: a query tests the box of every polygon against every plane, one after the other, in the
+/// simplest code. The tests compare every other index with it.
 #[derive(Clone, Debug)]
 pub struct BruteForce {
     boxes: FiledBoxes,

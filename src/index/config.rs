@@ -5,22 +5,23 @@ use crate::math::Aabb;
 /// Expected extent and size of a model. Hints only: polygons outside `root` and beyond `capacity` are inserted and found, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexConfig {
-    /// A cube around most future polygons, world space, metres. `Osp` adds levels above it for polygons outside. For a box that is
-    /// empty, not finite, or at most `1.2e-30` large, it takes the cube of four metres around the origin.
+    /// A cube that contains most future polygons, world space, metres. `Osp` adds levels above this cube for polygons
+    /// outside of it. If the box is empty, not finite, or at most `1.2e-30` large, `Osp` uses the cube of four metres
+    /// around the origin.
     pub root: Aabb,
-    /// Polygons to reserve memory for, so that no frame allocates; at most [`IndexConfig::MOST_RESERVED`]. `Osp` keeps this promise
-    /// for numbers below four million, in at most an eighth as many blocks of sixteen. Up to a million polygons may come, go and
-    /// move in any way. Beyond that most must lie side by side, as in strokes. For scattered polygons `Osp` returns the memory
-    /// reserved for strokes.
+    /// Number of polygons to reserve memory for, at most [`IndexConfig::MOST_RESERVED`]. With at most this number of
+    /// polygons no frame of `Osp` allocates, if their ids are below four million and lie in at most `capacity / 8`
+    /// blocks of sixteen. Up to a million polygons may come, go and move in any way. A larger model needs most polygons
+    /// side by side, as in strokes. For scattered polygons `Osp` frees the memory reserved for strokes.
     pub capacity: usize,
 }
 
 impl IndexConfig {
-    /// Upper bound of the reserved capacity: as many polygons as a recorded session may have. Beyond it memory grows in steps.
-    /// Larger: a mistaken capacity takes more memory.
+    /// Upper bound of the reserved capacity: the largest number of polygons in a recorded session. Memory for further
+    /// polygons is allocated in steps. If this is larger, a mistaken capacity takes more memory.
     pub const MOST_RESERVED: usize = 1 << 22;
 
-    /// Polygons to reserve memory for.
+    /// Number of polygons to reserve memory for: `capacity`, bounded.
     pub fn room(&self) -> usize {
         self.capacity.min(Self::MOST_RESERVED)
     }

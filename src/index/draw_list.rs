@@ -1,12 +1,12 @@
 use super::simd::ROOM_BEHIND;
 use crate::polygon::{BLOCK, PolygonId};
 
-/// The ids that a query found, in its order. It allocates only while it grows. Frames use sets instead:
-/// [`VisibleBlocks`](crate::polygon::VisibleBlocks).
+/// The ids that a query found, in the order of the query. The list allocates only while it grows. Frames use sets
+/// instead, see [`VisibleBlocks`](crate::polygon::VisibleBlocks).
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     ids: Vec<PolygonId>,
-    /// For an index that finds blocks first; reused for its memory.
+    /// Working memory of an index that finds blocks before it lists their ids.
     masks: Vec<u16>,
 }
 
@@ -25,7 +25,7 @@ impl DrawList {
         Self { ids: Vec::new(), masks: Vec::new() }
     }
 
-    /// An empty list with room for this many, see [`DrawList::reserve`].
+    /// An empty list with room for `polygons` ids, see [`DrawList::reserve`].
     pub fn with_capacity(polygons: usize) -> Self {
         let mut list = Self::new();
         list.reserve(polygons);
@@ -42,13 +42,13 @@ impl DrawList {
         self.ids
     }
 
-    /// Empties it; keeps the memory.
+    /// Removes all ids; keeps the memory.
     pub fn clear(&mut self) {
         self.ids.clear();
     }
 
-    /// Makes room for this many more, or for all ids below [`PolygonId::LIMIT`] if those are fewer. A query that finds
-    /// no more does not allocate, however it writes them.
+    /// Makes room for `additional` more ids, or for all ids below [`PolygonId::LIMIT`] if those are fewer. A query that
+    /// finds at most this number of polygons does not allocate.
     pub fn reserve(&mut self, additional: usize) {
         let additional = additional.min(PolygonId::LIMIT as usize);
         self.ids.reserve(additional + ROOM_BEHIND);
@@ -70,12 +70,12 @@ impl DrawList {
         &self.ids
     }
 
-    /// The list itself, for an index that writes it in bulk.
+    /// The vector of ids, for an index that appends many at once.
     pub fn ids_mut(&mut self) -> &mut Vec<PolygonId> {
         &mut self.ids
     }
 
-    /// The list, and masks of blocks with unspecified contents.
+    /// The vector of ids, and a mask for each block with unspecified contents.
     pub(crate) fn parts(&mut self) -> (&mut Vec<PolygonId>, &mut Vec<u16>) {
         (&mut self.ids, &mut self.masks)
     }

@@ -4,7 +4,7 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// The boxes in an index, by id, with the checks that all indexes make before a change.
+/// The boxes of an index, by id. Its methods make the checks of arguments that all indexes make.
 #[derive(Clone, Debug)]
 pub struct FiledBoxes {
     boxes: ById<Aabb>,
@@ -16,7 +16,7 @@ impl FiledBoxes {
         Self { boxes: ById::new(Aabb::EMPTY), len: 0 }
     }
 
-    /// Room for this many boxes.
+    /// An empty set with room for `capacity` boxes.
     pub fn with_capacity(capacity: usize) -> Self {
         let mut filed = Self::new();
         filed.boxes.reserve(capacity);

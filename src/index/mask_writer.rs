@@ -3,12 +3,12 @@ use std::ops::Range;
 use super::simd::{IdWriter, Kernel, WithKernel};
 use crate::polygon::{BLOCK, PolygonId, VisibleBlocks};
 
-/// Output of a pass over blocks of sixteen: a list of ids, or the masks of blocks.
+/// The output of a pass over blocks of sixteen ids: a list of ids, or a mask for each block.
 pub trait RunSink {
-    /// Polygons `first + bit` of a mask, all of one block.
+    /// Adds the polygons `first + bit` for the set bits of `mask`; all belong to one block.
     fn push_run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
-    /// Polygons so far.
+    /// Number of polygons added.
     fn found(&self) -> usize;
 }
 
@@ -26,7 +26,7 @@ impl RunSink for IdWriter<'_> {
     }
 }
 
-/// Adds listed polygons to a set. Each is listed once, and none is in the set already.
+/// Adds listed polygons to a set that contains none of them. No polygon is listed twice.
 pub(super) struct SetAll<'a> {
     pub(super) visible: &'a mut VisibleBlocks,
     pub(super) ids: &'a [PolygonId],
@@ -41,7 +41,7 @@ impl WithKernel for SetAll<'_> {
     }
 }
 
-/// Sets the masks of blocks, and notes which.
+/// Sets the masks of blocks, and stores the range of the changed blocks.
 #[derive(Debug)]
 pub struct MaskWriter<'a> {
     masks: &'a mut [u16],
@@ -56,7 +56,7 @@ impl<'a> MaskWriter<'a> {
         Self { masks, begin: usize::MAX, end: 0, found: 0 }
     }
 
-    /// All masks; set bits by OR, then call [`MaskWriter::note`].
+    /// The masks of all blocks. Set bits by OR, then call [`MaskWriter::note`].
     #[inline(always)]
     pub(crate) fn masks(&mut self) -> &mut [u16] {
         self.masks
@@ -70,7 +70,8 @@ impl<'a> MaskWriter<'a> {
         self.found += polygons;
     }
 
-    /// Ends the set; returns the arguments of [`crate::polygon::VisibleBlocks::note_filled`].
+    /// Returns the range of changed blocks and the number of polygons: the arguments of
+    /// [`crate::polygon::VisibleBlocks::note_filled`].
     #[inline(always)]
     pub fn finish(self) -> (Range<usize>, usize) {
         (self.begin..self.end, self.found)

@@ -4,16 +4,17 @@ use crate::{
     polygon::{ById, PolygonId},
 };
 
-/// Most polygons that a mesh keeps in a list. A larger mesh has a tree, which allocates its upper levels from the start.
+/// Largest number of polygons in a plain list. A larger mesh uses a tree, which allocates its upper levels when it is
+/// made.
 const MOST_LISTED: usize = 512;
 
-/// Polygons by their boxes in a space of their own.
+/// The polygons of one space, found by their boxes in that space.
 pub struct Mesh {
-    /// [`Aabb::EMPTY`] for a number without a polygon.
+    /// The box of each polygon; [`Aabb::EMPTY`] for an id without a polygon.
     boxes: ById<Aabb>,
     index: Box<dyn SpatialIndex>,
     is_tree: bool,
-    /// A box around all polygons; perhaps too large until the next commit.
+    /// A box around all polygons. Removals and moves leave it too large until the next commit.
     bounds: Aabb,
     /// Whether polygons were removed or moved since `bounds` was computed.
     is_loose: bool,
@@ -77,7 +78,7 @@ impl Mesh {
             let root = Aabb::cube(self.bounds.center(), side);
             let mut tree = Osp::new(&IndexConfig { root, capacity: self.index.len() });
             for (id, bounds) in self.boxes.iter() {
-                // No error is possible: the list has accepted each of these boxes.
+                // This returns no error, because the list has accepted each of these boxes.
                 let _ = tree.insert(id, bounds);
             }
             self.index = Box::new(tree);

@@ -1,9 +1,9 @@
-//! Spatial indexes: each takes polygons by their boxes and finds those that a view may see.
+//! Spatial indexes: an index stores polygons by their boxes, and finds the polygons that a view may see.
 //!
-//! Every structure stands behind [`SpatialIndex`], returns exactly the same set as [`BruteForce`], the reference, and returns
-//! its [`WorkCounts`]. `frustum_cull` is a separate method so that an index can test many boxes at once. Callers that need
-//! nodes use [`SpatialIndex::traverse`] (occlusion, pictures of the structure). Depends on [`math`](crate::math) and
-//! [`polygon`](crate::polygon).
+//! Every index implements [`SpatialIndex`]. It finds exactly the same set as the reference, [`BruteForce`], and returns
+//! its [`WorkCounts`]. `frustum_cull` is a separate method so that an index can test many boxes at once. Callers that
+//! need nodes, for occlusion or for pictures of the structure, use [`SpatialIndex::traverse`]. Depends on
+//! [`math`](crate::math) and [`polygon`](crate::polygon).
 
 pub(crate) mod admission;
 mod brute_force;
@@ -20,9 +20,9 @@ mod visit;
 pub(crate) mod waiting;
 mod work;
 
-/// Code that [`Osp`] shares with the structures compared with it, so that all run the same code for the same work: tests of
-/// many boxes at once, checks of arguments, boxes by number, meshes, results as masks or lists, searches by distance.
-/// Engines should not use it: it changes without notice.
+/// Code that [`Osp`] shares with the structures compared with it, so that all of them run the same code for the same
+/// work: tests of many boxes at once, checks of arguments, boxes by id, meshes, results as masks or lists, searches by
+/// distance. Engines should not use this module, because it changes without notice.
 #[doc(hidden)]
 pub mod kernels {
     pub use super::{

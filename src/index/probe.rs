@@ -1,4 +1,5 @@
-//! Box and ray queries for every index: the first as a frustum, the second as a walk.
+//! Box, ray, sphere and distance queries for every index. A box query is a query by a frustum; the others walk the
+//! nodes.
 
 use std::collections::BinaryHeap;
 
@@ -11,12 +12,12 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Relative distance beyond the nearest hit so far up to which a ray tests boxes, because a polygon test and a box test round
-/// differently. Larger: a few more polygons are tested.
+/// Relative distance beyond the nearest hit up to which a ray still tests boxes, because a polygon test and a box test
+/// round differently. If it is larger, a ray tests a few more polygons.
 pub(crate) const RAY_SLACK: f32 = 1.0e-4;
 
-/// The frustum that sees exactly the boxes which share a point with `bounds`: one product with 1, two with 0 and one
-/// difference, whose sign `f32` never gets wrong.
+/// A frustum that sees exactly the boxes which share a point with `bounds`. The signed distance to each of its planes
+/// is one product with 1, two products with 0 and one difference; `f32` never gets the sign of this sum wrong.
 pub(crate) fn frustum_of_box(bounds: &Aabb) -> Frustum {
     let plane = |normal: Vec3, d: f32| Plane { normal, d };
     Frustum::new([
@@ -45,7 +46,7 @@ pub(crate) fn box_query(
     work
 }
 
-/// The nearest hit so far.
+/// The nearest hit that a ray search has found.
 #[allow(missing_debug_implementations, reason = "it holds a function")]
 pub struct Nearest<'a> {
     hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>,
@@ -54,12 +55,13 @@ pub struct Nearest<'a> {
 }
 
 impl<'a> Nearest<'a> {
-    /// Begins a search up to this distance along the ray; `hit` returns the distance to a polygon that the ray meets.
+    /// Begins a search up to the distance `t_max` along the ray. `hit` returns the distance at which the ray meets a
+    /// polygon, if it does.
     pub fn new(t_max: f32, hit: &'a mut dyn FnMut(PolygonId) -> Option<f32>) -> Self {
         Self { hit, t_max, found: None }
     }
 
-    /// Distance up to which boxes are tested.
+    /// Distance along the ray up to which boxes are tested.
     pub fn reach(&self) -> f32 {
         self.found.map_or(self.t_max, |(_, t)| (t * (1.0 + RAY_SLACK)).min(self.t_max))
     }
@@ -78,7 +80,7 @@ impl<'a> Nearest<'a> {
     }
 }
 
-/// Whether a box that the ray enters at `t` lies within `reach`, by the comparison of [`Ray::enter_box`].
+/// Whether a box that the ray enters at `t` lies within `reach`. The comparison is the same as in [`Ray::enter_box`].
 pub fn is_wanted(t: f32, reach: f32) -> bool {
     is_no_later(t, reach)
 }
@@ -122,7 +124,7 @@ pub(crate) fn ray_any(
     nearest: impl FnOnce(&mut dyn FnMut(PolygonId) -> Option<f32>) -> Option<(PolygonId, f32)>,
 ) -> Option<(PolygonId, f32)> {
     let mut found = None;
-    // After any hit, the search for the nearest has nothing left to visit.
+    // After the first hit, a hit at minus infinity ends the search for the nearest polygon.
     let mut first = |id| {
         if found.is_some() {
             return None;
@@ -144,7 +146,8 @@ struct SphereVisitor<'a> {
 impl Visitor for SphereVisitor<'_> {
     fn node(&mut self, node: &Node<'_>) -> Visit {
         let Sphere { center, radius_m } = *self.sphere;
-        // The computed distance of a box never exceeds that of a box inside it. A radius of NaN finds nothing.
+        // A node can be skipped, because its computed distance never exceeds the distance of a box inside. If the
+        // radius is NaN, nothing is found.
         if node.bounds.distance_squared(center) <= radius_m * radius_m { Visit::Descend } else { Visit::Skip }
     }
 
@@ -162,7 +165,7 @@ pub(crate) fn sphere_query(
     out: &mut Vec<PolygonId>,
     walk: impl FnOnce(&mut dyn Visitor) -> WorkCounts,
 ) -> WorkCounts {
-    // The square of a negative radius would find polygons.
+    // Without this test a negative radius would find polygons, because its square is positive.
     if sphere.radius_m.is_nan() || sphere.radius_m < 0.0 {
         return WorkCounts::default();
     }
@@ -192,18 +195,18 @@ impl Ord for Near {
     }
 }
 
-/// The nearest polygons to a point so far.
+/// The nearest polygons to a point that a search has found.
 #[allow(missing_debug_implementations, reason = "it holds a function")]
 pub struct NearestPolygons<'a> {
     point: Vec3,
     count: usize,
     distance_m: &'a mut dyn FnMut(PolygonId) -> f32,
-    /// The polygons found, the farthest on top.
+    /// The polygons found; the farthest one is on top.
     found: BinaryHeap<Near>,
 }
 
 impl<'a> NearestPolygons<'a> {
-    /// `None` for a count of zero or a point with NaN.
+    /// `None` if `count` is zero or a coordinate of `point` is NaN.
     pub(crate) fn new(
         point: Vec3,
         count: usize,
@@ -234,7 +237,7 @@ impl<'a> NearestPolygons<'a> {
     /// The distance of a box, metres, if it is at most [`NearestPolygons::reach_m`].
     pub fn distance_of(&self, bounds: &Aabb) -> Option<f32> {
         let reach_m = self.reach_m();
-        // A root: the square of a short distance may be too small for an `f32`.
+        // The square root is taken because the square of a short distance may be too small for an `f32`.
         Some(bounds.distance_squared(self.point).sqrt()).filter(|&distance_m| distance_m <= reach_m)
     }
 

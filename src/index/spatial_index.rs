@@ -9,7 +9,7 @@ use crate::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
-/// Why an index refused a change. It is then as it was before.
+/// The reason why an index refused a change. The refused change has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IndexError {
     /// The box is empty, infinite or not a number.
@@ -27,7 +27,7 @@ pub enum IndexError {
 }
 
 impl IndexError {
-    /// The polygon that the change was about.
+    /// The polygon of the refused change.
     pub fn polygon(self) -> PolygonId {
         match self {
             Self::InvalidBounds(id) | Self::Duplicate(id) | Self::Unknown(id) | Self::IdBeyondLimit(id) => id,
@@ -35,14 +35,14 @@ impl IndexError {
     }
 }
 
-/// A structure that holds polygons by their boxes and answers visibility queries.
+/// A structure that stores polygons by their boxes and finds the polygons that a view may see.
 ///
 /// Contracts, tested for every implementation against [`super::BruteForce`]:
 /// * `frustum_cull` reports every polygon whose box [`Frustum::may_see`] accepts, each once, and no other.
-/// * Polygons outside the root cube, over-sized or coincident are inserted like any other.
-/// * A refused change leaves the index as it was.
+/// * Polygons that lie outside the root cube, are very large or coincide are inserted like all others.
+/// * A refused change leaves the index unchanged.
 pub trait SpatialIndex: Any + Send + Sync {
-    /// Its name on the command line and in tables.
+    /// The name of the index on the command line and in tables.
     fn name(&self) -> &'static str;
 
     /// Number of polygons in the index.
@@ -53,8 +53,8 @@ pub trait SpatialIndex: Any + Send + Sync {
         self.len() == 0
     }
 
-    /// Announces the next changes, which `geometry` has already made. An index can prefetch the memory that they will touch, or
-    /// read more of the polygons than their boxes. Changes no answer.
+    /// Announces the next changes, which `geometry` already contains. The index can prefetch the memory that these
+    /// changes will touch, or read more than the boxes of the polygons. No query result changes.
     fn announce(&mut self, _geometry: &dyn Geometry, _changes: &[Change]) {}
 
     /// Inserts a polygon. Queries see it after the next [`SpatialIndex::commit`].
@@ -75,21 +75,21 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// [`IndexError::Unknown`], [`IndexError::InvalidBounds`].
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError>;
 
-    /// Gives polygons new boxes: the same as [`SpatialIndex::update`] with one after the other, so the last update of
-    /// an id counts. Appends the errors of refused updates to `refused`, in their order. By default it calls `update`
-    /// for each; an index may be faster for consecutive neighbours.
+    /// Gives polygons new boxes, with the result of one [`SpatialIndex::update`] after the other: the last update of an
+    /// id counts. Appends the errors of refused updates to `refused`, in the order of the updates. The default
+    /// implementation calls `update` for each; an index may be faster for consecutive ids.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         refused.extend(updates.iter().filter_map(|(id, bounds)| self.update(*id, bounds).err()));
     }
 
-    /// Ends a batch of changes: whatever the structure has to do before the next query (a rebuild, a bounded share of
-    /// upkeep). Called once a frame; cheap when nothing has changed.
+    /// Ends a batch of changes. The index does its work before the next query, such as a rebuild or a bounded share of
+    /// upkeep. Called once a frame; cheap when nothing has changed.
     fn commit(&mut self);
 
     /// Appends the polygons that the frustum may see to `draw_list`, in any order.
     fn frustum_cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts;
 
-    /// Adds the polygons that the frustum may see to a set that was cleared before: the same polygons as
+    /// Adds the polygons that the frustum may see to an empty set. They are the polygons of
     /// [`SpatialIndex::frustum_cull`], in the form that the rest of a frame uses.
     fn frustum_cull_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         let list = |ids: &mut Vec<PolygonId>| {
@@ -101,10 +101,10 @@ pub trait SpatialIndex: Any + Send + Sync {
         visible.fill_by_list(list, |visible, ids| Backend::detect().run(SetAll { visible, ids }))
     }
 
-    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the polygons that
-    /// [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further elements of the longer
-    /// slice are ignored. An index may find all in one walk. The counts are
-    /// then those of this walk, with the results of all views summed up.
+    /// Culls for several views (eyes, walls, faces of a cube, shadow cascades). Adds to `visible[i]` exactly the
+    /// polygons that [`SpatialIndex::frustum_cull_blocks`] finds for `frusta[i]`. All sets have to be empty. Further
+    /// elements of the longer slice are ignored. An index may serve all views in one walk; then the counts are those of
+    /// this walk, with the reported polygons of all views summed.
     fn frustum_cull_views(&self, frusta: &[Frustum], visible: &mut [VisibleBlocks]) -> WorkCounts {
         let mut work = WorkCounts::default();
         for (frustum, visible) in frusta.iter().zip(visible) {
@@ -113,30 +113,31 @@ pub trait SpatialIndex: Any + Send + Sync {
         work
     }
 
-    /// Walks the nodes that the frustum may see from the top, and calls `visitor` at each one. The visitor gets the
-    /// polygons in the frustum of the nodes that it does not skip. It gets each once, and the set of `frustum_cull` if
-    /// it skips nothing.
+    /// Walks the nodes that the frustum may see, from the top, and calls `visitor` at each one. The visitor receives
+    /// each polygon in the frustum once, except polygons below nodes that it skips. A visitor that skips nothing
+    /// receives the set of `frustum_cull`.
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
 
-    /// Clears the polygons that `thinner` finds hidden from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`]
-    /// for this frustum. A [`SpatialIndex::traverse`] with the same answers omits the same polygons. Nothing is listed,
-    /// and polygons that are not hidden are not read. `false` if the index cannot do this; nothing has changed then.
+    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
+    /// `thinner` finds them hidden. With the same answers of the tests, [`SpatialIndex::traverse`] omits the same
+    /// polygons. The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and
+    /// changes nothing, if the index cannot do this.
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
     }
 
-    /// Appends the polygons whose boxes share a point with `bounds` (touching counts) to `out`, in any order, each
-    /// once: the set that [`Aabb::intersects`] accepts. A box with a NaN finds nothing.
+    /// Appends the polygons whose boxes share a point with `bounds` to `out`, in any order, each once. Boxes that touch
+    /// share a point ([`Aabb::intersects`]). A box with a NaN finds nothing.
     fn box_query(&self, bounds: &Aabb, out: &mut Vec<PolygonId>) -> WorkCounts {
         probe::box_query(bounds, out, |frustum, list| self.frustum_cull(frustum, list))
     }
 
-    /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`; of several at the same `t` the one with the
-    /// lowest id.
+    /// The nearest polygon that a ray meets at `t <= t_max`, and its `t`. Among several polygons at the same `t` the
+    /// lowest id wins.
     ///
-    /// `hit` is the exact test: the `t` at which the ray meets the polygon itself, if it does. It is called for every
-    /// polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others. By rounding, its
-    /// `t` may be smaller than the `t` of entry into the box, by at most one part in ten thousand.
+    /// `hit` is the exact test: it returns the `t` at which the ray meets the polygon itself, if it does. It is called
+    /// for every polygon whose box the ray enters no later than the nearest hit so far, and perhaps for others.
+    /// Rounding may make its `t` smaller than the `t` of entry into the box, by at most one part in ten thousand.
     fn ray_nearest(
         &self,
         ray: &Ray,
@@ -146,8 +147,9 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::ray_nearest(ray, t_max, hit, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
-    /// Any polygon that a ray meets at `t <= t_max`, and its `t`: the first one found. For shadows and visibility
-    /// tests; cheaper than [`SpatialIndex::ray_nearest`]. `hit` is called as there, and not again after a hit.
+    /// Any polygon that a ray meets at `t <= t_max`, and its `t`: the first hit that the search finds. This is enough
+    /// for shadows and visibility tests, and cheaper than [`SpatialIndex::ray_nearest`]. `hit` is the same test, and is
+    /// not called again after a hit.
     fn ray_any(
         &self,
         ray: &Ray,
@@ -159,8 +161,9 @@ pub trait SpatialIndex: Any + Send + Sync {
 
     /// Appends the polygons within a sphere to `out`, in any order, each once.
     ///
-    /// `within` is the exact test: whether the polygon itself shares a point with the sphere. It is called once for
-    /// every polygon whose box does ([`Aabb::distance_squared`]), and perhaps for others.
+    /// `within` is the exact test: it returns whether the polygon itself shares a point with the sphere. It is called
+    /// once for every polygon whose box shares a point with the sphere ([`Aabb::distance_squared`]), and perhaps for
+    /// others.
     fn sphere_query(
         &self,
         sphere: &Sphere,
@@ -170,11 +173,12 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::sphere_query(sphere, within, out, |visitor| self.traverse(&Frustum::everything(), visitor))
     }
 
-    /// Replaces `out` by the `count` polygons nearest to a point with their distances in metres, the nearest first. At
-    /// the same distance lower ids come first. Fewer if there are fewer.
+    /// Replaces the contents of `out` by the `count` polygons nearest to a point with their distances in metres, the
+    /// nearest first. At the same distance lower ids come first. A smaller index yields all its polygons.
     ///
-    /// `distance_m` is the exact distance, not less than that of the polygon's box (NaN: the polygon is left out). It is
-    /// called once for every polygon whose box is nearer than the last one of the result, and for others.
+    /// `distance_m` returns the exact distance, at least the distance of the polygon's box. If it returns NaN, the
+    /// polygon is left out. It is called once for every polygon whose box is nearer than the last polygon of the
+    /// result, and for others.
     fn nearest(
         &self,
         point: Vec3,
@@ -186,12 +190,12 @@ pub trait SpatialIndex: Any + Send + Sync {
         probe::nearest_by(point, count, self.len(), distance_m, out, walk)
     }
 
-    /// Upkeep for the changes so far; `None` if it is not counted.
+    /// Counts of upkeep for all changes so far; `None` if the index does not count them.
     fn upkeep(&self) -> Option<Upkeep> {
         None
     }
 
-    /// Checks every invariant of the structure; for tests, O(everything).
+    /// Checks every invariant of the structure, for tests. Takes time proportional to all contents.
     ///
     /// # Errors
     /// A description of the broken invariant.

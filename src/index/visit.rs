@@ -3,29 +3,30 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// A node, as passed to a [`Visitor`].
+/// A node as a [`Visitor`] receives it.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<'a> {
-    /// Box around every polygon of the node and of those below.
+    /// Box around every polygon of the node and of its descendants.
     pub bounds: &'a Aabb,
-    /// 0 at the top.
+    /// Level of the node; 0 at the top.
     pub depth: u32,
     /// Outcome of the frustum test of the node's box, never [`Containment::Outside`].
     pub containment: Containment,
-    /// Number of polygons in the node and below, or an upper bound of it.
+    /// Number of polygons in the node and its descendants, or an upper bound of this number.
     pub polygons: usize,
-    /// Whether the node has no nodes below.
+    /// Whether the node has no children.
     pub is_leaf: bool,
 }
 
-/// Decision about a node.
+/// A visitor's decision about a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visit {
-    /// Omit the node and all below.
+    /// Skip the node with all its descendants.
     Skip,
-    /// Visit the nodes below.
+    /// Visit the children.
     Descend,
-    /// Report all polygons of the node and below that pass the frustum, without visiting the nodes.
+    /// Report all polygons of the node and its descendants that pass the frustum test, without a visit to the
+    /// descendants.
     Take,
 }
 
@@ -34,35 +35,36 @@ pub trait Visitor {
     /// Decides about a node.
     fn node(&mut self, node: &Node<'_>) -> Visit;
 
-    /// Whether [`Visitor::leaves`] decides about neighbouring leaves together. A polygon whose own box was passed there then
-    /// counts as taken ([`Visit::Take`]).
+    /// Whether the walk calls [`Visitor::leaves`] for neighbouring leaves instead of [`Visitor::node`] for each. A leaf
+    /// of one polygon has that polygon's box, so the polygon then counts as taken ([`Visit::Take`]).
     fn asks_together(&self) -> bool {
         false
     }
 
-    /// Decides about at most sixteen leaves; leaf `i` holds `polygons[i]` polygons. All of them lie in the last inner node that was
-    /// passed to [`Visitor::node`].
+    /// Decides about at most sixteen leaves at once; leaf `i` holds `polygons[i]` polygons. Their parent is the node of
+    /// the last call of [`Visitor::node`].
     fn leaves(&mut self, _bounds: &[Aabb], _polygons: &[u8], answers: &mut [Visit]) {
         answers.fill(Visit::Descend);
     }
 
-    /// Receives polygons that pass the frustum. `asked` is the decision about their node, [`Visit::Descend`] or [`Visit::Take`].
+    /// Receives polygons that pass the frustum test. `asked` is the decision about their node: [`Visit::Descend`] or
+    /// [`Visit::Take`].
     fn polygons(&mut self, ids: &[PolygonId], asked: Visit);
 }
 
-/// The occlusion test of a [`super::SpatialIndex::thin_out`].
+/// The occlusion test that [`super::SpatialIndex::thin_out`] calls.
 pub trait Thinner {
-    /// Nodes of fewer polygons are kept without a test.
+    /// The least number of polygons of a tested node. Smaller nodes are kept without a test.
     fn least_polygons(&self) -> usize;
 
     /// Whether the polygons of leaves are tested one by one.
     fn asks_polygons(&self) -> bool;
 
-    /// Tests a node with this box and at most this many polygons: [`Visit::Skip`] if all of it is hidden,
-    /// [`Visit::Take`] if no part can be hidden.
+    /// Tests a node with this box and at most `polygons` polygons. [`Visit::Skip`]: the whole node is hidden.
+    /// [`Visit::Take`]: no part of the node can be hidden.
     fn node(&mut self, bounds: &Aabb, polygons: usize) -> Visit;
 
-    /// [`Thinner::node`] for at most sixteen boxes, with at most `polygons[i]` polygons in box `i`.
+    /// Does the same as [`Thinner::node`] for at most sixteen boxes; box `i` has at most `polygons[i]` polygons.
     fn nodes(&mut self, bounds: &[Aabb], polygons: &[u8], answers: &mut [Visit]) {
         for ((answer, bounds), &polygons) in answers.iter_mut().zip(bounds).zip(polygons) {
             *answer = self.node(bounds, usize::from(polygons));
@@ -72,7 +74,7 @@ pub trait Thinner {
     /// Whether a polygon with this box is hidden.
     fn is_hidden(&mut self, bounds: &Aabb) -> bool;
 
-    /// The hidden ones among at most sixteen polygons with these boxes, a bit for each.
+    /// The hidden polygons among at most sixteen with these boxes, a bit for each box.
     fn hidden_of(&mut self, boxes: &[Aabb]) -> u16 {
         boxes
             .iter()

@@ -1,9 +1,9 @@
 use std::cmp::Ordering;
 
-/// An unvisited entry of a search for the nearest polygons.
+/// A node or polygon that a search for the nearest polygons has found and not visited yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waiting<P> {
-    /// The ray parameter of the entry, or the distance from the point.
+    /// The parameter at which the ray enters its box, or the distance from the point.
     pub t: f32,
     /// The node or polygon.
     pub place: P,
@@ -18,7 +18,7 @@ impl<P: Ord> PartialOrd for Waiting<P> {
 }
 
 impl<P: Ord> Ord for Waiting<P> {
-    /// The nearest entry is the greatest: a heap returns it first, and a sorted stack has it on top.
+    /// The nearest entry compares as the greatest, so a heap returns it first, and a sorted stack has it on top.
     fn cmp(&self, other: &Self) -> Ordering {
         other.t.total_cmp(&self.t).then_with(|| other.place.cmp(&self.place))
     }

@@ -3,15 +3,15 @@ use std::ops::AddAssign;
 /// Counts of a query's work. They are compared before times, because they do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkCounts {
-    /// Nodes visited.
+    /// Number of nodes visited.
     pub nodes: u64,
-    /// Boxes, of nodes or polygons, tested against at least one plane.
+    /// Number of boxes, of nodes or polygons, that were tested against at least one plane.
     pub boxes: u64,
-    /// Single box-plane tests; a wide test counts each of its boxes.
+    /// Number of tests of one box against one plane; a SIMD test counts each of its boxes.
     pub planes: u64,
-    /// Polygons taken without a test of their own.
+    /// Number of polygons taken without a test of their own box.
     pub taken_whole: u64,
-    /// Polygons reported.
+    /// Number of polygons reported.
     pub reported: u64,
 }
 
@@ -25,14 +25,15 @@ impl AddAssign for WorkCounts {
     }
 }
 
-/// Counts of an index's work to follow changes since it was made. They explain the time of moving polygons.
+/// Counts of the work that changes have caused since the index was made. They explain the time that moving polygons
+/// take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Upkeep {
-    /// Polygons that got another box without a change of their place.
+    /// Number of polygons that got another box at the same place in the structure.
     pub adjusted: u64,
-    /// Polygons inserted: new ones, moved ones, or those of a part that was rebuilt.
+    /// Number of insertions of polygons: new ones, moved ones, and the polygons of parts that were rebuilt.
     pub filed: u64,
-    /// Boxes around several polygons computed again, refitted or widened.
+    /// Number of boxes around several polygons that were computed again, refitted or widened.
     pub boxes: u64,
 }
 

@@ -1,6 +1,6 @@
 //! Updates the boxes of polygons, such as moving things or the last pieces of a stroke that is being smoothed. Polygons
-//! that move together mostly lie in the same runs. So a run gets all its new boxes at once, and moves to another leaf
-//! as a whole.
+//! that move together mostly lie in the same runs. So a run gets all its new boxes at once, and moves to another leaf as a
+//! whole.
 
 use super::{
     announce::{LEAST, TOGETHER},
@@ -33,7 +33,7 @@ impl Moved {
 }
 
 impl Osp {
-    /// [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all), block by block.
+    /// Does the work of [`SpatialIndex::update_all`](crate::index::SpatialIndex::update_all), block by block.
     pub(super) fn update_blocks(&mut self, mut updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let is_worth_it = updates.len() >= LEAST && !self.is_linear;
         // Number of blocks whose memory has been prefetched.
@@ -44,7 +44,7 @@ impl Osp {
             updates = &updates[moved..];
             let Some(&(PolygonId(first), _)) = updates.first() else { return };
             if is_worth_it && ahead == 0 {
-                // The memory of many blocks is prefetched at once, ahead of its use.
+                // The memory of many blocks is prefetched together, before it is used.
                 let blocks = updates.chunk_by(|(a, _), (b, _)| a.0 / 16 == b.0 / 16).take(TOGETHER);
                 let firsts = blocks.filter_map(|updates| updates.first()).map(|(id, _)| id.0);
                 let in_tree = firsts.filter(|&id| self.movers.slot(PolygonId(id)).is_none());
@@ -71,8 +71,7 @@ impl Osp {
         }
     }
 
-    /// Sets new boxes of polygons of one block; of several updates of a polygon the last one counts. Appends the errors
-    /// of refused updates.
+    /// Sets new boxes of polygons of one block; the last update of a polygon counts. Appends the errors of refused updates.
     fn update_block(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         let Some(&(PolygonId(first), _)) = updates.first() else { return };
         let block = first / 16;
@@ -134,8 +133,8 @@ impl Osp {
         }
     }
 
-    /// Sets new boxes of the polygons `lanes` of a run, and moves the whole run if it belongs to another leaf. Returns
-    /// `false` without a change if the run would be longer than a new run may be.
+    /// Sets new boxes of the polygons `lanes` of a run. Moves the whole run if it belongs to another leaf. Returns `false`
+    /// without a change if the run would become longer than [`RUN_STRETCH`] allows.
     fn move_run(&mut self, place: u32, run: Run, lanes: u16, boxes: &[Wide; 16]) -> bool {
         let Some(bounds) = self.run_box_with(run, lanes, boxes) else { return false };
         if !run.is_exact() {
@@ -162,7 +161,7 @@ impl Osp {
         true
     }
 
-    /// The box of a run some of whose polygons have new boxes; `None` if it is longer than [`RUN_STRETCH`] allows.
+    /// The box of a run after some of its polygons got new boxes; `None` if it is longer than [`RUN_STRETCH`] allows.
     fn run_box_with(&self, run: Run, lanes: u16, boxes: &[Wide; 16]) -> Option<Wide> {
         let (mut around, mut most_m) = (Wide::EMPTY, 0.0);
         for_each_lane(lanes, |lane| {
@@ -179,8 +178,8 @@ impl Osp {
         is_short.then_some(around)
     }
 
-    /// Sets a new box of a run that stays in its leaf. The boxes above may then be too wide, so its page is queued for
-    /// upkeep.
+    /// Sets the box of a run that stays in its leaf. The boxes above the run may then be too large, so its page is queued
+    /// for upkeep.
     fn set_run_box(&mut self, place: u32, head: u32, bounds: Wide) {
         let narrow = bounds.to_box();
         self.pages.set_box(place / 16, place as usize % 16, &narrow);
@@ -192,7 +191,7 @@ impl Osp {
         self.queue_page(place / 16);
     }
 
-    /// Moves polygons from their runs to the open block.
+    /// Moves polygons from their runs to the open block, with new boxes.
     fn refile(&mut self, block: u32, lanes: u16, boxes: &[Wide; 16]) {
         for_each_lane(lanes, |lane| {
             self.upkeep.filed += 1;

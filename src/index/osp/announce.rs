@@ -1,5 +1,6 @@
-//! Prefetches the memory that changes will touch. Polygons that are erased or inserted again lie anywhere: each would
-//! wait for a dozen cache lines, one after the other. Prefetched ahead and together, the lines arrive in parallel.
+//! Prefetches the memory that changes will touch. Erased and inserted polygons lie anywhere in the tree, so each change
+//! would wait for a dozen cache lines, one after the other. If the lines of many changes are prefetched together, they
+//! arrive in parallel.
 
 use super::{index::Osp, pool::NONE};
 use crate::{
@@ -14,10 +15,10 @@ pub(super) const TOGETHER: usize = 16;
 pub(super) const LEAST: usize = 4;
 
 impl Osp {
-    /// Prefetches the memory of these changes, if they lie far apart. The changes of a stroke being drawn touch few
-    /// lines, which are in the cache.
+    /// Prefetches the memory of these changes if they lie far apart. The changes of a stroke being drawn touch few cache
+    /// lines, which are in the cache already.
     pub(super) fn ask_for(&self, geometry: &dyn Geometry, changes: &[Change]) {
-        // A batch of updates prefetches by itself: see `update_blocks`.
+        // A batch of updates is left out, because `update_blocks` prefetches for itself.
         let are_together = || changes.iter().all(|change| matches!(change, Change::Update(_)));
         if changes.len() < LEAST || self.is_linear || are_together() {
             return;

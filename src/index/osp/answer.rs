@@ -1,4 +1,4 @@
-//! Output of a query: ids or blocks.
+//! The output of a query: a list of ids, or a set of blocks.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Output of a query.
+/// The output that a query writes to.
 pub(super) trait Answer {
-    /// Result of a complete answer.
+    /// The result of a complete query.
     type Done;
 
-    /// Whether it receives the polygons outside of the frustum instead of the ones inside.
+    /// Whether the query reports the polygons outside the frustum instead of the polygons inside.
     const IS_OUTSIDE: bool = false;
 
-    /// Adds the polygons `first + bit` of a mask.
+    /// Adds the polygons `first + bit` for the set bits of `mask`.
     fn run<K: Kernel>(&mut self, kernel: K, first: u32, mask: u32);
 
     /// Adds the first `runs` runs of a page.
@@ -30,10 +30,10 @@ pub(super) trait Answer {
         }
     }
 
-    /// Adds the first `count` runs of a page of single polygons.
+    /// Adds the first `count` runs of a page whose runs all have one polygon.
     fn single<K: Kernel>(&mut self, kernel: K, page: &Page, count: u32);
 
-    /// Adds some runs of a page of single polygons.
+    /// Adds the runs `lanes` of a page whose runs all have one polygon.
     #[inline(always)]
     fn singles<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
@@ -47,7 +47,7 @@ pub(super) trait Answer {
     /// Adds polygons by their ids.
     fn span<K: Kernel>(&mut self, kernel: K, ids: &[PolygonId]);
 
-    /// Adds some runs of a page.
+    /// Adds the runs `lanes` of a page.
     #[inline(always)]
     fn lanes<K: Kernel>(&mut self, kernel: K, page: &Page, lanes: u32) {
         let mut left = lanes & 0xFFFF;
@@ -58,26 +58,26 @@ pub(super) trait Answer {
         }
     }
 
-    /// Number of entries so far.
+    /// Number of entries added.
     fn count(&self) -> usize;
 
-    /// Completes the answer.
+    /// Completes the output.
     fn finish(self) -> Self::Done;
 }
 
-/// An answer that also receives polygons that were not found one by one.
+/// An output that can also receive many polygons at once.
 pub(super) trait Filling: Answer {
     /// Adds all polygons of the id map.
     fn all<K: Kernel>(&mut self, kernel: K, ids: &IdMap);
 
-    /// Adds some of sixteen polygons of any blocks.
+    /// Adds the ids in `lanes`, which may belong to any blocks.
     fn listed<K: Kernel>(&mut self, kernel: K, ids: &[u32; BLOCK], lanes: u32);
 }
 
-/// An answer as ids.
+/// Output as a list of ids.
 pub(super) struct Ids<'a>(IdWriter<'a>);
 
-/// Number of blocks of an answer that are written together, at most [`IdWriter::BLOCKS`].
+/// Number of blocks whose ids are written together, at most [`IdWriter::BLOCKS`].
 const TOGETHER: usize = 8;
 
 impl<'a> Ids<'a> {
@@ -85,10 +85,10 @@ impl<'a> Ids<'a> {
         Self(IdWriter::new(ids))
     }
 
-    /// Adds the polygons of neighbouring blocks; `first` is the first id of the first block.
+    /// Adds the polygons of consecutive blocks; `first` is the first id of the first block.
     #[inline(always)]
     pub(super) fn blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
-        // Plain loops: a closure would not be compiled for the kernel's instruction set.
+        // These are plain loops, because a closure would not be compiled for the kernel's instruction set.
         let id_of = |block: usize| first.wrapping_add(block as u32 * 16);
         let is_full = |masks: &[u16]| masks.iter().fold(u16::MAX, |all, &mask| all & mask) == u16::MAX;
         let mut block = 0;
@@ -101,7 +101,7 @@ impl<'a> Ids<'a> {
                 self.0.push_span(kernel, id_of(start), (block - start) * 16);
                 continue;
             }
-            // No branch for full blocks: it would be unpredictable.
+            // Full blocks have no branch of their own here, because it would be unpredictable.
             let end = (block + TOGETHER).min(masks.len());
             self.0.push_blocks(kernel, id_of(block), &masks[block..end]);
             block = end;
@@ -169,7 +169,7 @@ impl Answer for Ids<'_> {
     }
 }
 
-/// An answer as blocks: all polygons of a run are of one block.
+/// Output as blocks. All polygons of a run belong to one block.
 pub(super) struct Blocks<'a>(MaskWriter<'a>);
 
 impl<'a> Blocks<'a> {
@@ -243,7 +243,7 @@ impl Answer for Blocks<'_> {
     }
 }
 
-/// An answer by exclusion: all polygons in the tree are set, and the reported ones are cleared.
+/// Output by exclusion: all polygons in the tree are set first, and the reported polygons are cleared.
 pub(super) struct Outside<'a> {
     /// Masks of the blocks from `first` on.
     masks: &'a mut [u16],
@@ -252,7 +252,7 @@ pub(super) struct Outside<'a> {
 }
 
 impl<'a> Outside<'a> {
-    /// `masks` begins with block `first`. Masks of blocks that the id map does not have are not written.
+    /// `masks` begins with block `first`. Blocks without an entry in the id map are not written.
     pub(super) fn new(masks: &'a mut [u16], first: usize, ids: &IdMap) -> Self {
         for (id, filed) in ids.shelves() {
             let block = id as usize / BLOCK - first;
@@ -302,15 +302,15 @@ impl Answer for Outside<'_> {
     }
 }
 
-/// An answer as blocks for scattered polygons. Runs of one polygon are listed first: one pass over the list sets or
-/// clears bits several times as fast as a walk does.
+/// Output as blocks for scattered polygons. Runs of one polygon are listed first, because one pass over this list sets or
+/// clears bits several times as fast as the walk.
 pub(super) struct Listing<'a, A> {
     runs: A,
     singles: IdWriter<'a>,
 }
 
 impl<'a, A> Listing<'a, A> {
-    /// Runs of several polygons go to `runs`, runs of one polygon to `singles`, which is empty.
+    /// Runs of several polygons go to `runs`, runs of one polygon to the empty list `singles`.
     pub(super) fn new(runs: A, singles: &'a mut Vec<PolygonId>) -> Self {
         Self { runs, singles: IdWriter::new(singles) }
     }
@@ -358,7 +358,7 @@ impl<A: Answer> Answer for Listing<'_, A> {
         self.runs.count() + self.singles.len()
     }
 
-    /// The result of the runs of several polygons.
+    /// Returns the result for the runs of several polygons.
     #[inline(always)]
     fn finish(self) -> A::Done {
         self.singles.finish();

@@ -1,5 +1,5 @@
-//! Divides a full leaf over several commits. A new node takes the whole leaf over as its straddlers, so that queries
-//! find every run as before. The following commits move these runs to the node's children.
+//! Divides a full leaf over several commits. A new node takes all runs of the leaf as its straddlers, so queries find every
+//! run as before. The following commits move these runs to the node's children.
 
 use super::{
     index::Osp,
@@ -9,25 +9,26 @@ use super::{
 };
 use crate::{index::simd::Wide, math::Aabb};
 
-/// Greatest number of runs that a commit moves: a page, and twice the number of runs that came since the last commit.
+/// A commit moves at most this number of runs (a page), and in addition twice the number of runs that were inserted since
+/// the last commit.
 const MOVED_A_COMMIT: u32 = 16;
 const MOVED_FOR_EACH: u32 = 2;
 
-/// Number of further runs that a commit moves if no run came.
+/// Number of additional runs that a commit moves if no run was inserted since the last commit.
 const MOVED_IN_A_REST: u32 = 32;
 
-/// Least numbers of polygons of models whose scattered leaves may have more runs, and [`MOST_TAKEN`] runs.
+/// From `SMALL` polygons on, a scattered leaf may have more runs; from `LARGE` on, it may have [`MOST_TAKEN`] runs.
 const SMALL: usize = 1 << 15;
 const LARGE: usize = 1 << 16;
 
 impl Osp {
     /// Replaces a leaf with too many runs by a node.
-    /// * They are scattered: the leaf is packed, and stays until it has more.
-    /// * Most of them are short enough for a smaller cell: commits move them to the node's children.
-    /// * Most are as long as the cell: the leaf stays until it has twice [`LEAF_RUNS`] runs.
-    /// * If it has, the whole leaf becomes the node's straddlers unchanged, and only later runs go to the children.
+    /// * If its runs are scattered, the leaf is packed, and stays until it has more runs.
+    /// * If most runs are short enough for a smaller cell, commits move them to the node's children.
+    /// * If most runs are as long as the cell, the leaf stays until it has twice [`LEAF_RUNS`] runs. Then all its runs
+    ///   become the node's straddlers for good, and only later runs go to the children.
     ///
-    /// So a node never has more than twice [`LEAF_RUNS`] runs that wait to be moved.
+    /// So at most twice [`LEAF_RUNS`] runs of a node wait to be moved.
     pub(super) fn try_split(&mut self, head: u32) {
         let Bucket { slot, shift, runs, movable, .. } = self.buckets[head];
         let most = self.most_scattered();
@@ -45,8 +46,8 @@ impl Osp {
         }
     }
 
-    /// Greatest number of runs of a scattered leaf before it is split. In large models, packing a leaf is a smaller
-    /// part of a frame.
+    /// Largest number of runs of a scattered leaf before it is split. It grows with the model, because packing a leaf is a
+    /// smaller part of a frame then.
     fn most_scattered(&self) -> u32 {
         match self.len {
             0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,
@@ -55,7 +56,7 @@ impl Osp {
         }
     }
 
-    /// Creates a node in the place of a leaf.
+    /// Creates a node in place of a leaf.
     fn node_for(&mut self, head: u32) -> u32 {
         let Bucket { parent, slot, shift, .. } = self.buckets[head];
         let cell = self.cell_of_slot(parent, slot);
@@ -68,7 +69,7 @@ impl Osp {
         number
     }
 
-    /// Adds `change` to the number of nodes below a slot, here and in all nodes above.
+    /// Adds `change` to the number of nodes below a slot of `node`, and below the slots above it.
     pub(super) fn count_node(&mut self, node: u32, slot: u32, change: i32) {
         let (mut at, mut slot) = (node, slot);
         while at != NONE {
@@ -90,7 +91,7 @@ impl Osp {
         }
     }
 
-    /// Builds a tree of the list at the top, which is too long.
+    /// Builds a tree from the list at the top, which is too long.
     pub(super) fn build_tree(&mut self) {
         self.is_flat = false;
         self.shape += 1;
@@ -99,8 +100,8 @@ impl Osp {
         self.divide(head);
     }
 
-    /// Queues the runs of a node's list to be moved to its children. Runs that are too long for the children return to
-    /// the list.
+    /// Queues the runs of a node's list, to be moved to its children. Runs that are too long for the children return to the
+    /// list.
     fn divide(&mut self, head: u32) {
         self.empty_first(head);
         let mut at = self.buckets[head].next;
@@ -112,7 +113,7 @@ impl Osp {
         self.to_divide.push_back(head);
     }
 
-    /// Moves some of the waiting runs; `came` is the number of runs since the last commit.
+    /// Moves some of the queued runs. `came` is the number of runs inserted since the last commit.
     pub(super) fn divide_some(&mut self, came: u32) {
         let mut left = MOVED_FOR_EACH.saturating_mul(came).saturating_add(MOVED_A_COMMIT);
         if came == 0 {
@@ -127,7 +128,7 @@ impl Osp {
         }
     }
 
-    /// A bucket of the chain whose runs wait; `None` if all have been moved, or if the chain no longer exists.
+    /// A bucket of the chain whose runs wait to be moved; `None` if all have been moved, or if the chain no longer exists.
     fn next_to_move(&mut self, head: u32) -> Option<u32> {
         while self.buckets[head].divides {
             let mut at = self.buckets[head].next;
@@ -148,7 +149,7 @@ impl Osp {
         None
     }
 
-    /// Removes an empty bucket, which is not the first, from its chain.
+    /// Removes an empty bucket from its chain. The bucket must not be the first.
     fn unlink_bucket(&mut self, bucket: u32) {
         let Bucket { prev, next, .. } = self.buckets[bucket];
         self.buckets[prev].next = next;

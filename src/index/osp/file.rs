@@ -1,4 +1,4 @@
-//! Insertion of runs: finding the place, appending, and widening the boxes above.
+//! Inserts runs: finds the place of a run, appends it there, and widens the boxes above.
 
 use super::{
     grid::{self, Grid, Key, TOP_SHIFT},
@@ -11,19 +11,19 @@ use crate::{
     math::Aabb,
 };
 
-/// Place in the tree for a run.
+/// The place in the tree for a run.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Way {
     pub(super) key: Key,
     level: u32,
-    /// The lowest existing node on the way to the place.
+    /// The lowest existing node on the way to this place.
     node: u32,
     /// The leaf or list of straddlers under that node; [`NONE`] if it does not exist yet.
     pub(super) bucket: u32,
 }
 
 impl Osp {
-    /// Inserts runs by their boxes. Many runs go to many places, so their memory is prefetched first.
+    /// Inserts runs by their boxes. Their places are prefetched first, because many runs go to many places.
     pub(super) fn file_runs(&mut self, runs: &[(Run, Wide)]) {
         self.came += runs.len() as u32;
         let shape = self.shape;
@@ -43,13 +43,13 @@ impl Osp {
         }
     }
 
-    /// The bucket for a run with this box; [`NONE`] if it does not exist yet.
+    /// The bucket for a run with these bounds; [`NONE`] if it does not exist yet.
     pub(super) fn bucket_for(&self, bounds: &Aabb) -> u32 {
         let bounds = Wide::from_box(bounds);
         if bounds.is_valid() { self.way(bounds).bucket } else { NONE }
     }
 
-    /// Place in the tree for a run with this box.
+    /// The place in the tree for a run with this box.
     #[inline]
     pub(super) fn way(&self, bounds: Wide) -> Way {
         let key = self.grid.key(bounds);
@@ -63,14 +63,14 @@ impl Osp {
         Way { key, level, node, bucket }
     }
 
-    /// Inserts a run at its place. If `is_loose`, its box may be too wide, and its page is queued for upkeep.
+    /// Inserts a run at its place. If `is_loose`, the run's box may be too large, and its page is queued for upkeep.
     pub(super) fn file(&mut self, run: Run, bounds: Wide, way: Way, is_loose: bool) {
         let way = if self.is_beside(&way.key) && self.grow_to(&way.key) { self.way(bounds) } else { way };
         let head = if way.bucket != NONE { way.bucket } else { self.add_bucket(&way) };
         let wider = !self.buckets[head].bounds.contains(bounds);
         let place = self.append(head, run, bounds, way.level);
         if is_loose {
-            // Before a split, which may move the run.
+            // The mark is set before a split, because a split may move the run.
             self.mark_loose(place);
         }
         if wider {
@@ -102,7 +102,8 @@ impl Osp {
         !self.is_flat && !grid::same_cell(&top.key, key, top.shift)
     }
 
-    /// Adds levels on top until the top cell contains the key. Returns whether it added any. Cells keep their size.
+    /// Adds levels on top until the top cell contains the key. Returns whether it added any. The size of existing cells
+    /// stays.
     fn grow_to(&mut self, key: &Key) -> bool {
         let mut grown = false;
         loop {
@@ -119,7 +120,7 @@ impl Osp {
             let nodes_below = 1 + self.nodes[old].nodes_below.iter().sum::<u32>();
             let node = &mut self.nodes[top];
             (node.shift, node.key, node.parent) = (shift + 1, at, NONE);
-            // The preallocated levels have the old top already.
+            // The preallocated levels contain the old top already.
             node.children[slot] = Link::node(old);
             node.boxes.set(slot, &node_box);
             node.nodes_below[slot] = nodes_below;
@@ -128,7 +129,7 @@ impl Osp {
         }
     }
 
-    /// The tight box of everything at a node and below.
+    /// The tight box around all polygons at a node and below.
     pub(super) fn node_box(&self, node: u32) -> Aabb {
         let node = &self.nodes[node];
         let mut bounds = node.boxes.around(0xFF);
@@ -138,7 +139,7 @@ impl Osp {
         bounds
     }
 
-    /// The box of a chain of buckets.
+    /// The box around a chain of buckets.
     pub(super) fn chain_box(&self, head: u32) -> Aabb {
         let mut bounds = Wide::EMPTY;
         let mut at = head;
@@ -150,7 +151,7 @@ impl Osp {
         bounds.to_box()
     }
 
-    /// Descends towards runs of `level` at `key`. Returns the lowest node, and the leaf below it if there is one, else
+    /// Descends towards the cell of `level` that contains `key`. Returns the lowest node, and the leaf below it or
     /// [`NONE`].
     #[inline]
     fn descend(&self, key: &Key, level: u32) -> (u32, u32) {
@@ -171,7 +172,8 @@ impl Osp {
         }
     }
 
-    /// [`Osp::descend`] in the preallocated levels: inside the root cube, the key determines their entries.
+    /// Does the first part of [`Osp::descend`] in the preallocated levels: inside the root cube, the key determines their
+    /// entries.
     #[inline]
     pub(super) fn direct_way(&self, key: &Key, level: u32) -> (u32, u32) {
         let mut at = self.top;
@@ -204,7 +206,7 @@ impl Osp {
         new
     }
 
-    /// Sets the link of a slot of a node, there and in the preallocated levels. `key` lies in the slot's cell.
+    /// Sets the link of a node's slot, in the node and in the preallocated levels. `key` lies in the slot's cell.
     pub(super) fn set_child(&mut self, node: u32, slot: u32, link: Link, key: &Key) {
         self.nodes[node].children[slot as usize] = link;
         self.void_spans(node, slot);
@@ -222,8 +224,7 @@ impl Osp {
         }
     }
 
-    /// Appends a run to the first bucket of a chain and returns its place. The caller widens the boxes above the
-    /// bucket.
+    /// Appends a run to the first bucket of a chain; returns the run's place. The caller widens the boxes above the bucket.
     pub(super) fn append(&mut self, head: u32, run: Run, bounds: Wide, level: u32) -> u32 {
         let mut bucket = &mut self.buckets[head];
         if bucket.last == NONE || bucket.counts[bucket.last_at()] >= 16 {
@@ -232,7 +233,7 @@ impl Osp {
         }
         let (page_number, at) = (bucket.last, bucket.last_at());
         bucket.counts[at] += 1;
-        // The bucket's copies are updated here, without reading the page.
+        // The copies in the bucket are updated here, without a read of the page.
         let is_single = run.is_exact() && (bucket.counts[at] == 1 || bucket.single >> at & 1 == 1);
         bucket.single = bucket.single & !(1 << at) | u16::from(is_single) << at;
         bucket.runs += 1;
@@ -256,7 +257,7 @@ impl Osp {
         self.ids.set_place(run.first / 16, run.lanes(), place);
     }
 
-    /// Moves the content of a chain's first bucket to a new second one, so that links to the first stay valid.
+    /// Moves the contents of a chain's first bucket to a new second bucket, so that links to the first stay valid.
     pub(super) fn empty_first(&mut self, head: u32) {
         let full = self.buckets.take();
         // Only the first bucket of a chain has these flags.
@@ -275,7 +276,7 @@ impl Osp {
         (bucket.last, bucket.last_bounds) = (NONE, Wide::EMPTY);
     }
 
-    /// Adds an empty page at the end of a chain's first bucket; returns its number.
+    /// Adds an empty page to the end of a chain's first bucket; returns the page's number.
     fn new_page(&mut self, head: u32) -> u32 {
         if self.buckets[head].page_count == 16 {
             self.empty_first(head);
@@ -286,13 +287,14 @@ impl Osp {
         (page.bucket, page.at) = (head, bucket.page_count as u8);
         (bucket.last, bucket.last_bounds) = (page_number, Wide::EMPTY);
         bucket.pages[bucket.page_count as usize] = page_number;
-        // The count may be left from an earlier page.
+        // The count may still be the count of an earlier page.
         bucket.counts[bucket.page_count as usize] = 0;
         bucket.page_count += 1;
         page_number
     }
 
-    /// Widens the boxes above a bucket so that they contain `bounds`. If one already does, the boxes above it do, too.
+    /// Widens the boxes above a bucket so that they contain `bounds`. Stops at the first box that contains `bounds`
+    /// already, because the boxes above it then do, too.
     pub(super) fn widen_above(&mut self, bucket: u32, bounds: &Aabb) {
         let (mut at, mut slot) = (self.buckets[bucket].parent, self.buckets[bucket].slot);
         while at != NONE {
@@ -310,7 +312,7 @@ impl Osp {
         while at != NONE {
             let Bucket { pages, page_count, next, .. } = self.buckets[at];
             let pages = &pages[..page_count as usize];
-            // Pages, and the entries of their polygons in the id map, are prefetched some pages ahead.
+            // Pages, and the entries of their polygons in the id map, are prefetched before they are read.
             for &number in &pages[..pages.len().min(2)] {
                 self.pages.prefetch_all(number);
             }
@@ -345,7 +347,7 @@ impl Osp {
         }
     }
 
-    /// A place in the cell of a node's slot.
+    /// A key in the cell of a node's slot.
     pub(super) fn cell_of_slot(&self, node: u32, slot: u32) -> Key {
         let Node { shift, key, .. } = self.nodes[node];
         std::array::from_fn(|axis| {

@@ -1,4 +1,4 @@
-//! Conversion of the plain list to the tree, and back.
+//! Converts the plain list to the tree, and the tree to the plain list.
 
 use super::{
     index::{AT_ONCE, CHANGES_BETWEEN, Osp},
@@ -11,8 +11,8 @@ use crate::{
     polygon::{BLOCK, PolygonId, ids_of},
 };
 
-/// The tree becomes a plain list again when it has fewer blocks than the list's limit divided by this. So erasing and
-/// drawing at the limit does not convert in turn.
+/// The tree becomes a plain list again when it has fewer blocks than the list's limit divided by this number. Because of
+/// this gap, erasing and drawing at the limit does not convert again and again.
 const BACK_TO_LINEAR: usize = 2;
 
 impl Osp {
@@ -21,8 +21,8 @@ impl Osp {
         self.ids.blocks() + self.movers.group_count() < self.linear_blocks / BACK_TO_LINEAR
     }
 
-    /// Inserts a polygon into the plain list. A full list of scattered polygons that come a few in a frame becomes
-    /// longer.
+    /// Inserts a polygon into the plain list. If the list is full, its limit rises as long as its polygons are scattered
+    /// and few come in a frame.
     pub(super) fn insert_into_list(&mut self, id: PolygonId, bounds: Wide) -> Inserted {
         let inserted = self.linear.insert(id.0, bounds, self.list_blocks);
         let may_be_longer =
@@ -35,8 +35,8 @@ impl Osp {
         inserted
     }
 
-    /// Creates a tree from the plain list. Its blocks are inserted at once, or become flat rows beside the tree, which
-    /// later commits insert step by step.
+    /// Makes a tree from the plain list. If `is_at_once`, its blocks are inserted now. Otherwise they become flat rows
+    /// beside the tree, if the rows are empty, and later commits insert them step by step.
     #[inline(never)]
     pub(super) fn make_tree(&mut self, is_at_once: bool) {
         (self.is_linear, self.list_blocks) = (false, self.linear_blocks);
@@ -52,14 +52,14 @@ impl Osp {
         linear.clear();
         self.linear = linear;
         self.changes = CHANGES_BETWEEN;
-        // Resting polygons go to the tree from the next commit on.
+        // Later commits move resting polygons to the tree.
         self.round = self.clock.wrapping_sub(REST);
     }
 
-    /// Moves all polygons from the tree, which is a single small list of runs, to the plain list.
+    /// Moves all polygons from the tree to the plain list. The tree is a single small list of runs.
     #[inline(never)]
     pub(super) fn make_linear(&mut self) {
-        // The open block is not closed first: that could build a tree from the list of runs.
+        // The open block is read instead of closed, because closing it could build a tree from the list of runs.
         for id in ids_of(self.open.block() as usize, self.open.lanes()) {
             self.linear.insert(id.0, Wide::from_box(&self.open.bounds(id.index() % BLOCK)), usize::MAX);
         }

@@ -3,31 +3,30 @@ use glam::{Vec3, Vec4};
 use super::tuning::{CELL_STRETCH, FLAT_LEVELS};
 use crate::{index::simd::Wide, math::Aabb};
 
-/// The cells of the tree in integer coordinates. A cell of level `shift` has an edge of `2^shift` finest cells.
+/// The grid of the tree's cells in integer coordinates. The edge of a cell of level `shift` is `2^shift` finest cells long.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     origin: [f64; 3],
     finest_per_m: f64,
-    /// In single precision, for boxes in the root cube.
+    /// The same in single precision, for boxes in the root cube.
     near_origin: Vec4,
     near_finest_per_m: f32,
 }
 
-/// A position in finest cells.
+/// A position, in finest cells along each axis.
 pub(super) type Key = [u64; 3];
 
-/// Level of the root cube: it is `2^20` finest cells wide (4 µm for a cube of 4 m).
+/// Level of the root cube, which is `2^20` finest cells wide: for a cube of 4 m, a finest cell is 4 µm wide.
 pub(super) const ROOT_SHIFT: u32 = 20;
 
-/// Level of the largest possible cell, `2^38` root cubes wide. Positions farther out are clamped to its outermost
-/// cells.
+/// Level of the largest possible cell, `2^38` root cubes wide. Positions outside of it are clamped to its outermost cells.
 pub(super) const TOP_SHIFT: u32 = 58;
 
-/// Position of the root cube along each axis, in root cubes. Its bits alternate, so that doublings of the top cell add
-/// room on either side in turn.
+/// Position of the root cube along each axis, in root cubes. Its bits alternate, so that each doubling of the top cell adds
+/// room on the other side.
 const BIAS: u64 = 0x15_5555_5555;
 
-/// Number of entries of the root cube and this number of preallocated levels below it.
+/// Number of preallocated entries: one for the root cube, and one for each cell of `levels` levels below it.
 pub(super) const fn flat_entries(levels: u32) -> usize {
     ((1 << (3 * (levels + 1))) - 1) / 7
 }
@@ -58,7 +57,7 @@ impl Grid {
         self.far_key(&bounds.to_box())
     }
 
-    /// [`Grid::key`] for boxes outside the root cube.
+    /// Does the same as [`Grid::key`] for boxes outside the root cube.
     #[cold]
     fn far_key(&self, bounds: &Aabb) -> Key {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
@@ -70,7 +69,7 @@ impl Grid {
         })
     }
 
-    /// The finest level whose cells are large enough for a box.
+    /// The lowest level whose cells are large enough for a box.
     #[inline]
     pub(super) fn level_for(&self, bounds: Wide) -> u32 {
         let cells = bounds.length() * (self.near_finest_per_m / CELL_STRETCH);
@@ -79,7 +78,7 @@ impl Grid {
         exponent.clamp(0, TOP_SHIFT as i32) as u32
     }
 
-    /// The entry of a cell in the preallocated levels; `None` if the cell is not one of theirs.
+    /// The entry of a cell in the preallocated levels; `None` if the cell lies outside of them.
     #[inline]
     pub(super) fn flat_entry(levels: u32, key: &Key, shift: u32) -> Option<usize> {
         if !(ROOT_SHIFT - levels..=ROOT_SHIFT).contains(&shift) {
@@ -94,15 +93,15 @@ impl Grid {
     }
 }
 
-/// `value.floor() as i64` without a call. If the target may lack the instruction, a call takes longer than the rest of
-/// a key.
+/// Computes `value.floor() as i64` without a call. Where the target may lack the instruction, the call takes longer than
+/// the rest of a key.
 #[inline]
 fn floor(value: f64) -> i64 {
     let towards_zero = value as i64;
     towards_zero.saturating_sub(i64::from(value < towards_zero as f64))
 }
 
-/// Number of the octant of a cell of level `shift` that a key lies in: bit 0 for x, bit 1 for y, bit 2 for z.
+/// Number of the octant of a cell of level `shift` that contains the key: bit 0 for x, bit 1 for y, bit 2 for z.
 #[inline]
 pub(super) fn octant(key: &Key, shift: u32) -> usize {
     let bit = |axis: usize| (key[axis] >> (shift - 1) & 1) as usize;
@@ -115,7 +114,7 @@ pub(super) fn same_cell(a: &Key, b: &Key, shift: u32) -> bool {
     (0..3).all(|axis| (a[axis] ^ b[axis]) >> shift == 0)
 }
 
-/// The Morton code of the deepest preallocated cell that a key lies in, if it lies in the root cube.
+/// The Morton code of the deepest preallocated cell that contains a key; `None` outside the root cube.
 #[inline]
 pub(super) fn morton_in_root(key: &Key) -> Option<u32> {
     let [x, y, z] = key.map(|k| k.wrapping_sub(BIAS << ROOT_SHIFT));
@@ -126,7 +125,7 @@ pub(super) fn morton_in_root(key: &Key) -> Option<u32> {
     Some(spread(x) | spread(y) << 1 | spread(z) << 2)
 }
 
-/// The entry of the cell of a preallocated level that contains the deepest preallocated cell with this Morton code.
+/// The entry of a cell of a preallocated level, namely the cell that contains the deepest preallocated cell `morton`.
 #[inline]
 pub(super) fn flat_entry_at(morton: u32, level: u32) -> usize {
     FLAT_START[level as usize] + (morton >> (3 * (FLAT_LEVELS - level))) as usize
@@ -143,7 +142,7 @@ const FLAT_START: [usize; FLAT_LEVELS as usize + 1] = {
     table
 };
 
-/// Numbers with two zeros between neighbouring bits.
+/// The bits of each number, spread with two zeros between neighbouring bits.
 static SPREAD: [u32; 1 << FLAT_LEVELS] = {
     let mut table = [0; 1 << FLAT_LEVELS];
     let mut i = 0;

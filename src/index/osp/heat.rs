@@ -1,17 +1,18 @@
 //! Counts of the recent moves of a block's polygons.
 
-/// Number of consecutive commits with moves in a block after which its moving polygons go to the flat rows. With more,
-/// moving polygons stay longer in the tree, where each move costs more. With fewer, the last pieces of a stroke being
-/// smoothed go to the rows and return.
+/// Number of consecutive commits with moves in a block after which its moving polygons go to the flat rows. If it is
+/// larger, moving polygons stay longer in the tree, where each move costs more. If it is smaller, the last pieces of a
+/// stroke being smoothed go to the rows and return.
 const HOT: u8 = 4;
 
-/// Greatest number of commits from one move of a block to the next for which it stays hot.
+/// Largest number of commits between two moves of a block that count as consecutive.
 const APART: u8 = 2;
 
 /// Counts of the recent moves of a block's polygons.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heat {
-    /// Low byte of the number of the commit with the last move. If it wraps around, a wrong result only costs time.
+    /// Low byte of the number of the commit with the last move. A wrapped number may make a block look hot; this only costs
+    /// time.
     clock: u8,
     commits: u8,
 }
@@ -19,7 +20,7 @@ pub(super) struct Heat {
 impl Heat {
     pub(super) const NONE: Self = Self { clock: 0, commits: 0 };
 
-    /// Counts a move; returns whether the block is hot.
+    /// Counts a move of the block's polygons; returns whether the block is hot.
     #[inline]
     pub(super) fn note(&mut self, clock: u8) -> bool {
         let apart = clock.wrapping_sub(self.clock);

@@ -8,15 +8,15 @@ use super::{
 use crate::index::simd::{Boxes, prefetch, prefetch_lines};
 
 /// Map from ids to places in the tree. Sixteen consecutive ids are a block, and 256 blocks are a shelf. A shelf without
-/// polygons is recycled, so memory does not grow with ids that only increase.
+/// polygons is used again, so memory does not grow with ids that only increase.
 #[derive(Clone, Debug)]
 pub(super) struct IdMap {
-    /// Shelves by `id / IDS_A_SHELF`; [`NONE`] without polygons.
+    /// Number of each shelf, by `id / IDS_A_SHELF`; [`NONE`] without polygons.
     directory: Vec<u32>,
     shelves: Pool<Shelf>,
-    /// Places of the single polygons of blocks with more than one run.
+    /// The places of each polygon, for blocks with more than one run.
     details: Pool<Detail>,
-    /// Boxes of the polygons in runs of several.
+    /// Boxes of the polygons in runs of several polygons.
     stores: Pool<Exact>,
     /// Number of blocks with a polygon.
     blocks: usize,
@@ -26,16 +26,16 @@ pub(super) struct IdMap {
 const IDS_A_SHELF: usize = 4096;
 const BLOCKS: usize = IDS_A_SHELF / 16;
 
-/// With fewer blocks, polygons do not count as scattered.
+/// With fewer blocks than this, polygons never count as scattered.
 const SURE_BLOCKS: usize = 256;
 
-/// If fewer than one in this number of blocks has runs of several polygons, the polygons are scattered.
+/// If fewer than one in this number of blocks has runs of several polygons, the polygons count as scattered.
 const SCATTERED: usize = 4;
 
-/// Greatest number of chunks that a commit releases.
+/// Largest number of chunks that a commit releases.
 const CHUNKS_BACK: usize = 2;
 
-/// Flag of a place that is the number of a [`Detail`].
+/// Flag of a [`Place`] that holds the number of a [`Detail`].
 const DETAILED: u32 = 1 << 31;
 
 /// The place of a run: its page's number times 16, plus its lane.
@@ -45,15 +45,15 @@ pub(super) type Place = u32;
 struct Shelf {
     /// For each block, the ids in use, as a mask.
     filed: [u16; BLOCKS],
-    /// For each block, the place of its only run, or `DETAILED` and the number of its detail, or [`NONE`].
+    /// For each block, the place of its only run; or `DETAILED` with the number of its detail; or [`NONE`].
     place: [u32; BLOCKS],
-    /// For each block, the number of its exact boxes, or [`NONE`].
+    /// For each block, the number of its [`Exact`] boxes, or [`NONE`].
     store: [u32; BLOCKS],
     /// For each block, counts of recent moves.
     heat: [Heat; BLOCKS],
     /// Number of blocks with a polygon; in a free shelf, the next free shelf.
     live: u32,
-    /// Upper bound of the blocks that have ever had a polygon.
+    /// Upper bound of the numbers of blocks that have ever had a polygon.
     end: u32,
 }
 
@@ -93,7 +93,7 @@ impl Pooled for Detail {
     }
 }
 
-/// The boxes of a block's polygons. Lanes of runs of one polygon, and unused lanes, are unspecified.
+/// The boxes of a block's polygons. The lanes of unused ids and of polygons that have a run of their own are unspecified.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Exact {
@@ -113,14 +113,14 @@ impl Pooled for Exact {
 }
 
 impl IdMap {
-    /// A map with room for this number of polygons with consecutive numbers, and for this number of blocks in total.
+    /// A map with room for `polygons` polygons with consecutive ids, and for `most_blocks` blocks in total.
     pub(super) fn with_room_for(polygons: usize, most_blocks: usize) -> Self {
         let shelves = polygons.div_ceil(IDS_A_SHELF);
         Self {
             directory: Vec::with_capacity(shelves.max(1024)),
             shelves: Pool::with_room_for(shelves),
-            // If the last polygons of a growing stroke are replaced, nearly every block has several runs. With fewer
-            // polygons in a block than expected, only more details are needed, as long as polygons are scattered.
+            // If the last polygons of a growing stroke are replaced, nearly every block has several runs. If blocks have
+            // fewer polygons than expected and polygons are scattered, only more details are needed.
             details: Pool::with_room_for(polygons / 16 + polygons.min(4096) / 16)
                 .and_room_for(2 * most_blocks),
             stores: Pool::with_room_for(polygons / 16).and_room_for(most_blocks),
@@ -157,13 +157,13 @@ impl IdMap {
         self.shelf(block).map_or(0, |(shelf, at)| shelf.filed[at])
     }
 
-    /// Counts a move of polygons of a block; returns whether they move in frame after frame.
+    /// Counts a move of a block's polygons; returns whether they move in frame after frame.
     #[inline]
     pub(super) fn is_hot(&mut self, block: u32, clock: u8) -> bool {
         self.shelf_mut(block).is_some_and(|(shelf, at)| shelf.heat[at].note(clock))
     }
 
-    /// Sets the ids of a block that are still in use. Releases the block's entries if none is.
+    /// Sets the ids of a block that are still in use. Releases the block's entries if no id is.
     pub(super) fn set_filed(&mut self, block: u32, filed: u16) {
         let (number, at) = Self::split(block);
         if self.directory.get(number).is_none_or(|&shelf| shelf == NONE) {
@@ -217,7 +217,7 @@ impl IdMap {
         }
     }
 
-    /// Place of the run of a polygon that is in the tree.
+    /// The place of the run that contains a polygon; `None` if the polygon is not in the tree.
     #[inline]
     pub(super) fn place(&self, id: u32) -> Option<Place> {
         let (shelf, at) = self.shelf(id / 16)?;
@@ -228,7 +228,7 @@ impl IdMap {
         }
     }
 
-    /// Sets the place of the run of some polygons of a block.
+    /// Sets the place of the run that contains the polygons `mask` of a block.
     pub(super) fn set_place(&mut self, block: u32, mask: u16, place: Place) {
         let Some((shelf, at)) = self.shelf_mut(block) else { return };
         let (old, filed) = (shelf.place[at], shelf.filed[at]);
@@ -260,7 +260,7 @@ impl IdMap {
         }
     }
 
-    /// Exact boxes by their number.
+    /// The exact boxes with this number.
     pub(super) fn boxes(&self, store: u32) -> &Boxes<16> {
         &self.stores[store].boxes
     }
@@ -269,18 +269,18 @@ impl IdMap {
         &mut self.stores[store].boxes
     }
 
-    /// Exact boxes by their number, without a check.
+    /// The exact boxes with this number, without a check of the number.
     ///
     /// # Safety
-    /// `store` is of a run in the tree.
+    /// `store` belongs to a run in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_boxes(&self, store: u32) -> &Boxes<16> {
         // SAFETY: a store is in use as long as a run of several needs it, which `validate` checks.
         unsafe { &self.stores.known(store).boxes }
     }
 
-    /// Sets the ids of a block that are in use, at least one. Stores the exact boxes of the polygons `shared`, if any.
-    /// Returns the number of the boxes, or [`NONE`].
+    /// Sets the ids of a block that are in use, at least one. Stores the exact boxes of the polygons `shared`, if there are
+    /// any. Returns the number of these boxes, or [`NONE`].
     pub(super) fn file_block(&mut self, open: &OpenBlock, shared: u16) -> u32 {
         let (number, at) = Self::split(open.block());
         if number >= self.directory.len() {
@@ -313,7 +313,7 @@ impl IdMap {
         shelf.store[at]
     }
 
-    /// Releases a block's exact boxes, when all its runs have one polygon.
+    /// Releases a block's exact boxes if all its runs have one polygon.
     pub(super) fn drop_boxes(&mut self, block: u32) {
         let Some((shelf, at)) = self.shelf_mut(block) else { return };
         let store = std::mem::replace(&mut shelf.store[at], NONE);
@@ -322,12 +322,12 @@ impl IdMap {
         }
     }
 
-    /// Number of entries that [`IdMap::shelves`] passes over, including the directory.
+    /// Number of entries that [`IdMap::shelves`] passes over, with the entries of the directory.
     pub(super) fn entries(&self) -> usize {
         self.directory.len() + self.shelves.live() as usize * BLOCKS
     }
 
-    /// The ids in use, ascending: the first id of each shelf, and the masks of its blocks.
+    /// The ids in use, ascending, as shelves: the first id of each shelf, and the masks of its blocks.
     #[inline(always)]
     pub(super) fn shelves(&self) -> impl Iterator<Item = (u32, &[u16])> + '_ {
         let used = self.directory.iter().enumerate().filter(|&(_, &number)| number != NONE);
@@ -337,7 +337,7 @@ impl IdMap {
         })
     }
 
-    /// Upper bound of the numbers of all polygons.
+    /// Upper bound of all ids.
     pub(super) fn ids_end(&self) -> usize {
         self.directory.len() * IDS_A_SHELF
     }
@@ -348,12 +348,12 @@ impl IdMap {
         self.blocks
     }
 
-    /// The number of a block's exact boxes, [`NONE`] if it has none.
+    /// The number of a block's exact boxes; [`NONE`] if it has no such boxes.
     pub(super) fn store(&self, block: u32) -> u32 {
         self.shelf(block).map_or(NONE, |(shelf, at)| shelf.store[at])
     }
 
-    /// Makes room for this number of polygons, between two frames.
+    /// Makes room for this number of further polygons. Called between two frames.
     pub(super) fn make_room(&mut self, polygons: usize) {
         self.shelves.make_room(polygons.div_ceil(IDS_A_SHELF));
         self.details.make_room(polygons / 16);
@@ -364,8 +364,8 @@ impl IdMap {
         }
     }
 
-    /// Releases a part of the room for exact boxes if polygons are scattered: runs of one polygon need none, and pages
-    /// need the memory. Keeps room for `polygons` more.
+    /// Frees a part of the room for exact boxes if polygons are scattered, because runs of one polygon need none, and pages
+    /// need the memory. Keeps room for `polygons` further polygons.
     pub(super) fn give_room_back(&mut self, polygons: usize) {
         if self.are_scattered() {
             self.stores.give_room_back(2 * self.stores.live() as usize + polygons / 16, CHUNKS_BACK);

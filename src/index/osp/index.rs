@@ -25,20 +25,20 @@ use crate::{
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
 };
 
-/// The fast form of the OSP (octal space partition) tree, and the index to use: an octree of loose cells for polygons
-/// that come and go at any time. Nothing is ever rebuilt, and boxes are tested eight or sixteen at a time (AVX-512,
-/// AVX2, SSE2, NEON, simd128).
+/// The fast form of the OSP (octal space partition) tree, and the index that most programs should use: an octree of loose
+/// cells for polygons that come and go at any time. It never rebuilds the tree. It tests eight or sixteen boxes at once
+/// (AVX-512, AVX2, SSE2, NEON, simd128).
 #[derive(Clone, Debug)]
 pub struct Osp {
     pub(super) backend: Backend,
-    /// Holds all polygons while they are few; the tree is then empty.
+    /// The plain list, which holds all polygons while they are few; the tree is then empty.
     pub(super) linear: Linear,
     pub(super) is_linear: bool,
-    /// Greatest number of blocks of sixteen ids in the linear form.
+    /// Largest number of blocks of sixteen ids in the plain list.
     pub(super) linear_blocks: usize,
-    /// The current limit, which is higher for scattered polygons that keep coming.
+    /// The current limit of the list. It is higher than `linear_blocks` for scattered polygons as long as more come.
     pub(super) list_blocks: usize,
-    /// Number of commits since a polygon was inserted into the linear form.
+    /// Number of commits since the last insertion into the plain list.
     quiet: u32,
     pub(super) grid: Grid,
     /// The preallocated levels: the link of each cell, 0 for an empty one.
@@ -51,13 +51,13 @@ pub struct Osp {
     pub(super) open: OpenBlock,
     /// The highest node; its cell contains all keys.
     pub(super) top: u32,
-    /// Whether all runs are straddlers of the top node, because a list of few runs is faster than a tree.
+    /// Whether all runs are straddlers of the top node. A list of few runs is faster than a tree.
     pub(super) is_flat: bool,
-    /// Counter that changes when nodes or buckets are added or removed.
+    /// A counter that changes when nodes or buckets are added or removed.
     pub(super) shape: u32,
-    /// The runs of an open block; kept for its memory.
+    /// Working memory for the runs of the open block.
     gathered: Option<Box<Gathered>>,
-    /// The runs of a leaf that is packed; kept for its memory.
+    /// Working memory for the runs of a leaf that is being packed.
     pub(super) taken: Vec<TakenRun>,
     /// First page that waits for upkeep.
     pub(super) queue: u32,
@@ -65,23 +65,24 @@ pub struct Osp {
     pub(super) to_pack: VecDeque<u32>,
     /// Straddlers that wait to be moved to the children of their node.
     pub(super) to_divide: VecDeque<u32>,
-    /// Runs inserted since the last commit.
+    /// Number of runs inserted since the last commit.
     pub(super) came: u32,
     /// The ids of scattered polygons in the order of the tree.
     pub(super) spans: Spans,
-    /// Polygons that move in frame after frame: not in the tree or the list, and not counted by `len`.
+    /// Polygons that move in frame after frame. They are neither in the tree nor in the list, and `len` does not count
+    /// them.
     pub(super) movers: Movers,
     /// Whether polygons of a former plain list wait for the tree.
     pub(super) is_settling: bool,
-    /// Number of commits so far, and its value at the beginning of the round through the movers.
+    /// Number of commits. `round` is its value at the beginning of the current round through the movers.
     pub(super) clock: u32,
     pub(super) round: u32,
-    /// Blocks closed, and runs moved, since the last check of the free room.
+    /// Number of blocks closed and runs moved since the last check of the free room.
     pub(super) changes: u32,
-    /// Polygons removed or moved since the last commit.
+    /// Number of polygons removed or moved since the last commit.
     pub(super) removals: u32,
     pub(super) len: usize,
-    /// Upkeep for the changes so far; see [`SpatialIndex::upkeep`].
+    /// Counts of upkeep for all changes so far; see [`SpatialIndex::upkeep`].
     pub(super) upkeep: Upkeep,
 }
 
@@ -91,13 +92,13 @@ impl Osp {
         Self::with_backend(config, Backend::detect())
     }
 
-    /// An empty tree whose box tests use this instruction set (or plain Rust, where the processor lacks it). The
-    /// answers do not depend on it.
+    /// An empty tree that tests boxes with this instruction set, or with plain Rust if the processor lacks it. The query
+    /// results do not depend on it.
     pub fn with_backend(config: &IndexConfig, backend: Backend) -> Self {
-        // Room for a drawn session of that size, and for the additional room of `make_room`.
+        // This is room for a drawn session with the capacity's polygons, and the additional room of `make_room`.
         let polygons = config.room() + AHEAD;
         let runs = polygons / 8;
-        // Room for the same polygons after all have moved one by one and some were replaced.
+        // This is room for the same polygons after all have moved one by one and some were replaced.
         let most_runs = config.room().min(MOST_SCATTERED);
         let mut osp = Self {
             backend,
@@ -133,15 +134,15 @@ impl Osp {
             len: 0,
             upkeep: Upkeep::default(),
         };
-        // The system commits memory of zeros at the first write; see `Pool::with_room_for`.
+        // The zeros are written here, because the system commits memory at the first write; see `Pool::with_room_for`.
         std::hint::black_box(&mut osp.flat).fill(0);
         osp.init_root();
         osp
     }
 
-    /// The index with another limit of its linear form. Polygons are kept as a plain list while their numbers lie in at
-    /// most this many blocks of sixteen. For some hundred polygons, a list is faster than a tree. With 0, there is a
-    /// tree from the first polygon on. The answers do not depend on the limit.
+    /// Changes the limit of the plain list. The index stays a plain list while the ids of all polygons lie in at most
+    /// `blocks` blocks of sixteen. For some hundred polygons, a list is faster than a tree. With 0, the index is a tree
+    /// from the first polygon on. The query results do not depend on the limit.
     #[must_use]
     pub fn with_linear_blocks(mut self, blocks: usize) -> Self {
         (self.linear_blocks, self.list_blocks) = (blocks, blocks);
@@ -151,7 +152,7 @@ impl Osp {
         self
     }
 
-    /// Polygons that are not in the open block.
+    /// Number of polygons that are not in the open block.
     pub(super) fn in_tree(&self) -> usize {
         self.len - self.open.lanes().count_ones() as usize
     }
@@ -167,12 +168,12 @@ impl Osp {
     }
 
     /// Number of polygons in flat rows beside the tree. They move in frame after frame, or came from the plain list and
-    /// wait for the tree. The answers do not depend on it.
+    /// wait for their insertion into the tree. The query results do not depend on it.
     pub fn moving(&self) -> usize {
         self.movers.len()
     }
 
-    /// The box of a polygon in the index.
+    /// The box of a polygon; `None` if the polygon is not in the index.
     pub fn bounds(&self, id: PolygonId) -> Option<Aabb> {
         if let Some(bounds) = self.movers.bounds(id) {
             return Some(bounds);
@@ -192,7 +193,7 @@ impl Osp {
         Some(if run.is_exact() { bounds } else { self.ids.boxes(run.store).get(lane) })
     }
 
-    /// Whether the polygon is in the tree.
+    /// Whether the polygon is in the tree or in the open block.
     #[inline]
     fn holds(&self, id: PolygonId) -> bool {
         let (block, lane) = (id.0 / 16, id.0 % 16);
@@ -200,7 +201,7 @@ impl Osp {
         present >> lane & 1 == 1
     }
 
-    /// Inserts the runs of the open block into the tree, and opens another block.
+    /// Inserts the runs of the open block into the tree, and opens block `block`.
     #[inline(never)]
     fn open_block(&mut self, block: u32) {
         self.changes += 1;
@@ -218,7 +219,7 @@ impl Osp {
         self.open.close();
     }
 
-    /// Inserts the runs of some polygons of a block that is not open.
+    /// Inserts the runs of a block that is not the open block.
     pub(super) fn file_block(&mut self, block: &OpenBlock) {
         self.changes += 1;
         let mut gathered = self.gathered.take().unwrap_or_default();
@@ -236,7 +237,7 @@ impl Osp {
         self.gathered = Some(gathered);
     }
 
-    /// The polygons of a block that are in the open block, as a mask; 0 if another block is open.
+    /// The polygons of a block that wait in the open block, as a mask; 0 if another block is open.
     #[inline]
     pub(super) fn open_lanes(&self, block: u32) -> u16 {
         if self.open.is(block) { self.open.lanes() } else { 0 }
@@ -363,7 +364,8 @@ impl SpatialIndex for Osp {
         Ok(())
     }
 
-    /// O(polygons) for the boxes, O(1) for each run that they are in, and O(depth) for a run that leaves its leaf.
+    /// Takes O(1) for each polygon, O(1) for each run with updated polygons, and O(depth) for each run that leaves its
+    /// leaf.
     fn update_all(&mut self, updates: &[(PolygonId, Aabb)], refused: &mut Vec<IndexError>) {
         self.update_blocks(updates, refused);
     }
@@ -387,7 +389,7 @@ impl SpatialIndex for Osp {
         self.divide_some(came);
         self.pack_some(came);
         self.write_spans();
-        // Runs moved by this commit do not count.
+        // The runs that this commit has moved do not count.
         (self.came, self.removals) = (0, 0);
         if self.changes >= CHANGES_BETWEEN {
             self.changes = 0;
@@ -479,30 +481,30 @@ impl SpatialIndex for Osp {
     }
 }
 
-/// If at least this many polygons came since the last commit, a full list becomes a tree at once.
+/// If at least this number of polygons came since the last commit, a full list becomes a tree at once.
 pub(super) const AT_ONCE: u32 = 64;
 
-/// Blocks closed, and runs moved, between two checks of the free room.
+/// Number of blocks closed and runs moved between two checks of the free room.
 pub(super) const CHANGES_BETWEEN: u32 = 64;
 
-/// Number of polygons for which room is reserved in advance, so that memory grows between two frames.
+/// Number of polygons for which room is reserved in advance, so that memory is allocated between two frames.
 const AHEAD: usize = 4096;
 
-/// Greatest number of scattered polygons to reserve memory for: each is a run of its own, and pages are not full.
+/// Largest number of scattered polygons to reserve memory for. Each of them is a run of its own, and pages are not full.
 const MOST_SCATTERED: usize = 1 << 20;
 
-/// Lower bound of the average runs of a page: upkeep joins pages of at most eight. With all polygons moved one by one, the average
-/// was 11.5.
+/// Lower bound of the average number of runs of a page, because upkeep joins pages of at most eight runs. After all
+/// polygons had moved one by one, the measured average was 11.5.
 const RUNS_A_PAGE: usize = 10;
 
-/// Average polygons left in a block of sixteen numbers after removals at random places. New polygons get new numbers.
+/// Average number of polygons left in a block of sixteen ids after removals at random places. New polygons get new ids.
 const POLYGONS_A_BLOCK: usize = 8;
 
 /// Number of nodes, and of buckets, for which room is reserved in advance.
 const NODES_AHEAD: usize = 64;
 
 impl Osp {
-    /// Empties the tree. No cell of the preallocated levels except the root may be in use.
+    /// Empties the tree. Except the root's, all cells of the preallocated levels must be empty already.
     pub(super) fn clear_tree(&mut self) {
         self.nodes.clear();
         self.buckets.clear();

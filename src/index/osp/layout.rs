@@ -7,29 +7,29 @@ use crate::{
     math::Aabb,
 };
 
-/// The polygons of sixteen runs. The boxes of the runs are stored apart ([`PageBoxes`]), because a page inside every
-/// plane is read without them.
+/// A page: the polygons of sixteen runs. The boxes of the runs are stored apart ([`PageBoxes`]), because a page inside
+/// every plane is read without them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Page {
     /// For each run, the id of bit 0 of its mask.
     pub(super) first: [u32; 16],
-    /// For each run, its polygons `first + bit`.
+    /// For each run, the mask of its polygons `first + bit`.
     pub(super) masks: [u16; 16],
-    /// Mask of the runs of a single polygon, whose box is the polygon's own.
+    /// Mask of the runs of a single polygon: the run's box is the polygon's box.
     pub(super) exact: u16,
     /// Mask of the runs whose ids are not consecutive from `first` on.
     pub(super) gaps: u16,
     /// Mask of the runs that have lost a polygon since their box was computed.
     pub(super) loose: u16,
     pub(super) runs: u8,
-    /// Place in its bucket.
+    /// Position in its bucket.
     pub(super) at: u8,
     /// Whether the page waits for upkeep.
     pub(super) queued: bool,
-    /// Its bucket; [`NONE`] once it is released; in a free page, the next free page.
+    /// The page's bucket; [`NONE`] once the page is released; in a free page, the next free page.
     pub(super) bucket: u32,
-    /// Next page that waits for upkeep.
+    /// The next page in the queue for upkeep.
     pub(super) next: u32,
 }
 
@@ -61,7 +61,7 @@ impl Pooled for Page {
 #[repr(C, align(64))]
 pub(super) struct PageBoxes {
     pub(super) boxes: Halves,
-    /// For each run, the store of its polygons' boxes; unspecified for a run of one polygon.
+    /// For each run, the number of its polygons' exact boxes; unspecified for a run of one polygon.
     pub(super) store: [u32; 16],
 }
 
@@ -78,7 +78,7 @@ impl Pooled for PageBoxes {
 }
 
 impl Page {
-    /// Updates `gaps` after a run's mask has changed.
+    /// Updates `gaps` for a run whose mask has changed.
     #[inline]
     pub(super) fn note_gaps(&mut self, lane: usize) {
         let mask = self.masks[lane];
@@ -93,51 +93,52 @@ impl Page {
     }
 }
 
-/// Up to sixteen pages and their boxes. A leaf, or the list of a node's straddlers, is a chain of buckets; only the
-/// first of a chain is filled. The first two cache lines have all fields that inserting a run touches.
+/// A bucket: up to sixteen pages and their boxes. A leaf is a chain of buckets, and so is the list of a node's straddlers.
+/// Only the first bucket of a chain receives new pages. The first two cache lines contain all fields that inserting a run
+/// touches.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Bucket {
-    /// The box around all pages, and a copy of the last page's box.
+    /// The box around all pages.
     pub(super) bounds: Wide,
     pub(super) last_bounds: Wide,
     pub(super) page_count: u32,
-    /// First of the chain only: runs in the chain.
+    /// First bucket of a chain only: number of runs in the chain.
     pub(super) runs: u32,
-    /// First of the chain only: polygons in the chain.
+    /// First bucket of a chain only: number of polygons in the chain.
     pub(super) polygons: u32,
-    /// First of the chain only: a split is tried when there are more runs than this.
+    /// First bucket of a chain only: number of runs above which a split is tried.
     pub(super) split_at: u32,
-    /// The parent node, and the slot in it: a child 0 to 7, or [`OWN`].
+    /// The parent node and the slot in this node: a child, 0 to 7, or [`OWN`].
     pub(super) parent: u32,
     pub(super) slot: u32,
     /// The next bucket of the chain; in a free bucket, the next free bucket.
     pub(super) next: u32,
-    /// The bucket before in the chain, [`NONE`] at the first.
+    /// The previous bucket of the chain; [`NONE`] for the first bucket.
     pub(super) prev: u32,
-    /// A copy of the last page's number.
+    /// A copy of `pages`: the number of the last page.
     pub(super) last: u32,
     /// Level of a leaf's cell; 0 for straddlers.
     pub(super) shift: u32,
-    /// First of the chain only: number of runs that were short enough for a smaller cell when they were inserted.
+    /// First bucket of a chain only: number of runs that were short enough for a smaller cell when they were inserted.
     pub(super) movable: u32,
     /// A copy of each page's number of runs.
     pub(super) counts: [u8; 16],
     /// Mask of the pages whose runs all have one polygon.
     pub(super) single: u16,
-    /// First of the chain only: whether the leaf waits to be packed.
+    /// First bucket of a chain only: whether the leaf waits to be packed.
     pub(super) waits: bool,
-    /// First of the chain only: whether the runs of later buckets wait to be moved to the node's children.
+    /// First bucket of a chain only: whether the runs of later buckets wait to be moved to the node's children.
     pub(super) divides: bool,
-    /// Whether its runs wait to be moved to the node's children.
+    /// Whether the bucket's runs wait to be moved to the node's children.
     pub(super) drains: bool,
-    /// First of the chain only: number of runs at which the leaf is packed next.
+    /// First bucket of a chain only: number of runs at which the leaf is packed next.
     pub(super) pack_at: u32,
     pub(super) pages: [u32; 16],
     pub(super) boxes: Halves,
 }
 
-/// The slot of a node's straddlers.
+/// The slot number of a node's straddlers.
 pub(super) const OWN: u32 = 8;
 
 impl Pooled for Bucket {
@@ -180,13 +181,13 @@ impl Bucket {
         (1 << self.page_count) - 1
     }
 
-    /// Whether it is a leaf most of whose polygons have a run of their own. Strokes arrive in order and need no
-    /// packing.
+    /// Whether the bucket belongs to a leaf most of whose polygons have a run of their own. Strokes arrive in order and
+    /// need no packing.
     pub(super) fn is_scattered(&self) -> bool {
         self.slot != OWN && self.polygons < self.runs * 2 && self.runs as usize <= super::tuning::MOST_TAKEN
     }
 
-    /// Updates the copies of a page's number of runs, and whether all of these have one polygon.
+    /// Updates the copies of a page's data: its number of runs, and whether all of them have one polygon.
     #[inline]
     pub(super) fn note_runs(&mut self, page: &Page) {
         let at = usize::from(page.at) % 16;
@@ -195,13 +196,13 @@ impl Bucket {
         self.single = self.single & !(1 << at) | u16::from(single) << at;
     }
 
-    /// The place of the last page.
+    /// The position of the last page in `pages`.
     #[inline]
     pub(super) fn last_at(&self) -> usize {
         (self.page_count as usize).wrapping_sub(1) % 16
     }
 
-    /// Widens the box of a page so that it contains `bounds`; returns `false` if it already did.
+    /// Widens the box of the page at position `at` so that it contains `bounds`. Returns `false` if it did before.
     #[inline]
     pub(super) fn widen(&mut self, at: usize, bounds: &Aabb) -> bool {
         if !self.boxes.widen(at, bounds) {
@@ -215,7 +216,7 @@ impl Bucket {
         true
     }
 
-    /// Recomputes the copies of page data, after pages have changed.
+    /// Recomputes the copies of page data after pages have changed.
     pub(super) fn refresh(&mut self) {
         self.bounds = Wide::from_box(&self.boxes.around(self.used()));
         (self.last, self.last_bounds) = match self.page_count as usize {
@@ -225,23 +226,23 @@ impl Bucket {
     }
 }
 
-/// The eight parts of a cell, with tight boxes.
+/// A node: the eight octants of a cell, with tight boxes around their contents.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
     pub(super) boxes: Boxes<8>,
     pub(super) children: [Link; 8],
-    /// The runs too long for the children.
+    /// The first bucket of the straddlers, the runs that are too long for the children.
     pub(super) own: u32,
     pub(super) parent: u32,
     pub(super) slot: u32,
-    /// Level of its cell.
+    /// Level of the node's cell.
     pub(super) shift: u32,
-    /// Any place in its cell.
+    /// Any key in the node's cell.
     pub(super) key: Key,
-    /// For each child, the number of nodes there and below: an estimate of its content.
+    /// For each child, the number of nodes at and below it, an estimate of its contents.
     pub(super) nodes_below: [u32; 8],
-    /// For each child, the span of its ids in [`super::spans::Spans`].
+    /// For each child, the range of its ids in [`super::spans::Spans`].
     pub(super) spans: [Span; 8],
     pub(super) edition: u32,
 }
@@ -270,12 +271,12 @@ impl Pooled for Node {
 }
 
 impl Node {
-    /// Number of nodes and leaves below.
+    /// Number of nodes and leaves below the node.
     pub(super) fn weight(&self) -> u32 {
         self.nodes_below.iter().sum::<u32>() + self.used().count_ones()
     }
 
-    /// The child node, if the node has nothing else.
+    /// The child node, if the node has no other child and no straddlers.
     #[inline]
     pub(super) fn only_node(&self) -> Option<u32> {
         let used = self.used();
@@ -295,7 +296,7 @@ impl Node {
     }
 }
 
-/// Range of the polygons of a subtree or a leaf in [`super::spans::Spans::ids`]; it may be empty.
+/// The range of the polygons of a subtree or a leaf in [`super::spans::Spans::ids`]; it may be empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Span {
     pub(super) start: u32,
@@ -311,7 +312,7 @@ impl Span {
     }
 }
 
-/// Content of a slot of the tree: nothing, a node or a leaf.
+/// The contents of a node's slot, encoded: nothing, a node or a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(super) struct Link(u32);
@@ -353,31 +354,31 @@ impl Link {
     }
 }
 
-/// A run: polygons `first + bit` for the bits of `mask`, all of one block of sixteen ids.
+/// A run: the polygons `first + bit` for the set bits of `mask`, all of one block of sixteen ids.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) first: u32,
-    /// The store of its polygons' boxes; [`NONE`] for a single polygon, whose box is the run's.
+    /// The number of its polygons' exact boxes; [`NONE`] for a single polygon, whose box is the run's box.
     pub(super) store: u32,
     pub(super) mask: u16,
 }
 
 impl Run {
-    /// No run.
+    /// An empty run.
     pub(super) const NONE: Self = Self { first: 0, store: NONE, mask: 0 };
 
-    /// Its polygons as a mask of its block.
+    /// The run's polygons as a mask of their block.
     #[inline]
     pub(super) fn lanes(&self) -> u16 {
         self.mask << (self.first % 16)
     }
 
-    /// Whether it is a single polygon, whose box is the run's.
+    /// Whether the run is a single polygon, whose box is the run's box.
     #[inline]
     pub(super) fn is_exact(&self) -> bool {
         self.store == NONE
     }
 }
 
-/// A run, its box, and whether the box may be too wide.
+/// A run, its box, and whether the box may be too large.
 pub(super) type TakenRun = (Run, Aabb, bool);

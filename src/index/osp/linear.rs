@@ -1,6 +1,6 @@
-//! The linear form: few blocks are kept as a plain list, and every query passes over all of them. If the box around
-//! everything is inside the frustum, no polygon is tested. The boxes around the blocks, in groups of sixteen, exclude
-//! blocks outside. Inserting, moving and erasing write a box; nothing is built.
+//! The linear form: a plain list of few blocks, which every query passes over completely. If the box around all blocks is
+//! inside the frustum, the query tests no polygon. Boxes around the blocks, in groups of sixteen, exclude blocks outside
+//! the frustum. Insertion, movement and removal write a box, and build nothing.
 
 use super::{
     answer::Answer,
@@ -16,35 +16,36 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// Blocks of sixteen ids with the boxes of their polygons, in any order; none is empty.
+/// A list of blocks of sixteen ids with the boxes of their polygons, in any order. No block is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     /// Number of each block, `id / 16`.
     numbers: Vec<u32>,
-    /// Upper bound of the numbers.
+    /// Upper bound of `numbers`.
     highest: u32,
-    /// Polygons of each block, as a mask.
+    /// For each block, the mask of its polygons.
     lanes: Vec<u16>,
-    /// Polygons' boxes of each block; unused lanes are unspecified.
+    /// For each block, the boxes of its polygons; unused lanes are unspecified.
     boxes: Vec<Boxes<BLOCK>>,
-    /// For each group of sixteen blocks, a box around each block.
+    /// For each group of sixteen blocks, the box around each block.
     around: Vec<Boxes<BLOCK>>,
-    /// For each group, the blocks whose box may be too wide.
+    /// For each group, the blocks whose box may be too large.
     loose: Vec<u16>,
     is_loose: bool,
-    /// Number of commits since boxes may be too wide.
+    /// Number of commits since a box may be too large.
     commits: u32,
-    /// Greatest number of blocks so far. The system commits memory only when it is written to.
+    /// Largest number of blocks so far. The system commits memory only when the memory is written to.
     most: usize,
-    /// Box around everything; it may be too wide if other boxes are.
+    /// Box around all polygons; it is too large if the boxes of blocks are.
     bounds: Wide,
 }
 
-/// Number of commits after which boxes are tightened: polygons being drawn change again in the next frame.
+/// Number of commits after which boxes are tightened. It is more than one, because polygons being drawn change again in the
+/// next frame.
 const COMMITS_BETWEEN: u32 = 16;
 
-/// Number of blocks that are sampled to decide whether polygons are scattered, and of earlier polygons that each
-/// polygon is compared with: strokes take turns.
+/// Number of blocks in the sample that decides whether polygons are scattered. Each sampled polygon is compared with the
+/// `BEFORE` polygons before it, because strokes that are drawn at the same time take turns.
 const ASKED: usize = 8;
 const BEFORE: usize = 4;
 
@@ -59,8 +60,8 @@ pub(super) enum Inserted {
 }
 
 impl Linear {
-    /// An empty list with room for `blocks` blocks, and for `most` if their polygons are scattered. The memory of the
-    /// first `blocks` is written to here, so that no frame waits for it.
+    /// An empty list with room for `blocks` blocks, and for `most` if their polygons are scattered. The memory of the first
+    /// `blocks` is written to here, so that no frame waits until the system commits it.
     pub(super) fn with_room_for(blocks: usize, most: usize) -> Self {
         let groups = blocks.div_ceil(BLOCK);
         let mut linear = Self {
@@ -96,7 +97,7 @@ impl Linear {
         (self.highest, self.is_loose, self.commits, self.bounds) = (0, false, 0, Wide::EMPTY);
     }
 
-    /// Moves all blocks to the flat rows beside the tree; returns `false` if the rows cannot take them.
+    /// Moves all blocks to the flat rows beside the tree. Returns `false` if the rows are not empty.
     pub(super) fn give_to(&mut self, movers: &mut Movers) -> bool {
         let is_given = movers.len() == 0;
         if is_given {
@@ -106,8 +107,8 @@ impl Linear {
         is_given
     }
 
-    /// Whether most polygons lie apart from the polygons just before them, in a sample of blocks. `false` if these
-    /// blocks are less than half full: the list would be long for its content.
+    /// Whether most polygons of a sample lie apart from the polygons just before them. Returns `false` if the sampled
+    /// blocks are less than half full, because the list would be long for its contents.
     pub(super) fn is_scattered(&self) -> bool {
         let (mut polygons, mut apart, mut blocks) = (0, 0, 0);
         for at in (0..self.len()).step_by(self.len().div_ceil(ASKED).max(1)) {
@@ -132,7 +133,7 @@ impl Linear {
         self.numbers.len()
     }
 
-    /// The blocks: number, polygons, boxes.
+    /// The blocks: number, mask of polygons, boxes.
     pub(super) fn blocks(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
         let blocks = self.numbers.iter().zip(&self.lanes).zip(&self.boxes);
         blocks.map(|((&number, &lanes), boxes)| (number, lanes, boxes))
@@ -143,7 +144,7 @@ impl Linear {
         self.around.len()
     }
 
-    /// The block at a place of [`Linear::blocks`].
+    /// The block at position `at` of [`Linear::blocks`].
     pub(super) fn block(&self, at: usize) -> (u32, u16, &Boxes<BLOCK>) {
         (self.numbers[at], self.lanes[at], &self.boxes[at])
     }
@@ -153,17 +154,17 @@ impl Linear {
         &self.around[group]
     }
 
-    /// The box around the block at a place of [`Linear::blocks`].
+    /// The box around the block at position `at` of [`Linear::blocks`].
     pub(super) fn around(&self, at: usize) -> Aabb {
         self.around[at / BLOCK].get(at % BLOCK)
     }
 
-    /// Upper bound of the numbers of all polygons.
+    /// Upper bound of all ids.
     pub(super) fn ids_end(&self) -> usize {
         self.numbers.iter().max().map_or(0, |&last| (last as usize + 1) * BLOCK)
     }
 
-    /// Memory held, bytes, without room that was never written to: the system has not committed it.
+    /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let groups = self.most.div_ceil(BLOCK);
         self.most * (size_of::<u32>() + size_of::<u16>())
@@ -171,10 +172,10 @@ impl Linear {
             + (self.most + groups) * size_of::<Boxes<BLOCK>>()
     }
 
-    /// Place of a block.
+    /// The position of a block.
     #[inline]
     fn find(&self, number: u32) -> Option<usize> {
-        // Drawn polygons have consecutive numbers.
+        // The guess is that blocks have consecutive numbers, because drawn polygons have.
         let likely = number.wrapping_sub(*self.numbers.first()?) as usize;
         if self.numbers.get(likely) == Some(&number) {
             return Some(likely);
@@ -185,7 +186,7 @@ impl Linear {
         self.numbers.iter().rposition(|&other| other == number)
     }
 
-    /// Place of a polygon's block, and its lane; `None` if the polygon is not in the list.
+    /// The position of a polygon's block, and the polygon's lane; `None` if the polygon is not in the list.
     #[inline]
     fn place(&self, id: u32) -> Option<(usize, usize)> {
         let (at, lane) = (self.find(id / 16)?, id as usize % BLOCK);
@@ -202,7 +203,7 @@ impl Linear {
         self.place(id).map(|(at, lane)| self.boxes[at].get(lane))
     }
 
-    /// Inserts a polygon, unless that would make more than `most` blocks.
+    /// Inserts a polygon, unless the list would have more than `most` blocks.
     #[inline]
     pub(super) fn insert(&mut self, id: u32, bounds: Wide, most: usize) -> Inserted {
         let (number, lane) = (id / 16, id as usize % BLOCK);
@@ -244,8 +245,8 @@ impl Linear {
         }
     }
 
-    /// Sets new boxes of polygons of one block, in order. Returns `false` at the first polygon that is not in the list
-    /// or has an invalid box; the boxes before it are set.
+    /// Sets new boxes of polygons of one block, in order. Returns `false` at the first polygon that is not in the list or
+    /// whose new box is invalid; earlier boxes stay set.
     #[inline]
     pub(super) fn update_block(&mut self, number: u32, updates: &[(PolygonId, Aabb)]) -> bool {
         let Some(at) = self.find(number) else { return false };
@@ -281,7 +282,7 @@ impl Linear {
         true
     }
 
-    /// Widens the boxes around a block so that they contain this box.
+    /// Widens the boxes around a block so that they contain `bounds`.
     #[inline]
     fn widen(&mut self, at: usize, bounds: Wide) {
         self.around[at / BLOCK].widen(at % BLOCK, &bounds.to_box());
@@ -294,7 +295,7 @@ impl Linear {
         self.is_loose = true;
     }
 
-    /// Removes an empty block; the last block takes its place.
+    /// Removes an empty block; the last block takes its position.
     fn remove_block(&mut self, at: usize) {
         let last = self.len() - 1;
         self.numbers.swap_remove(at);
@@ -313,7 +314,7 @@ impl Linear {
         self.is_loose = true;
     }
 
-    /// Ends a batch of changes. From time to time, tightens the boxes of blocks that have lost a polygon.
+    /// Ends a batch of changes. Every [`COMMITS_BETWEEN`] commits it tightens the boxes of blocks that have lost a polygon.
     #[inline]
     pub(super) fn commit(&mut self) {
         if self.is_loose {
@@ -333,7 +334,7 @@ impl Linear {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
                 let at = group * BLOCK + lane;
-                // Removing a block clears its bit: `at` exists.
+                // `at` exists, because removing a block clears its bit.
                 self.around[group].set(lane, &self.boxes[at].around(u32::from(self.lanes[at])));
             }
             self.bounds = self.bounds.union(Wide::from_box(&self.around[group].around(0xFFFF)));
@@ -405,7 +406,7 @@ impl<A: Answer> WithKernel for Pass<'_, A> {
     }
 }
 
-/// Whether a box lies wholly inside every plane; stops at the first plane for which it does not.
+/// Whether a box lies wholly on the inner side of every plane; stops at the first plane that it does not pass.
 #[inline(always)]
 fn is_inside(frustum: &Frustum, bounds: &Aabb) -> bool {
     frustum.planes().iter().all(|plane| plane.signed_distance(plane.negative_vertex(bounds)) >= 0.0)
@@ -420,16 +421,16 @@ impl<A: Answer> Pass<'_, A> {
         }
     }
 
-    /// Tests the polygons of all blocks that are not behind a plane. The planes that cut a block are not computed: that
-    /// costs as much as testing its polygons. Blocks of a group are tested first only if enough of them are behind a
-    /// plane. Every [`SAMPLE`]th group is tested as a sample for that.
+    /// Tests the polygons of all blocks that are not behind a plane. It does not compute which planes cut a block, because
+    /// this costs as much as testing the polygons. It tests the blocks of a group first only if enough blocks lie behind a
+    /// plane. Every [`SAMPLE`]th group is tested to estimate this.
     #[inline(always)]
     fn each<K: Kernel>(&mut self, kernel: K, work: &mut WorkCounts) {
         let planes = PlaneSet::new(self.frustum);
         let Linear { numbers, lanes, boxes, around, .. } = self.linear;
         let mut tested = 0;
         if numbers.len() > LINEAR_BLOCKS {
-            // The polygons of a long list are scattered: hardly a block is behind a plane.
+            // The polygons of a long list are scattered, so hardly any block lies behind a plane.
             for ((&number, &lanes), boxes) in numbers.iter().zip(lanes).zip(boxes) {
                 tested += self.look(kernel, &planes, number, lanes, boxes);
             }
@@ -461,8 +462,8 @@ impl<A: Answer> Pass<'_, A> {
         work.boxes += u64::from(tested);
     }
 
-    /// Tests the polygons of a block; returns their number. A method, because a closure would not be compiled for the
-    /// kernel's instruction set.
+    /// Tests the polygons of a block; returns their number. This is a method, because a closure would not be compiled for
+    /// the kernel's instruction set.
     #[inline(always)]
     fn look<K: Kernel>(
         &mut self,
@@ -478,10 +479,10 @@ impl<A: Answer> Pass<'_, A> {
     }
 }
 
-/// Up to this number of blocks, their polygons are tested without a test of the blocks, except in samples.
+/// In a list of at most this number of blocks, polygons are tested without a test of their blocks, except in samples.
 const FEW: usize = 32;
 
-/// One of this number of groups is always tested for blocks behind a plane.
+/// One group of this number is always tested for blocks behind a plane.
 const SAMPLE: usize = 4;
 
 /// If a group has at least this number of blocks behind a plane, the blocks of the next group are tested, too.

@@ -1,15 +1,15 @@
 #![expect(unsafe_code, reason = "numbers found in the tree are looked up without a check")]
 //! The frustum query of two eyes in one walk.
 //!
-//! The walk is like the walk of `query`. It reads a node, bucket, page or run once, and tests it for both eyes against
-//! the planes of either eye that cut it. Nothing is tested below a box inside all planes. Each eye gets the same answer
-//! as in a query of its own: the polygons whose own boxes pass all its planes.
+//! The walk is like the walk of `query.rs`. It reads a node, bucket, page or run once. It tests the boxes for both eyes,
+//! against the planes of either eye that cut the box above. It tests nothing below a box inside all planes. Each eye gets
+//! the same result as in a query of its own: the polygons whose boxes pass all its planes.
 //!
-//! Both eyes see nearly the same, so a polygon that both see is written once. The first set has the polygons of the
-//! first eye. Until the walk ends, the second set has the polygons that only one eye sees.
+//! Both eyes see nearly the same, so a polygon that both see is written once. The first set contains the polygons of the
+//! first eye. Until the walk ends, the second set contains the polygons that only one eye sees.
 //!
-//! Walls, faces of a cube and shadow cascades are culled one after the other, because they share few nodes. A common
-//! test would save less than the separate bookkeeping of the views costs.
+//! Walls, faces of a cube and shadow cascades are culled one after the other, because they share few nodes. A common walk
+//! would save less than the bookkeeping for several views costs.
 
 use std::ops::Range;
 
@@ -33,9 +33,9 @@ use crate::{
 
 /// Least scalar product of the normals of two similar planes.
 const ALIKE: f32 = 0.9;
-/// Greatest number of whole pages that wait before a bucket adds up to sixteen more; the queue has 32 places.
+/// Largest number of whole pages in the queue before a bucket adds up to sixteen; the queue has 32 places.
 const WHOLE_WAIT: usize = 14;
-/// Two slabs are similar if neither is wider by more than this factor.
+/// Two slabs are similar if neither is wider than the other by more than this factor.
 const AS_WIDE: f32 = 1.25;
 
 impl Osp {
@@ -46,12 +46,12 @@ impl Osp {
         let mut at = 0;
         while at < views {
             match (&frusta[at..views], &mut visible[at..views]) {
-                // A plain list is so short that each view tests it by itself.
+                // A plain list is so short that each view tests it separately.
                 ([a, b, ..], [first, second, ..]) if !self.is_linear && are_alike(a, b) => {
                     let planes = PlaneSet::new(a);
                     let planned = self.plan(a, &planes);
                     if planned.1 == Plan::Outside {
-                        // If most polygons are in view, finding the others is faster for each eye.
+                        // If most polygons are in view, a separate search for the others is faster for each eye.
                         work += self.cull_blocks_by(&planes, planned, first);
                         at += 1;
                     } else {
@@ -85,8 +85,8 @@ impl Osp {
     }
 }
 
-/// Whether two views see nearly the same. Each plane of one has about the normal of the other's plane. Opposite planes
-/// have about the same distance from each other in both views.
+/// Whether two views see nearly the same: each plane of the first has nearly the normal of the second's plane, and the
+/// distance between opposite planes is nearly equal.
 fn are_alike(a: &Frustum, b: &Frustum) -> bool {
     let (a, b) = (a.planes(), b.planes());
     let slabs = (0..6).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -133,7 +133,7 @@ impl WithKernel for Pair<'_> {
     }
 }
 
-/// Number of a node, bucket or page found in the tree, with the eyes that may see it and the planes that cut it.
+/// Number of a node, bucket or page that the walk has found, the eyes that may see it, and the planes that cut it.
 #[derive(Clone, Copy)]
 struct Below {
     number: u32,
@@ -141,7 +141,7 @@ struct Below {
     eyes: u8,
 }
 
-/// A page inside every plane of its eyes, found in the tree.
+/// A page inside every plane of the eyes that see it.
 #[derive(Clone, Copy)]
 struct Whole {
     number: u32,
@@ -159,10 +159,11 @@ struct CutRun<'a> {
     eyes: u8,
 }
 
-/// Results of testing boxes against the planes of both eyes, one bit for each box.
+/// Results of a test of boxes against the planes of both eyes, one bit for each box. `by` has the boxes that each eye may
+/// see.
 struct Seen {
     by: [u32; 2],
-    /// Boxes seen by an eye one of whose planes cuts them; `cut_by` has them by plane, only for the tested planes.
+    /// The boxes that an eye may see and one of its planes cuts. `cut_by` has them by plane, for the tested planes only.
     cut: u32,
     cut_by: [u32; 6],
 }
@@ -178,7 +179,7 @@ impl Seen {
         (self.by[0] >> lane & 1 | (self.by[1] >> lane & 1) << 1) as u8
     }
 
-    /// The planes of `mask` that cut a box.
+    /// The planes of `mask` that cut the box in a lane.
     #[inline(always)]
     fn planes(&self, mask: u8, lane: usize) -> u8 {
         if mask & mask.wrapping_sub(1) == 0 {
@@ -198,24 +199,24 @@ impl Seen {
 struct Walk<'a, K> {
     osp: &'a Osp,
     planes: &'a [PlaneSet; 2],
-    /// The planes with the same normal for both eyes.
+    /// The planes whose normals are equal for both eyes.
     same: u8,
     kernel: K,
     answers: Sets<'a>,
     work: WorkCounts,
-    /// Polygons reported after a test of their own.
+    /// Number of polygons reported after a test of their own box.
     tested: u64,
     buckets: Waiting<Below, 32>,
     whole: Waiting<Whole, 32>,
     pages: Waiting<Below, 32>,
-    /// Runs that a single plane cuts, by plane; last, runs that several planes cut.
+    /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }
 
 impl<'a, K: Kernel> Walk<'a, K> {
-    /// Works off the lowest level first if enough of it waits, as in `query`.
+    /// Processes the lowest level of the tree first if enough entries of it wait, as in `query.rs`.
     #[inline(always)]
     fn all(&mut self) {
         self.open_block();
@@ -228,7 +229,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
             && holds_all(self.osp, self.kernel, first, top, &mut self.work)
             && holds_all(self.osp, self.kernel, second, top, &mut self.work)
         {
-            // All polygons are seen: the id map has them in order, and the tree is not read.
+            // Both eyes see all polygons. The id map yields them in order, so the tree is not read.
             let mut all = Blocks::new(self.answers.masks[0]);
             all.all(self.kernel, &self.osp.ids);
             let (blocks, polygons) = all.finish();
@@ -279,7 +280,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         if lanes != 0 {
             count(&mut self.work, 2 * lanes.count_ones(), PlaneSet::ALL);
             let rows = self.osp.open.rows();
-            // No closures around the kernel: they would not be compiled for its instruction set.
+            // There are no closures around the kernel, because they would not be compiled for its instruction set.
             let behind =
                 [self.planes[0].behind_any(self.kernel, rows), self.planes[1].behind_any(self.kernel, rows)];
             let seen = [lanes & !behind[0], lanes & !behind[1]];
@@ -288,8 +289,9 @@ impl<'a, K: Kernel> Walk<'a, K> {
         }
     }
 
-    /// Tests eight boxes against a plane of both eyes. For each eye, returns the masks of boxes behind the plane and of
-    /// boxes wholly inside it. For equal normals the sums of products are equal, and the compiler computes them once.
+    /// Tests eight boxes against a plane of both eyes. For each eye, returns the boxes behind the plane and the boxes
+    /// wholly inside it. If the normals are equal, the sums of products are equal, too, and the compiler computes them
+    /// once.
     #[inline(always)]
     fn sides(&self, plane: usize, boxes: &Boxes<8>) -> [(u32, u32); 2] {
         let [first, second] = [self.planes[0].plane(plane), self.planes[1].plane(plane)];
@@ -300,7 +302,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         [self.kernel.sides(&first, boxes, 0), self.kernel.sides(&second, boxes, 0)]
     }
 
-    /// Tests the boxes of `used` against some planes of some eyes; `halves` has one or two groups of eight boxes.
+    /// Tests the boxes of `used` against `planes` of `eyes`; `halves` has one or two groups of eight boxes.
     #[inline(always)]
     fn look(&self, planes: u8, eyes: u8, halves: &[Boxes<8>], used: u32) -> Seen {
         let (mut behind, mut outside) = ([0; 2], [[0; 2]; 6]);
@@ -440,7 +442,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         let boxes = unsafe { self.osp.known_page_boxes(number) };
         let seen = self.look(planes, eyes, &boxes.boxes.0, page.used());
         count(&mut self.work, u32::from(page.runs) * eyes.count_ones(), planes);
-        // A run of one polygon has the polygon's own box, which has been tested.
+        // The box of a run of one polygon is the polygon's own box, so the polygon is tested already.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen.by[0] & exact).count_ones() + (seen.by[1] & exact).count_ones());
         let cut = seen.cut & !exact;
@@ -490,7 +492,7 @@ impl<'a, K: Kernel> Walk<'a, K> {
         self.tested += (self.answers.count() - before) as u64;
     }
 
-    /// Tests each polygon of the runs whose box several planes cut.
+    /// Tests each polygon of the runs that several planes cut.
     #[inline(always)]
     fn cut_by_several(&mut self) {
         let before = self.answers.count();

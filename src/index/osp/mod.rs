@@ -1,31 +1,31 @@
 //! The fast form of the octal space partition tree.
 //!
-//! Its origin is the OSP tree of the paper that [`osp_rivals::OspPaper`] follows to the letter: a cube divided ahead of
-//! time, into which polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
+//! It derives from the OSP tree of the paper, which [`osp_rivals::OspPaper`] implements to the letter: a cube is divided
+//! ahead of time, and polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
 //! preallocated levels, and insertion without rebuilds.
 //!
 //! # Differences from the paper
 //!
-//! * A polygon that a split plane cuts is *not* kept at that plane's node. Its centre selects a cell of its own size,
-//!   and its tight box extends beyond the cell as far as needed (a loose octree; Ulrich, 2000). Kept at the planes, a
-//!   few per cent of all polygons would lie near the root and be tested in every frame.
-//! * Three binary levels (X, Y, Z) are one step of eight.
-//! * The unit in the tree is a *run*: neighbouring polygons of one block of sixteen ids, such as pieces of a stroke,
-//!   with a tight box around them. The block being drawn is kept apart, and inserted when the next block begins.
-//! * Nodes exist only for cells with polygons. A leaf splits above 256 runs; its node collapses at 96 or fewer. Up to
-//!   256 runs, all stay in one root list. Only the *links* of the upper levels are preallocated, four bytes a cell, so
-//!   a run finds its leaf without a descent.
-//! * The root cube is no border: levels are added on top when a polygon lies outside, and removed again.
-//! * Boxes are tested eight or sixteen at a time: children of a node, pages of a leaf, runs of a page, polygons of a
-//!   run. They are stored in rows that a wide register reads. A plane that a box has passed is not tested below it.
-//! * If everything is inside the frustum, the ids are copied from the id map, and the tree is not read.
-//! * If most of the tree is inside, the query finds the polygons outside and removes them from the set of all ids. It
-//!   reads nothing of the parts that lie inside (`plan.rs`).
+//! * A polygon that a split plane cuts is *not* kept at that plane's node. Its centre selects a cell of its own size, and
+//!   its tight box extends beyond the cell as far as needed (a loose octree; Ulrich, 2000). In the paper's tree, planes
+//!   near the root hold a few per cent of all polygons, which are tested in every frame.
+//! * One level with eight children replaces three binary levels (X, Y, Z).
+//! * The unit in the tree is a *run*: neighbouring polygons of one block of sixteen ids, such as pieces of a stroke, with a
+//!   tight box around them. The block being drawn is kept outside the tree until the next block begins.
+//! * Nodes exist only for cells with polygons. A leaf splits if it has more than 256 runs; its node becomes a leaf again at
+//!   96 or fewer. A tree of up to 256 runs is a list at the root. Only the *links* of the upper levels are preallocated,
+//!   four bytes a cell, so a run finds its leaf without a descent.
+//! * The root cube is no limit: levels are added on top if a polygon lies outside, and removed when it goes.
+//! * Boxes are tested eight or sixteen at a time: children of a node, pages of a leaf, runs of a page, polygons of a run.
+//!   Boxes are stored in rows that a SIMD register loads. A plane is not tested below a box that lies on its inner side.
+//! * If all polygons are inside the frustum, the ids are copied from the id map, and the tree is not read.
+//! * If most of the tree is inside, the query finds the polygons outside and removes them from the set of all ids. It does
+//!   not read the parts that lie inside (`plan.rs`).
 //! * A full leaf is divided over several commits (`divide.rs`).
 //! * Leaves of polygons that arrive in no order are sorted along a space-filling curve, a few in each commit
 //!   (`order.rs`).
-//! * While such polygons rest, a second list has their ids in the order of the tree: a subtree in view is one copy
-//!   (`rest.rs`).
+//! * While such polygons rest, a second list contains their ids in the order of the tree, so the ids of a subtree in view
+//!   are copied at once (`rest.rs`).
 //! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
 //!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).
 //! * Polygons that move in frame after frame are kept in flat rows beside the tree (`movers.rs`), and return to it when

@@ -1,8 +1,8 @@
-//! Polygons that move again and again, in flat rows beside the tree. A new box writes six numbers; a query tests all
-//! boxes, sixteen at a time. `settle.rs` moves polygons to the rows and back.
+//! Flat rows beside the tree for polygons that move again and again. A new box writes six numbers; a query tests all boxes,
+//! sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
-//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id: polygons with
-//! consecutive numbers are written and found together. Polygons of other blocks share groups in order of arrival.
+//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id, so that polygons with
+//! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
 
 use super::tuning::LINEAR_BLOCKS;
 use crate::{
@@ -11,46 +11,46 @@ use crate::{
     polygon::{BLOCK, PolygonId, bits},
 };
 
-/// A block with more moving polygons than this gets a group of its own. With a lower limit, such groups have more empty
+/// A block with more moving polygons than this gets a group of its own. If it is smaller, such groups have more empty
 /// lanes, which are tested without effect.
 const OWN_GROUP: usize = 8;
 
-/// A block loses its group when fewer polygons than this are left in it. At most half of [`OWN_GROUP`], so that
-/// polygons that start and stop do not move between groups in turn.
+/// A block loses its group when fewer polygons than this are left in it. It is at most half of [`OWN_GROUP`], so that
+/// polygons that stop and start do not move between groups again and again.
 const FEW_LEFT: u32 = 4;
 
 /// Marks a slot in a group of one block.
 const OWN: u32 = 1 << 31;
 
-/// Moving polygons by number, with their boxes.
+/// The moving polygons, by id, with their boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Movers {
     slots: Slots,
-    /// Groups of one block each, and the numbers of these blocks.
+    /// The groups of one block each, and the numbers of these blocks.
     own: Groups,
     blocks: Vec<u32>,
-    /// Groups of polygons of any blocks, all full except the last, and their ids.
+    /// The groups of polygons of any blocks, all full except the last, and the ids of these polygons.
     shared: Groups,
     ids: Vec<[u32; BLOCK]>,
     len: usize,
     /// Upper bound of all ids since the rows were last empty.
     ids_end: usize,
-    /// Greatest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when
-    /// it is written to.
+    /// Largest number of shared groups, of groups of one block, and of ids so far. The system commits memory only when the
+    /// memory is written to.
     most: [usize; 3],
-    /// Number of shared groups, and of groups of one block, that this round has not examined yet: the first ones.
+    /// Number of shared groups, and of groups of one block, that this round has not examined yet, the first groups.
     unlooked: [usize; 2],
 }
 
-/// Slots by id, in chunks of zeros: the system commits their memory at the first write.
+/// The slot of each id, in chunks of zeros. The system commits the memory of a chunk at the first write.
 #[derive(Clone, Debug, Default)]
 struct Slots {
-    /// Group times 16 plus lane, with [`OWN`] for groups of one block, plus one; 0 for a polygon that is not here.
+    /// For each id `group * 16 + lane + 1`, with [`OWN`] in groups of one block; 0 for a polygon that is not in the rows.
     chunks: Vec<Box<[u32]>>,
 }
 
 impl Slots {
-    /// Ids of a chunk. For smaller chunks, some systems write the zeros at once.
+    /// Number of ids of a chunk. If it is smaller, some systems write the zeros at once.
     const CHUNK: usize = 1 << 16;
 
     fn with_room_for(ids: usize) -> Self {
@@ -82,9 +82,9 @@ impl Slots {
         chunk[id.index() % Self::CHUNK] = slot.map_or(0, |slot| slot.0 + 1);
     }
 
-    /// Sets the slots of a block with a group of its own.
+    /// Sets the slots of a block that has a group of its own.
     fn set_block(&mut self, block: u32, lanes: u16, group: usize) {
-        // The first call creates the chunk, which has the whole block.
+        // The first call creates the chunk that contains the whole block.
         let first = id_in(block, 0);
         self.set(first, None);
         let chunk = &mut self.chunks[first.index() / Self::CHUNK];
@@ -94,7 +94,7 @@ impl Slots {
         }
     }
 
-    /// Forgets the slots of ids below `end`.
+    /// Clears the slots of ids below `end`.
     fn clear(&mut self, end: usize) {
         let mut left = end;
         for chunk in &mut self.chunks {
@@ -109,9 +109,9 @@ impl Slots {
 #[derive(Clone, Debug)]
 struct Groups {
     boxes: Vec<Boxes<BLOCK>>,
-    /// Lanes in use of each group. Other lanes have unspecified boxes.
+    /// For each group, the lanes in use. Other lanes have unspecified boxes.
     lanes: Vec<u16>,
-    /// Lanes of each group that have come or moved since they were last examined.
+    /// For each group, the lanes that were added or moved since the group was last examined.
     moved: Vec<u16>,
 }
 
@@ -133,7 +133,7 @@ impl Groups {
         self.moved[group] |= 1 << lane;
     }
 
-    /// [`Groups::set`] for a lane that was not in use.
+    /// Sets a lane that was not in use.
     fn put(&mut self, group: usize, lane: usize, bounds: &Aabb) {
         self.lanes[group] |= 1 << lane;
         self.set(group, lane, bounds);
@@ -152,7 +152,7 @@ impl Groups {
     }
 }
 
-/// Group and lane of a moving polygon.
+/// The group and lane of a moving polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot(u32);
 
@@ -181,7 +181,7 @@ impl Slot {
     }
 }
 
-/// A group of sixteen lanes and the ids that they stand for.
+/// A group of sixteen lanes, and the ids of its polygons.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group<'a> {
     pub(super) boxes: &'a Boxes<BLOCK>,
@@ -192,7 +192,7 @@ pub(super) struct Group<'a> {
 /// The ids of a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum GroupIds<'a> {
-    /// Ids of a block, lane by lane.
+    /// The consecutive ids of a block with this number.
     Block(u32),
     Each(&'a [u32; BLOCK]),
 }
@@ -207,7 +207,7 @@ impl GroupIds<'_> {
     }
 }
 
-/// The id of a block's lane.
+/// The id of a lane of a block.
 fn id_in(block: u32, lane: usize) -> PolygonId {
     GroupIds::Block(block).id(lane)
 }
@@ -217,14 +217,14 @@ fn lanes_of(mask: u16) -> impl Iterator<Item = usize> {
 }
 
 impl Movers {
-    /// Rows with room for this number of polygons with consecutive numbers.
+    /// Empty rows with room for `polygons` polygons with consecutive ids.
     pub(super) fn with_room_for(polygons: usize) -> Self {
         // In a browser, reserved memory counts as used.
         let polygons = if cfg!(target_family = "wasm") { 0 } else { polygons };
         let groups = (polygons / BLOCK + 1).max(LINEAR_BLOCKS);
         let (own, blocks) = (Groups::with_room_for(groups), Vec::with_capacity(groups));
         let mut movers = Self {
-            // Polygons that replace others have new numbers.
+            // Polygons that replace others have new ids, so twice as many ids are needed.
             slots: Slots::with_room_for(2 * polygons),
             own,
             blocks,
@@ -236,7 +236,7 @@ impl Movers {
             unlooked: [0; 2],
         };
         if polygons > 0 {
-            // The memory for a plain list is written to here, so that no frame waits for it.
+            // The memory for a plain list is written to here, so that no frame waits until the system commits it.
             for block in 0..LINEAR_BLOCKS {
                 movers.own.push();
                 movers.blocks.push(block as u32);
@@ -249,7 +249,7 @@ impl Movers {
         movers
     }
 
-    /// Releases the boxes of a long list whose polygons are all in the tree; reserves room for as many again.
+    /// Frees the boxes of a long list whose polygons are all in the tree now. Reserves room for the same number.
     pub(super) fn give_boxes_back(&mut self) {
         if self.len == 0 && self.most[1] > LINEAR_BLOCKS {
             self.own.boxes = Vec::with_capacity(self.own.boxes.capacity());
@@ -272,12 +272,12 @@ impl Movers {
         self.len
     }
 
-    /// Upper bound of the numbers of all polygons in the rows.
+    /// Upper bound of the ids of all polygons in the rows.
     pub(super) fn ids_end(&self) -> usize {
         self.ids_end
     }
 
-    /// Memory held, bytes, without room that was never written to: the system has not committed it.
+    /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         let group = size_of::<Boxes<BLOCK>>() + 2 * size_of::<u16>();
         let [shared, own, ids] = self.most;
@@ -287,7 +287,7 @@ impl Movers {
             + self.slots.chunks.len() * size_of::<Box<[u32]>>()
     }
 
-    /// Slot of a polygon, if it is in the rows.
+    /// The slot of a polygon, if it is in the rows.
     #[inline(always)]
     pub(super) fn slot(&self, id: PolygonId) -> Option<Slot> {
         if self.len == 0 {
@@ -309,8 +309,8 @@ impl Movers {
         groups.set(slot.group(), slot.lane(), bounds);
     }
 
-    /// Sets the boxes of polygons in order, up to the first polygon that is not in the rows or the first invalid box.
-    /// Returns the number of boxes set.
+    /// Sets new boxes in order, up to the first polygon that is not in the rows or the first invalid box. Returns the
+    /// number of boxes set.
     pub(super) fn update_first(&mut self, updates: &[(PolygonId, Aabb)]) -> usize {
         let mut at = 0;
         while let Some((id, bounds)) = updates.get(at) {
@@ -332,7 +332,7 @@ impl Movers {
         at
     }
 
-    /// [`Movers::update_first`] for the polygons of a group of one block.
+    /// Does the same as [`Movers::update_first`] for the polygons of a group of one block.
     #[inline(always)]
     fn update_own(&mut self, group: usize, updates: &[(PolygonId, Aabb)]) -> usize {
         let (boxes, there, block) = (&mut self.own.boxes[group], self.own.lanes[group], self.blocks[group]);
@@ -371,9 +371,9 @@ impl Movers {
         }
     }
 
-    /// Takes over blocks (numbers, lanes and boxes), if the rows are empty. The lists are swapped with the empty lists
-    /// of the rows; no box is copied. The polygons count as resting. Polygons of blocks with few lanes go to the shared
-    /// groups. Returns the greatest number of blocks that the lists of the rows have had.
+    /// Takes over blocks (numbers, lanes and boxes) if the rows are empty. The lists are swapped with the empty lists of
+    /// the rows, so no box is copied. The polygons count as resting. The polygons of blocks with few lanes go to shared
+    /// groups. Returns the largest number of blocks that the lists of the rows have had.
     pub(super) fn take_blocks(
         &mut self,
         numbers: &mut Vec<u32>,
@@ -403,7 +403,7 @@ impl Movers {
         most
     }
 
-    /// The ids of a block that are in the rows, and their slots.
+    /// The polygons of a block that are in the rows, and their slots.
     fn slots_of(&self, block: usize) -> impl Iterator<Item = (PolygonId, Slot)> {
         let ids = (block * BLOCK..(block + 1) * BLOCK).map(|id| PolygonId(id as u32));
         ids.filter_map(|id| Some((id, self.slots.get(id)?)))
@@ -423,7 +423,7 @@ impl Movers {
         self.most[0] = self.most[0].max(self.ids.len());
     }
 
-    /// Removes a polygon from the shared groups. The last polygon takes its place.
+    /// Removes a polygon from the shared groups. The last polygon takes its slot.
     fn unshare(&mut self, slot: Slot) {
         let last = self.ids.len() - 1;
         let lane = self.shared.lanes[last].count_ones() as usize - 1;
@@ -445,14 +445,14 @@ impl Movers {
         }
     }
 
-    /// Moves the polygons of a block from the shared groups to a group of their own.
+    /// Moves the polygons of a block from the shared groups to a group of its own.
     fn give_own_group(&mut self, block: usize) {
         let group = self.blocks.len();
         self.own.push();
         self.blocks.push(block as u32);
         self.most[1] = self.most[1].max(self.blocks.len());
         for lane in 0..BLOCK {
-            // Slots are read again each time: a removal moves another polygon, perhaps of this block.
+            // Each slot is read after the last removal, because a removal moves another polygon, perhaps one of this block.
             let id = PolygonId((block * BLOCK + lane) as u32);
             if let Some(slot) = self.slots.get(id) {
                 self.own.put(group, lane, &self.shared.boxes[slot.group()].get(slot.lane()));
@@ -462,7 +462,7 @@ impl Movers {
         }
     }
 
-    /// Dissolves a block's group. Its polygons go to the shared groups.
+    /// Dissolves a block's own group. Its polygons go to the shared groups.
     fn give_up_group(&mut self, group: usize) {
         let (block, lanes, boxes) = (self.blocks[group], self.own.lanes[group], self.own.boxes[group]);
         self.blocks.swap_remove(group);
@@ -477,7 +477,7 @@ impl Movers {
         }
     }
 
-    /// Removes a polygon; returns its box if it was in the rows.
+    /// Removes a polygon; returns its box, or `None` if it was not in the rows.
     pub(super) fn remove(&mut self, id: PolygonId) -> Option<Aabb> {
         let (slot, bounds) = (self.slot(id)?, self.bounds(id));
         self.len -= 1;
@@ -512,7 +512,7 @@ impl Movers {
         shared.chain(own.map(|(block, lanes, boxes)| Group { boxes, lanes, ids: GroupIds::Block(block) }))
     }
 
-    /// The groups of one block each: block, lanes in use, boxes.
+    /// The groups of one block each: number of the block, lanes in use, boxes.
     #[inline(always)]
     pub(super) fn own_groups(&self) -> impl Iterator<Item = (u32, u16, &Boxes<BLOCK>)> {
         let groups = self.blocks.iter().zip(&self.own.lanes).zip(&self.own.boxes);
@@ -524,7 +524,7 @@ impl Movers {
         self.blocks.len()
     }
 
-    /// A group of one block: block, lanes in use, boxes.
+    /// A group of one block: number of the block, lanes in use, boxes.
     pub(super) fn own_group(&self, group: usize) -> (u32, u16, &Boxes<BLOCK>) {
         (self.blocks[group], self.own.lanes[group], &self.own.boxes[group])
     }
@@ -550,7 +550,7 @@ impl Movers {
     pub(super) fn next_resting(&mut self) -> ([PolygonId; BLOCK], usize) {
         let mut resting = [PolygonId(0); BLOCK];
         let mut count = 0;
-        // Last group first: a polygon that takes the place of a removed one has been examined already.
+        // The last group comes first, because the polygon that fills the gap of a removed one is then examined already.
         let [shared, own] = self.unlooked;
         let (groups, at) =
             if own > 0 { (&mut self.own, own - 1) } else { (&mut self.shared, shared.max(1) - 1) };

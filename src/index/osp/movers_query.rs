@@ -1,4 +1,4 @@
-//! Queries of the moving polygons: all groups are tested, sixteen boxes at a time.
+//! Queries of the polygons in the flat rows: all groups are tested, sixteen boxes at a time.
 
 use super::{
     answer::{Blocks, Filling, Ids},
@@ -16,7 +16,7 @@ use crate::{
 };
 
 impl Osp {
-    /// Appends the movers that the frustum may see.
+    /// Appends the polygons of the flat rows that the frustum may see.
     pub(super) fn cull_movers(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         if self.movers.len() == 0 {
             return WorkCounts::default();
@@ -25,7 +25,7 @@ impl Osp {
         self.backend.run(Pass { movers: &self.movers, planes: PlaneSet::new(frustum), answer }).0
     }
 
-    /// Adds the movers that the frustum may see.
+    /// Adds the polygons of the flat rows that the frustum may see to a set.
     pub(super) fn cull_mover_blocks(&self, frustum: &Frustum, visible: &mut VisibleBlocks) -> WorkCounts {
         if self.movers.len() == 0 {
             return WorkCounts::default();

@@ -4,17 +4,17 @@ use crate::{
     math::Aabb,
 };
 
-/// The block of sixteen ids that is being drawn. When the next block begins, its polygons are divided into runs and
-/// inserted. Until then they are kept here, and queries test them one by one.
+/// The block of sixteen ids that is being drawn. When the next block begins, the polygons of this block are divided into
+/// runs and inserted into the tree. Until then queries test them one by one.
 #[derive(Clone, Debug)]
 pub(super) struct OpenBlock {
-    /// `id / 16`; [`NONE`] if no block is open.
+    /// Number of the block, `id / 16`; [`NONE`] if no block is open.
     block: u32,
-    /// Polygons of the block that are already in the tree, because it was open before.
+    /// Polygons of the block that are in the tree, because the block was open before.
     filed: u16,
-    /// Polygons kept here.
+    /// Polygons of the block that are not in the tree yet.
     lanes: u16,
-    /// In rows, as queries read them; unused lanes are unspecified.
+    /// The boxes of the polygons `lanes`; other lanes are unspecified.
     boxes: Boxes<16>,
 }
 
@@ -23,7 +23,7 @@ pub(super) struct OpenBlock {
 pub(super) struct Gathered {
     pub(super) runs: [(Run, Wide); 16],
     pub(super) count: usize,
-    /// Mask of the polygons in runs of several.
+    /// Mask of the polygons in runs of several polygons.
     pub(super) shared: u16,
 }
 
@@ -46,11 +46,11 @@ impl Gathered {
     }
 }
 
-/// Number of latest runs that a polygon may join before it begins a new one: strokes that are drawn at the same time,
-/// such as mirrored ones, take turns.
+/// Number of latest runs that a polygon may join before it begins a new run. It is more than one, because strokes that are
+/// drawn at the same time, such as mirrored strokes, take turns.
 const OFFERS: usize = 4;
 
-/// Number of runs after which polygons begin new runs without a test, if none has joined an earlier one.
+/// After this number of runs, polygons begin new runs without a test if no polygon has joined an earlier run.
 const TURNS_SHOW: usize = 6;
 
 impl OpenBlock {
@@ -68,36 +68,36 @@ impl OpenBlock {
         self.block
     }
 
-    /// The polygons kept here.
+    /// The polygons that are not in the tree yet.
     #[inline]
     pub(super) fn lanes(&self) -> u16 {
         self.lanes
     }
 
-    /// All polygons of the block, here or in the tree.
+    /// All polygons of the block, in the tree or not.
     #[inline]
     pub(super) fn present(&self) -> u16 {
         self.filed | self.lanes
     }
 
-    /// The box of a polygon kept here.
+    /// The box of a polygon that is not in the tree yet.
     #[inline]
     pub(super) fn bounds(&self, lane: usize) -> Aabb {
         self.boxes.get(lane % 16)
     }
 
-    /// The boxes in rows; unused lanes are unspecified.
+    /// The boxes of the polygons `lanes`; other lanes are unspecified.
     #[inline]
     pub(super) fn rows(&self) -> &Boxes<16> {
         &self.boxes
     }
 
-    /// Opens a block; its polygons `filed` are in the tree.
+    /// Opens a block whose polygons `filed` are in the tree.
     pub(super) fn begin(&mut self, block: u32, filed: u16) {
         (self.block, self.filed, self.lanes) = (block, filed, 0);
     }
 
-    /// Opens a block with these polygons and no others.
+    /// Opens a block with the polygons `lanes` and no others.
     pub(super) fn begin_with(&mut self, block: u32, lanes: u16, boxes: &Boxes<16>) {
         (self.block, self.filed, self.lanes) = (block, 0, lanes);
         self.boxes = *boxes;
@@ -115,19 +115,19 @@ impl OpenBlock {
         self.boxes.set_wide(lane % 16, bounds);
     }
 
-    /// Removes a polygon that is kept here.
+    /// Removes a polygon that is not in the tree yet.
     pub(super) fn remove(&mut self, lane: usize) {
         self.lanes &= !(1 << lane);
     }
 
-    /// Closes the block.
+    /// Closes the block, so that no block is open.
     pub(super) fn close(&mut self) {
         self.begin(NONE, 0);
     }
 
-    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if it is
-    /// close, else one of the last few runs, else it begins a new run. The caller sets the store of runs of several
-    /// polygons.
+    /// Divides the polygons into runs, in the order of their ids. A polygon joins the run of its predecessor if it is close
+    /// to it, otherwise one of the last few runs. If none of them is close, it begins a new run. The caller sets the store
+    /// of runs of several polygons.
     pub(super) fn gather(&self, to: &mut Gathered) {
         (to.count, to.shared) = (0, 0);
         let mut run = OpenRun::NONE;
@@ -142,7 +142,7 @@ impl OpenBlock {
                     to.add(self.block, run.mask, run.bounds);
                 }
                 breaks += 1;
-                // Few runs come from strokes that follow each other, many perhaps from strokes that take turns.
+                // Few runs mean strokes that follow each other. Many runs may mean strokes that take turns.
                 if breaks > OFFERS {
                     self.gather_in_turns(to);
                     return;
@@ -155,7 +155,7 @@ impl OpenBlock {
         }
     }
 
-    /// [`OpenBlock::gather`] for strokes that take turns.
+    /// Does the same as [`OpenBlock::gather`] for strokes that take turns.
     fn gather_in_turns(&self, to: &mut Gathered) {
         let mut open = [OpenRun::NONE; 16];
         let (mut count, mut taken_in) = (0, 0);
@@ -164,7 +164,7 @@ impl OpenBlock {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             let bounds = Wide::from_box(&self.boxes.get(lane % 16));
-            // With strokes that take turns, polygons soon join earlier runs; else the polygons are scattered.
+            // If strokes take turns, polygons soon join earlier runs. Otherwise the polygons are scattered.
             let taken = (taken_in > 0 || count < TURNS_SHOW) && {
                 let offers = open[..count].iter_mut().rev().take(OFFERS);
                 offers.into_iter().any(|run| run.join(lane, bounds))
@@ -186,7 +186,7 @@ impl OpenBlock {
 struct OpenRun {
     mask: u16,
     bounds: Wide,
-    /// Sum of the longest edges of its polygons' boxes, metres.
+    /// Sum of the longest edges of the boxes of the run's polygons, metres.
     length_m: f32,
 }
 
@@ -198,7 +198,7 @@ impl OpenRun {
     fn join(&mut self, lane: usize, bounds: Wide) -> bool {
         let union = self.bounds.union(bounds);
         let sum_m = self.length_m + bounds.length();
-        // If sums overflow, every polygon joins: the box of such a run is huge anyway.
+        // If the sum overflows, every polygon joins. The box of such a run is huge anyway.
         if self.mask == 0 || union.length() > sum_m * RUN_STRETCH {
             return false;
         }

@@ -1,7 +1,7 @@
-//! Sorts runs along a space-filling curve if polygons arrive in no order, such as the faces of many imported models.
-//! Pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as the leaf, and a plane
-//! that cuts the leaf cuts all its pages. A leaf that has grown by a half waits to be packed: neighbouring runs then
-//! share a page. A commit packs few of the waiting leaves.
+//! Sorts runs along a space-filling curve if polygons arrive in no spatial order, such as the faces of many imported
+//! models. The pages of a leaf are filled in the order of arrival. Without sorting, each page is as wide as the leaf, and a
+//! plane that cuts the leaf cuts all its pages. A leaf that has grown by half is queued to be packed: neighbouring runs
+//! then share a page. A commit packs few of the queued leaves.
 
 use super::{
     grid::{self, Key},
@@ -12,13 +12,13 @@ use super::{
 };
 use crate::index::simd::Wide;
 
-/// Number of levels below the leaf's cell by which runs are sorted.
+/// Number of levels below the leaf's cell down to which runs are sorted.
 const LEVELS: u32 = 3;
 
 /// Number of cells of the lowest of these levels.
 const CELLS: usize = 1 << (3 * LEVELS);
 
-/// Position on a Hilbert curve of the cell that a key lies in: successive cells share a side.
+/// Position on a Hilbert curve of the cell that contains a key. Successive cells on the curve share a side.
 #[inline]
 fn cell_of(key: &Key, shift: u32) -> usize {
     let morton = (0..LEVELS).fold(0, |code, level| {
@@ -28,7 +28,7 @@ fn cell_of(key: &Key, shift: u32) -> usize {
     usize::from(CURVE[morton])
 }
 
-/// Position on the curve of each cell, by its Morton code.
+/// Position of each cell on the curve, by the cell's Morton code.
 static CURVE: [u16; CELLS] = {
     let mut table = [0; CELLS];
     let mut morton = 0;
@@ -39,7 +39,7 @@ static CURVE: [u16; CELLS] = {
     table
 };
 
-/// John Skilling, "Programming the Hilbert curve" (2004).
+/// Computes a position on the curve. Method: John Skilling, "Programming the Hilbert curve" (2004).
 const fn place_on_curve(morton: usize) -> u16 {
     let mut at = [0u16; 3];
     let mut bit = 0;
@@ -83,8 +83,8 @@ const fn place_on_curve(morton: usize) -> u16 {
     place
 }
 
-/// Greatest number of leaves that a commit packs: [`LEAVES_A_COMMIT`], and one more for every [`RUNS_A_LEAF`] runs that
-/// came since the last commit.
+/// A commit packs at most [`LEAVES_A_COMMIT`] leaves, and one more for every [`RUNS_A_LEAF`] runs that were inserted since
+/// the last commit.
 const LEAVES_A_COMMIT: u32 = 1;
 const RUNS_A_LEAF: u32 = 64;
 
@@ -99,16 +99,16 @@ impl Osp {
         }
     }
 
-    /// Packs a few of the waiting leaves; `came` is the number of runs since the last commit. Packs none while polygons
-    /// of a former plain list wait for the tree.
+    /// Packs a few of the queued leaves. `came` is the number of runs inserted since the last commit. Packs no leaf while
+    /// polygons of a former plain list wait for the tree.
     pub(super) fn pack_some(&mut self, came: u32) {
-        // Each leaf is packed once, when all polygons have come.
+        // Each leaf is then packed once, after all polygons have come.
         if self.is_settling {
             return;
         }
         for _ in 0..LEAVES_A_COMMIT + came / RUNS_A_LEAF {
             let Some(head) = self.to_pack.pop_front() else { return };
-            // The leaf may have been removed, replaced by another bucket, or have other runs.
+            // Meanwhile the leaf may have been removed, replaced by another bucket, or filled with other runs.
             if self.buckets[head].waits {
                 self.buckets[head].waits = false;
                 if self.buckets[head].is_scattered() {
@@ -118,7 +118,7 @@ impl Osp {
         }
     }
 
-    /// Releases a bucket.
+    /// Releases a bucket and clears its marks.
     pub(super) fn give_bucket(&mut self, number: u32) {
         let bucket = &mut self.buckets[number];
         (bucket.waits, bucket.divides, bucket.drains) = (false, false, false);
@@ -145,7 +145,8 @@ impl Osp {
         self.taken = taken;
     }
 
-    /// Calls `out` with the runs of a leaf along a space-filling curve; the leaf's cell has level `shift`.
+    /// Calls `out` with the runs of a leaf in their order along a space-filling curve. `shift` is the level of the leaf's
+    /// cell.
     fn in_order_of_space(
         &mut self,
         taken: &[TakenRun],
@@ -220,7 +221,7 @@ mod tests {
         osp
     }
 
-    /// Sum of the surfaces of the pages' boxes, square metres: a measure of how often a plane cuts one.
+    /// Sum of the surface areas of the pages' boxes, square metres. It measures how often a plane cuts a page.
     fn surface_m2(osp: &Osp, node: u32) -> f32 {
         let children = osp.nodes[node].children.iter();
         let of_child = children.map(|link| match link.target() {
@@ -240,7 +241,7 @@ mod tests {
         of_child.sum()
     }
 
-    /// The same tree without packing: the queue is cleared before each commit.
+    /// The same tree without packing, because the queue is cleared before each commit.
     fn not_packed(root_m: f32) -> Osp {
         let mut osp = empty(root_m);
         for (id, bounds) in boxes(true) {
@@ -255,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_growing_tree_is_packed_wherever_it_grows() {
-        // In the second, most cells lie outside of the preallocated levels.
+        // In the second tree, most cells lie outside of the preallocated levels.
         for root_m in [4.0, 0.25] {
             let packed = grown(empty(root_m), 16, |_| ());
             packed.validate().expect("a sound tree");
@@ -284,7 +285,7 @@ mod tests {
         }
     }
 
-    /// Least number of runs that a leaf receives before it waits again.
+    /// Least number of runs that a leaf receives before it is queued again.
     const FEWEST_APART: usize = 32;
 
     #[test]

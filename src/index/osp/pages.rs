@@ -14,7 +14,7 @@ use crate::{
     math::Aabb,
 };
 
-/// The pages: two pools whose entries are taken and released together, so that a page has the same number in both.
+/// The pages, in two pools whose entries are taken and released together, so that a page has the same number in both.
 #[derive(Clone, Debug)]
 pub(super) struct Pages {
     heads: Pool<Page>,
@@ -22,7 +22,7 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    /// Pages with room for this number, and for `most` in total if runs are short.
+    /// Room for `pages` pages, and for `most` in total if runs are short.
     pub(super) fn with_room_for(pages: usize, most: usize) -> Self {
         Self {
             heads: Pool::with_room_for(pages).and_room_for(most),
@@ -70,7 +70,7 @@ impl Pages {
         (run, boxes.boxes.get(lane))
     }
 
-    /// Sets a run; it counts as tight.
+    /// Sets a run; its box counts as tight.
     #[inline]
     pub(super) fn set_run(&mut self, number: u32, lane: usize, run: Run, bounds: &Aabb) {
         let (page, boxes) = (&mut self.heads[number], &mut self.boxes[number]);
@@ -91,7 +91,7 @@ impl Pages {
         self.boxes[number].boxes.set(lane, bounds);
     }
 
-    /// Appends a run, which counts as tight, to a page that is not full; returns its lane.
+    /// Appends a run, whose box counts as tight, to a page that is not full; returns the run's lane.
     #[inline]
     pub(super) fn push_run(&mut self, number: u32, run: Run, bounds: &Aabb) -> usize {
         let (page, boxes) = (&mut self.heads[number], &mut self.boxes[number]);
@@ -99,7 +99,7 @@ impl Pages {
         page.runs += 1;
         page.first[lane] = run.first;
         page.masks[lane] = run.mask;
-        // An unused lane has no marks.
+        // The marks of an unused lane are clear.
         if run.is_exact() {
             page.exact |= 1 << lane;
         } else {

@@ -1,4 +1,4 @@
-//! The answers for two eyes; polygons that both see are written once.
+//! The results for two eyes; a polygon that both eyes see is written once.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::polygon::BLOCK;
 /// Both eyes, as bits of `eyes`.
 pub(super) const BOTH: u8 = 0b11;
 
-/// The answers. Until [`Sets::finish`], the second set has the polygons that only one eye sees.
+/// The results for two eyes. Until [`Sets::finish`], the second set contains the polygons that only one eye sees.
 pub(super) struct Sets<'a> {
     pub(super) masks: [&'a mut [u16]; 2],
     begin: usize,
@@ -35,7 +35,7 @@ impl<'a> Sets<'a> {
         self.end = self.end.max(end);
     }
 
-    /// Adds polygons of a block, different ones for each eye.
+    /// Adds polygons of a block, separate masks for the two eyes.
     #[inline(always)]
     pub(super) fn add_each(&mut self, block: usize, [first, second]: [u32; 2]) {
         if first | second != 0 {
@@ -47,7 +47,7 @@ impl<'a> Sets<'a> {
         }
     }
 
-    /// Adds some runs of a page for these eyes.
+    /// Adds the runs `runs` of a page for these eyes.
     #[inline(always)]
     pub(super) fn add_runs(&mut self, eyes: u8, page: &Page, runs: u32) {
         let (mut low, mut high, mut polygons) = (usize::MAX, 0, 0);
@@ -70,7 +70,7 @@ impl<'a> Sets<'a> {
         self.found[1] += polygons * usize::from(eyes >> 1);
     }
 
-    /// Adds the first runs of a page for these eyes.
+    /// Adds the first `runs` runs of a page for these eyes.
     #[inline(always)]
     pub(super) fn add_page(&mut self, eyes: u8, page: &Page, runs: u32) {
         if eyes != BOTH {

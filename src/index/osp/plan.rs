@@ -1,7 +1,7 @@
-//! Selects the method of a query. If the whole tree is in view, the answer is every polygon. If most of it is, the
-//! query searches for the polygons outside of the frustum and removes them from the set of all. Otherwise it searches
-//! for the polygons inside. So it does not read the larger part. For a list of ids of scattered polygons, it searches
-//! inside instead of outside.
+//! Selects the method of a query. If the whole tree is in view, the result is every polygon. If most of it is in view, the
+//! query searches for the polygons outside the frustum and removes them from the set of all. Otherwise it searches for the
+//! polygons inside. So it never reads the larger part. A query for a list of ids of scattered polygons never searches
+//! outside.
 
 use std::ops::Range;
 
@@ -23,12 +23,12 @@ use crate::{
     polygon::{BLOCK, PolygonId, VisibleBlocks, mark},
 };
 
-/// Polygons that a query searches for.
+/// The polygons that a query searches for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Plan {
-    /// None: everything is in view.
+    /// No polygons, because all are in view.
     All,
-    /// The polygons outside of the frustum, to be removed from the set of all.
+    /// The polygons outside the frustum, to be removed from the set of all.
     Outside,
     /// The polygons inside.
     Inside,
@@ -44,7 +44,7 @@ impl Osp {
         let planes = PlaneSet::new(frustum);
         let (top, plan, mut work) = self.plan(frustum, &planes);
         match plan {
-            // For scattered polygons, a copy of the ids inside costs less than a pass over all masks.
+            // For scattered polygons, copying the ids inside costs less than a pass over all masks.
             Plan::Outside if !self.ids.are_scattered() => {
                 let span = self.ids.span();
                 if masks.len() < span.len() {
@@ -72,7 +72,7 @@ impl Osp {
         self.cull_blocks_by(&planes, planned, visible)
     }
 
-    /// [`Osp::cull_blocks`] in a tree, with the result of [`Osp::plan`].
+    /// Does the same as [`Osp::cull_blocks`] in a tree, with the result of [`Osp::plan`].
     pub(super) fn cull_blocks_by(
         &self,
         planes: &PlaneSet,
@@ -102,7 +102,7 @@ impl Osp {
         work
     }
 
-    /// Lets a query write the masks of a set.
+    /// Calls `query` to write the masks of a set.
     fn fill(
         &self,
         visible: &mut VisibleBlocks,
@@ -113,7 +113,7 @@ impl Osp {
         work
     }
 
-    /// Sets the masks of an empty set to all polygons in the tree except the ones outside of the frustum. The caller
+    /// Sets the masks of an empty set to all polygons in the tree except the polygons outside the frustum. The caller
     /// records the written blocks in the set.
     fn take_outside_out(&self, top: u32, planes: &PlaneSet, visible: &mut VisibleBlocks) -> WorkCounts {
         let end = self.ids_end();
@@ -129,7 +129,7 @@ impl Osp {
         })
     }
 
-    /// Upper bound of the numbers of all polygons, including the open block.
+    /// Upper bound of all ids, also those of the open block.
     pub(super) fn ids_end(&self) -> usize {
         if self.is_linear {
             return self.linear.ids_end();
@@ -138,29 +138,28 @@ impl Osp {
         self.ids.ids_end().max(open)
     }
 
-    /// The node to begin at, the plan, and the work of planning.
+    /// Returns the node at which the query begins, the plan, and the work counts of planning.
     pub(super) fn plan(&self, frustum: &Frustum, planes: &PlaneSet) -> (u32, Plan, WorkCounts) {
         let (mut top, mut passed) = (self.top, 0);
-        // Top levels with a single node below decide nothing.
+        // Top levels with a single child node are passed, because they decide nothing.
         while let Some(below) = self.nodes[top].only_node() {
             (top, passed) = (below, passed + 1);
         }
         let (plan, mut work) = self.backend.run(Weigh { osp: self, top, frustum, planes });
         work.nodes += passed;
-        // That plan passes over all blocks from the first to the last.
+        // A search outside passes over all blocks from the first to the last, so the ids must be dense.
         let is_dense = plan != Plan::Outside || self.ids.span().len() <= self.len;
         (top, if is_dense { plan } else { Plan::Inside }, work)
     }
 
-    /// Sets the masks of all polygons in the tree that are not outside of the frustum; `masks` begins with block
-    /// `first`.
+    /// Sets the masks of all polygons in the tree that are not outside the frustum. `masks` begins with block `first`.
     fn look_for_outside(&self, top: u32, planes: &PlaneSet, masks: &mut [u16], first: usize) -> WorkCounts {
         let answer = Outside::new(masks, first, &self.ids);
         self.backend.run(Cull { osp: self, top, planes, answer }).0
     }
 }
 
-/// Clears the bits of listed polygons.
+/// Clears the bits of the listed polygons.
 struct TakeOut<'a> {
     masks: &'a mut [u16],
     singles: &'a [PolygonId],
@@ -183,7 +182,7 @@ struct Weigh<'a> {
     planes: &'a PlaneSet,
 }
 
-/// Greatest number of nodes that are tested for this estimate.
+/// Largest number of nodes that are tested for this estimate.
 const WEIGHED: usize = 24;
 
 impl WithKernel for Weigh<'_> {
@@ -193,7 +192,7 @@ impl WithKernel for Weigh<'_> {
     fn run<K: Kernel>(self, kernel: K) -> (Plan, WorkCounts) {
         let mut work = WorkCounts::default();
         let top = &self.osp.nodes[self.top];
-        // The other plans pass over all blocks of the id map, which must not outnumber the polygons.
+        // The other plans pass over all blocks of the id map, so its entries must not outnumber the polygons.
         if self.osp.ids.entries() > self.osp.len {
             return (Plan::Inside, work);
         }
@@ -208,7 +207,7 @@ impl WithKernel for Weigh<'_> {
     }
 }
 
-/// Whether everything in the tree lies inside every plane; stops at the first box that does not.
+/// Whether all polygons in the tree lie inside every plane. Stops at the first box that does not.
 #[inline(always)]
 pub(super) fn holds_all<K: Kernel>(
     osp: &Osp,
@@ -240,15 +239,15 @@ pub(super) fn holds_all<K: Kernel>(
 }
 
 impl Weigh<'_> {
-    /// Whether more seems to be inside than outside, by the upper levels. The weight of a cell is the number of nodes
-    /// and leaves in it. A cell that a plane cuts counts by the centre of its box.
+    /// Whether more of the tree seems to be inside than outside, by its upper levels. The weight of a cell is the number of
+    /// nodes and leaves in it. A cell that a plane cuts counts by the centre of its box.
     #[inline(always)]
     fn is_mostly_seen<K: Kernel>(&self, kernel: K, work: &mut WorkCounts) -> bool {
         let top = &self.osp.nodes[self.top];
         let mut waiting = Waiting::<(Below, i64), { 8 * WEIGHED }>::new();
         waiting.push((Below { number: self.top, planes: PlaneSet::ALL }, 0));
         let mut more_seen = 0i64;
-        // Weight that is not decided yet.
+        // The weight that is not decided yet.
         let mut open = i64::from(top.weight());
         let mut looked = 0;
         while looked < WEIGHED && waiting.len() > 0 && more_seen.abs() <= open {
@@ -299,7 +298,7 @@ fn open_block<K: Kernel, A: Answer>(osp: &Osp, kernel: K, planes: &PlaneSet, ans
     work
 }
 
-/// Query of the open block alone.
+/// A query of the open block alone.
 struct Open<'a, A> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -316,7 +315,7 @@ impl<A: Answer> WithKernel for Open<'_, A> {
     }
 }
 
-/// Query of all polygons, by number: the tree is not read.
+/// A query that reports all polygons from the id map, without a read of the tree.
 struct All<'a, A> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -337,7 +336,7 @@ impl<A: Filling> WithKernel for All<'_, A> {
     }
 }
 
-/// Query of the ids of polygons that are not outside, by number.
+/// A query that lists the ids of all polygons that are not outside, from their masks.
 struct Listed<'a> {
     osp: &'a Osp,
     planes: &'a PlaneSet,
@@ -362,7 +361,7 @@ impl WithKernel for Listed<'_> {
 }
 
 impl super::ids::IdMap {
-    /// Range of blocks from the first shelf with a polygon to the last block with one.
+    /// The range of blocks from the first shelf with a polygon to the last block with a polygon.
     fn span(&self) -> Range<usize> {
         let (mut begin, mut end) = (usize::MAX, 0);
         for (first, masks) in self.shelves() {

@@ -3,34 +3,33 @@
     reason = "numbers that the tree holds are looked up without a check; it pays in queries"
 )]
 
-/// Entry of a [`Pool`].
+/// An entry of a [`Pool`].
 pub(super) trait Pooled: Copy {
     /// Value of a new entry.
     const BLANK: Self;
 
-    /// The next free entry, stored in a field that a free entry does not use.
+    /// The number of the next free entry, stored in a field that a free entry does not use.
     fn next_free(&self) -> u32;
 
-    /// Sets the next free entry.
+    /// Sets the number of the next free entry.
     fn set_next_free(&mut self, next: u32);
 }
 
-/// No entry.
+/// The number that stands for no entry.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Greatest number of chunks by which a pool grows beyond its need. With more, growth is rarer and takes longer.
+/// Largest number of chunks by which a pool grows beyond its need. If it is larger, growth is rarer and takes longer.
 const MOST_CHUNKS: usize = 8;
 
-/// Greatest number of chunks whose memory is committed from the start: enough for a model of a million polygons.
+/// Largest number of chunks whose memory is committed when the pool is made: enough for a model of a million polygons.
 const TOUCHED_CHUNKS: usize = 256;
 
-/// A pool of entries by number. It grows by whole chunks, so entries are never copied. Released entries are reused
-/// first.
+/// A pool of numbered entries. It grows by whole chunks, so entries are never copied. Released entries are used first.
 #[derive(Clone, Debug)]
 pub(super) struct Pool<T> {
     /// Every chunk has room for [`Pool::CHUNK`] entries from the start.
     chunks: Vec<Vec<T>>,
-    /// First of the released entries.
+    /// The first of the released entries.
     free: u32,
     /// Number of entries ever taken.
     len: u32,
@@ -42,11 +41,11 @@ pub(super) struct Pool<T> {
 
 impl<T: Pooled> Pool<T> {
     const SHIFT: u32 = 8;
-    /// Entries of a chunk.
+    /// Number of entries of a chunk.
     pub(super) const CHUNK: usize = 1 << Self::SHIFT;
 
-    /// A pool with room for this number of entries. The system commits memory only when it is written to, which would
-    /// delay a frame. So the first [`TOUCHED_CHUNKS`] chunks are written to here.
+    /// A pool with room for `entries` entries. The first [`TOUCHED_CHUNKS`] chunks are written to here, because the system
+    /// commits memory at the first write, which would delay a frame.
     pub(super) fn with_room_for(entries: usize) -> Self {
         let mut pool = Self { chunks: Vec::new(), free: NONE, len: 0, live: 0, touched: 0 };
         pool.reserve_chunks(entries.div_ceil(Self::CHUNK));
@@ -58,15 +57,14 @@ impl<T: Pooled> Pool<T> {
         pool
     }
 
-    /// The pool with room for this number of entries in total. The additional memory is not written to: it is rarely
-    /// needed.
+    /// Adds room, to `entries` entries in total. The additional memory is not written to, because it is rarely needed.
     pub(super) fn and_room_for(mut self, entries: usize) -> Self {
         self.reserve_chunks(entries.div_ceil(Self::CHUNK));
         self
     }
 
-    /// Makes room for at least this many more entries. If the pool grows, it grows by a further eighth, so that growth
-    /// is rare. That eighth is at most [`MOST_CHUNKS`] chunks, so that growth is short.
+    /// Makes room for at least `more` further entries. A pool that has to grow grows by a further eighth, so that growth is
+    /// rare. This eighth is at most [`MOST_CHUNKS`] chunks, so that growth is short.
     pub(super) fn make_room(&mut self, more: usize) {
         let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
         if needed > self.chunks.len() {
@@ -74,7 +72,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Releases chunks that were never used, at most `most_chunks`. Keeps room for at least this many more entries.
+    /// Frees chunks that were never used, at most `most_chunks`. Keeps room for at least `more` further entries.
     pub(super) fn give_room_back(&mut self, more: usize, most_chunks: usize) {
         let needed = (self.live as usize + more).div_ceil(Self::CHUNK);
         let used = (self.len as usize).div_ceil(Self::CHUNK);
@@ -89,7 +87,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Takes a blank entry; returns its number.
+    /// Takes an entry with the value [`Pooled::BLANK`]; returns its number.
     #[inline]
     pub(super) fn take(&mut self) -> u32 {
         self.live += 1;
@@ -119,7 +117,7 @@ impl<T: Pooled> Pool<T> {
         self.live -= 1;
     }
 
-    /// The entry with a number, without a check.
+    /// The entry with this number, without a check of the number.
     ///
     /// # Safety
     /// `i` was returned by [`Pool::take`] and not released since.
@@ -133,7 +131,7 @@ impl<T: Pooled> Pool<T> {
         }
     }
 
-    /// Address of an entry for prefetching; null if no entry has that number.
+    /// Address of an entry, for prefetching; null if the number is beyond the pool's room.
     #[inline]
     pub(super) fn place(&self, i: u32) -> *const T {
         let chunk = self.chunks.get((i >> Self::SHIFT) as usize);
@@ -158,7 +156,7 @@ impl<T: Pooled> Pool<T> {
         (self.free, self.len, self.live) = (NONE, 0, 0);
     }
 
-    /// Memory held, bytes, without room that was never written to: the system has not committed it.
+    /// Memory held, bytes. Room that was never written to does not count, because the system has not committed it.
     pub(super) fn bytes(&self) -> usize {
         self.held_chunks() * Self::CHUNK * size_of::<T>() + self.chunks.capacity() * size_of::<Vec<T>>()
     }

@@ -5,9 +5,9 @@
 //! The frustum query. It tests eight children of a node, sixteen pages, sixteen runs, and at last sixteen polygons at a
 //! time. Boxes inside every plane are taken without further tests.
 //!
-//! Buckets and pages wait in a short queue each, while their cache lines are prefetched: a query mostly waits for
-//! memory, so it requests many lines at once. Runs that one plane cuts wait in that plane's list. A full list is tested
-//! with the plane in registers.
+//! Buckets and pages wait in short queues while their cache lines are prefetched. A query mostly waits for memory, so it
+//! requests many lines at once. Runs that one plane cuts wait in that plane's list. A full list is tested with the plane in
+//! registers.
 
 use std::mem::MaybeUninit;
 
@@ -22,10 +22,10 @@ use crate::index::{
     simd::{Boxes, Kernel, PlaneSet, Sides, WithKernel, prefetch_lines},
 };
 
-/// A walk that finds the polygons inside the frustum, or those [outside](Answer::IS_OUTSIDE).
+/// A walk that finds the polygons inside the frustum, or the polygons [outside](Answer::IS_OUTSIDE).
 pub(super) struct Cull<'a, A> {
     pub(super) osp: &'a Osp,
-    /// First node of the walk. It has to be in the tree: unchecked reads start from it.
+    /// The first node of the walk. It has to be in the tree, because unchecked reads start from it.
     pub(super) top: u32,
     pub(super) planes: &'a PlaneSet,
     pub(super) answer: A,
@@ -64,7 +64,7 @@ impl<A: Answer> WithKernel for Cull<'_, A> {
 /// Unchecked access by number.
 impl Osp {
     /// # Safety
-    /// The bucket hangs in the tree, or in the chain of one that does.
+    /// The bucket belongs to a chain that hangs in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_bucket(&self, number: u32) -> &Bucket {
         // SAFETY: every number that hangs in the tree is of a bucket in use; `validate` checks it.
@@ -88,7 +88,7 @@ impl Osp {
     }
 
     /// # Safety
-    /// The node is the top, or hangs in the tree.
+    /// The node is the top node, or hangs in the tree.
     #[inline(always)]
     pub(super) unsafe fn known_node(&self, number: u32) -> &Node {
         // SAFETY: as for buckets.
@@ -96,7 +96,8 @@ impl Osp {
     }
 }
 
-/// A queue of fixed capacity. Unused places are not initialised: that would cost a small query more than all its tests.
+/// A queue of fixed capacity. Unused places are not initialised, because this would cost a small query more than all its
+/// tests.
 pub(super) struct Waiting<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     pushed: usize,
@@ -133,7 +134,7 @@ impl<T: Copy, const N: usize> Waiting<T, N> {
     }
 }
 
-/// A list of fixed capacity, not initialised, like [`Waiting`].
+/// A list of fixed capacity. Unused places are not initialised, as in [`Waiting`].
 pub(super) struct List<T, const N: usize> {
     entries: [MaybeUninit<T>; N],
     len: usize,
@@ -176,14 +177,15 @@ impl<T: Copy, const N: usize> List<T, N> {
     }
 }
 
-/// Number of a node, bucket or page found in the tree, and the planes that cut it.
+/// Number of a node, bucket or page that the walk has found, and the planes that cut it.
 #[derive(Clone, Copy)]
 pub(super) struct Below {
     pub(super) number: u32,
     pub(super) planes: u8,
 }
 
-/// [`Below`] for a page, with the number of its runs if all have one polygon, else 0.
+/// A page that the walk has found, and the planes that cut it. `singles` is the number of its runs if all have one polygon,
+/// else 0.
 #[derive(Clone, Copy)]
 struct BelowPage {
     number: u32,
@@ -200,21 +202,21 @@ struct CutRun<'a> {
     planes: u8,
 }
 
-/// Number of the list of runs that several planes cut.
+/// Position in `cut` of the list of runs that several planes cut.
 pub(super) const SEVERAL: usize = 6;
 
-/// Length from which on a list is tested; a page adds sixteen runs at most.
+/// Length from which on a list is tested. A page adds at most sixteen runs.
 pub(super) const LIST: usize = 16;
 
-/// Number of buckets, and of pages, that stay in their queues while more can be found. A step adds at most nine buckets
-/// or sixteen pages, which still fit into a queue of 32.
+/// Number of buckets, and of pages, that may stay in their queues while the walk can still find more. A step adds at most
+/// nine buckets or sixteen pages, which fit into a queue of 32.
 pub(super) const BUCKETS_WAIT: usize = 8;
 pub(super) const PAGES_WAIT: usize = 12;
 
 /// Number of buckets inside every plane that wait for the cache lines of their pages.
 const WHOLE_WAIT: usize = 1;
 
-/// Greatest number of waiting nodes: seven at each level, and the chain of levels on top.
+/// Largest number of waiting nodes: seven at each level, and the chain of levels on top.
 pub(super) const STACK: usize = 8 * (super::grid::TOP_SHIFT as usize + 1);
 
 struct Walk<'a, K, A> {
@@ -223,20 +225,20 @@ struct Walk<'a, K, A> {
     kernel: K,
     answer: A,
     work: WorkCounts,
-    /// Polygons reported after a test of their own.
+    /// Number of polygons reported after a test of their own box.
     tested: u64,
     buckets: Waiting<Below, 32>,
     whole: Waiting<u32, 4>,
     pages: Waiting<BelowPage, 32>,
-    /// Runs that a single plane cuts, by plane; last, runs that several planes cut.
+    /// Runs that a single plane cuts, by plane. The last list has the runs that several planes cut.
     cut: [List<CutRun<'a>, 32>; 7],
     /// Mask of the lists of `cut` that are ready to be tested.
     full: u32,
 }
 
 impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
-    /// Works off the lowest level first if enough of it waits. Each kind of work has one place in this loop, so that
-    /// all of it is inlined.
+    /// Processes the lowest level of the tree first if enough entries of it wait. Each kind of entry has one place in this
+    /// loop, so that the compiler inlines all of it.
     #[inline(always)]
     fn all(&mut self, top: u32) {
         if !A::IS_OUTSIDE {
@@ -363,8 +365,8 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         }
     }
 
-    /// Takes all pages of a bucket without a test, after their cache lines have arrived. In pages of single polygons,
-    /// only the ids are read.
+    /// Takes all pages of a bucket without a test, after their cache lines have arrived. Only the ids of pages of single
+    /// polygons are read.
     #[inline(always)]
     fn whole_bucket(&mut self, number: u32, bucket: &Bucket) {
         let pages = &bucket.pages[..(bucket.page_count as usize).min(16)];
@@ -452,7 +454,7 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
         count(&mut self.work, u32::from(page.runs), planes);
         let sides = self.planes.sides16(self.kernel, planes, &boxes.boxes);
         let seen = page.used() & !sides.behind;
-        // A run of one polygon has the polygon's own box, which has been tested.
+        // The box of a run of one polygon is the polygon's own box, so the polygon is tested already.
         let exact = u32::from(page.exact);
         self.tested += u64::from((seen & exact).count_ones());
         let decided = if A::IS_OUTSIDE { page.used() & sides.behind } else { seen & (exact | !sides.cut) };
@@ -533,10 +535,10 @@ impl<'a, K: Kernel, A: Answer> Walk<'a, K, A> {
     }
 }
 
-/// Selection of boxes and polygons in a walk, for a search inside or outside of the frustum.
+/// Selects boxes and polygons in a walk, for a search inside or outside the frustum.
 trait Looks: Answer {
-    /// The boxes, tested against the planes of `mask`, that may contain polygons to report. With an empty `mask`, all
-    /// boxes lie in a part that is reported as a whole.
+    /// The boxes that may contain polygons to report, after a test against the planes of `mask`. If `mask` is empty, all
+    /// boxes belong to a part that is reported as a whole.
     #[inline(always)]
     fn wanted(mask: u8, behind: u32, cut: u32) -> u32 {
         match Self::IS_OUTSIDE {
@@ -546,13 +548,13 @@ trait Looks: Answer {
         }
     }
 
-    /// The planes left to test for one of these boxes; none if it is reported as a whole.
+    /// The planes left to test below a selected box; none if it is reported as a whole.
     #[inline(always)]
     fn planes_of(sides: &Sides, mask: u8, lane: usize) -> u8 {
         if Self::IS_OUTSIDE && sides.behind >> lane & 1 == 1 { 0 } else { sides.planes_at(mask, lane) }
     }
 
-    /// The tested polygons of a run that are reported.
+    /// The polygons of a run that are reported after their test.
     #[inline(always)]
     fn of_run(lanes: u32, behind: u32) -> u32 {
         if Self::IS_OUTSIDE { lanes & behind } else { lanes & !behind }
@@ -561,14 +563,14 @@ trait Looks: Answer {
 
 impl<A: Answer> Looks for A {}
 
-/// Counts tests of this number of boxes against each of these planes.
+/// Counts tests of `boxes` boxes against each plane of `planes`.
 #[inline(always)]
 pub(super) fn count(work: &mut WorkCounts, boxes: u32, planes: u8) {
     work.boxes += u64::from(boxes);
     work.planes += u64::from(boxes * planes.count_ones());
 }
 
-/// The exact boxes of a run of several polygons.
+/// The exact boxes of the polygons of a run.
 ///
 /// # Safety
 /// `number` is the store of a run of several polygons that is in the tree.

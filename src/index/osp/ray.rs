@@ -1,4 +1,4 @@
-//! Searches for the nearest hit of a ray, and for the neighbours of a point. The nearest child is searched first. The
+//! Searches for the nearest hit of a ray, and for the nearest polygons to a point. The nearest child is searched first. The
 //! boxes of a node, bucket, page or run are tested together.
 
 use std::cell::Cell;
@@ -25,16 +25,16 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Place {
     Node(u32),
-    /// The first bucket of a leaf.
+    /// A leaf, by its first bucket.
     Leaf(u32),
     Page(u32),
-    /// A block of the linear form.
+    /// A block of the plain list.
     Block(u32),
 }
 
 /// A search, nearest polygons first: for hits of a ray, or for neighbours of a point.
 trait Search {
-    /// Distances of the boxes of the lanes in `used`, and the lanes that may still contain a result.
+    /// The distances of the boxes in the lanes `used`, and the lanes that may still contain a result.
     fn reach<K: Kernel, const N: usize>(&self, kernel: K, boxes: &Boxes<N>, used: u32) -> Reached<N>;
 
     /// Whether a box at this distance may still contain a result.
@@ -89,14 +89,15 @@ impl Osp {
         self.backend.run(Nearby { osp: self, search: AlongRay { ray, nearest } });
     }
 
-    /// Passes the polygons around the point of `nearest` to it, near nodes first.
+    /// Passes polygons to `nearest`, the nodes near its point first.
     pub(super) fn ask_around(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         self.backend.run(Nearby { osp: self, search: nearest })
     }
 }
 
 thread_local! {
-    /// Memory of the last walk's stack. A search that starts within the exact test of another one gets an empty stack.
+    /// The memory of the last walk's stack. A search that starts within the exact test of another search gets an empty
+    /// stack.
     static STACK: Cell<Vec<Waiting<Place>>> = const { Cell::new(Vec::new()) };
 }
 
@@ -121,7 +122,7 @@ impl<S: Search> WithKernel for Nearby<'_, S> {
     }
 }
 
-/// A walk to the nearest polygons; compiled for each instruction set, which its loops over lanes use.
+/// A walk to the nearest polygons. It is compiled for each instruction set, because its loops over lanes use SIMD.
 struct Walk<'a, S, K> {
     kernel: K,
     osp: &'a Osp,
@@ -146,7 +147,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             self.ask_lanes(GroupIds::Block(osp.open.block()), lanes, osp.open.rows());
         }
         if !osp.is_linear && osp.len > 0 {
-            // The top has no box of its own: the boxes of its children are tested.
+            // The top node has no box of its own; the boxes of its children are tested.
             self.stack.push(Waiting { t: 0.0, place: Place::Node(osp.top) });
         }
         while let Some(Waiting { t, place }) = self.stack.pop() {
@@ -189,7 +190,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
         }
     }
 
-    /// Pushes the blocks of the linear form that may contain a result.
+    /// Pushes the blocks of the plain list that may contain a result.
     #[inline(always)]
     fn blocks(&mut self) {
         let linear = &self.osp.linear;
@@ -249,7 +250,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
             if !run.is_exact() {
                 self.ask_lanes(GroupIds::Block(first / 16), lanes, osp.ids.boxes(run.store));
             } else if lanes != 0 {
-                // The polygon's box is the run's, which was tested.
+                // The run's box, which was tested, is the polygon's box.
                 self.search.ask(PolygonId(first + lanes.trailing_zeros()));
             }
         }
@@ -265,7 +266,7 @@ impl<S: Search, K: Kernel> Walk<'_, S, K> {
     }
 }
 
-/// Distances of boxes, and the mask of boxes that may still contain a result.
+/// Distances of boxes, and the mask of the boxes that may still contain a result.
 struct Reached<const N: usize> {
     t: [f32; N],
     mask: u32,
@@ -283,7 +284,8 @@ impl<const N: usize> Reached<N> {
     }
 }
 
-/// [`Ray::enter_box`] for the lanes in `used`, with the same answers. Emptied places have no box.
+/// Does the same as [`Ray::enter_box`] for the lanes in `used`, with the same results. Lanes without a polygon have an
+/// empty box.
 #[inline(always)]
 fn enter<K: Kernel, const N: usize>(
     kernel: K,
@@ -292,7 +294,7 @@ fn enter<K: Kernel, const N: usize>(
     used: u32,
     reach: f32,
 ) -> Reached<N> {
-    // NaN if a product is NaN or infinite, else 0.
+    // `odd` is NaN if a product is NaN or infinite, else 0.
     let mut odd = [0.0f32; N];
     let (mut near, mut far) = ([0.0f32; N], [reach; N]);
     for axis in 0..3 {
@@ -312,7 +314,7 @@ fn enter<K: Kernel, const N: usize>(
     }
     let odd = used & !kernel.not_negative(&odd);
     let mut mask = used & !odd & kernel.not_negative(&later);
-    // Lanes that these numbers do not decide: the ray is parallel to an axis, or there is no box.
+    // These numbers do not decide a lane if the ray is parallel to an axis or the lane has no box.
     let mut left = odd;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
@@ -326,7 +328,7 @@ fn enter<K: Kernel, const N: usize>(
     Reached { t: near, mask }
 }
 
-/// Root of [`Aabb::distance_squared`](crate::math::Aabb::distance_squared) for the lanes in `used`.
+/// The square root of [`Aabb::distance_squared`](crate::math::Aabb::distance_squared) for the lanes in `used`.
 #[inline(always)]
 fn distances<K: Kernel, const N: usize>(
     kernel: K,
@@ -345,12 +347,12 @@ fn distances<K: Kernel, const N: usize>(
             squared[i] += beside * beside;
         }
     }
-    // An emptied place has no box.
+    // Lanes without a polygon have an empty box, whose size is negative.
     let (mut within, mut size) = ([0.0f32; N], [0.0f32; N]);
     for (i, distance_m) in squared.iter_mut().enumerate() {
-        // A root: the square of a short distance may be too small for an `f32`.
+        // The square root is taken because the square of a short distance may be too small for an `f32`.
         *distance_m = distance_m.sqrt();
-        // Boxes at an infinite distance are of interest only without a limit.
+        // Boxes at an infinite distance are found only if the reach is infinite.
         within[i] = reach_m - if *distance_m < f32::MAX { *distance_m } else { f32::MAX };
         size[i] = boxes.rows[3][i] - boxes.rows[0][i];
     }

@@ -1,10 +1,9 @@
-//! Removal of polygons, and the later upkeep, which tightens boxes, joins pages and buckets, and turns nodes back into
-//! leaves.
+//! Removes polygons. Later upkeep tightens boxes, joins pages and buckets, and turns nodes into leaves again.
 //!
-//! Removal clears a bit of the run's mask, and queues the page each time a run has lost half of its polygons. Until
-//! then its box, around at most sixteen neighbours, may be a little too wide. A commit works off as many pages as
-//! polygons were removed or moved, and a few more. So the cost of upkeep is proportional to the changes, and work does
-//! not accumulate.
+//! Removal clears a bit of the run's mask. It queues the page each time a run has lost half of its polygons. Until then the
+//! run's box, around at most sixteen neighbours, may be a little too large. A commit processes as many queued pages as
+//! polygons were removed or moved, and a few more. So the cost of upkeep is proportional to the changes, and work does not
+//! accumulate.
 
 use super::{
     grid::Grid,
@@ -46,8 +45,8 @@ impl Osp {
         }
     }
 
-    /// Removes a whole run from its leaf, for insertion into another one. Meanwhile its polygons still count as
-    /// inserted.
+    /// Removes a whole run from its leaf, so that it can be inserted into another leaf. Meanwhile its polygons still count
+    /// as inserted.
     pub(super) fn take_run_out(&mut self, place: u32, run: Run, head: u32) {
         let leaf = &mut self.buckets[head];
         leaf.polygons -= run.mask.count_ones();
@@ -87,13 +86,13 @@ impl Osp {
         }
     }
 
-    /// Marks a run whose box may be too wide, and queues its page.
+    /// Marks a run whose box may be too large, and queues its page.
     pub(super) fn mark_loose(&mut self, place: u32) {
         self.pages[place / 16].loose |= 1 << (place % 16);
         self.queue_page(place / 16);
     }
 
-    /// Releases a page: at once, or by upkeep if it is queued.
+    /// Releases a page at once. If the page is queued, upkeep releases it.
     pub(super) fn release_page(&mut self, page_number: u32) {
         let page = &mut self.pages[page_number];
         page.runs = 0;
@@ -103,7 +102,7 @@ impl Osp {
         }
     }
 
-    /// Works off up to `budget` queued pages.
+    /// Processes up to `budget` queued pages.
     pub(super) fn keep_up(&mut self, budget: u32) {
         for _ in 0..budget {
             let page_number = self.queue;
@@ -122,7 +121,7 @@ impl Osp {
         self.lower_top();
     }
 
-    /// Tightens the boxes of a page's runs, its own box and the boxes above. Joins pages and buckets that have become
+    /// Tightens the boxes of a page's runs, the page's box and the boxes above. Joins pages and buckets that have become
     /// too empty.
     fn tighten(&mut self, page_number: u32) {
         let mut left = self.pages[page_number].loose;
@@ -170,7 +169,7 @@ impl Osp {
         self.pages.set_run(page_number, lane, run, &bounds);
     }
 
-    /// Removes a page from its bucket; the bucket's last page takes its place.
+    /// Removes a page from its bucket; the bucket's last page takes its position.
     pub(super) fn detach_page(&mut self, page_number: u32) {
         let (bucket_number, at) = (self.pages[page_number].bucket, usize::from(self.pages[page_number].at));
         let bucket = &mut self.buckets[bucket_number];
@@ -186,7 +185,7 @@ impl Osp {
         bucket.note_runs(&self.pages[moved]);
     }
 
-    /// Moves the runs of a half empty page to another page of the bucket, if one has room.
+    /// Moves the runs of a half-empty page to another page of the bucket, if a page has room.
     fn join_page(&mut self, from: u32) {
         let bucket_number = self.pages[from].bucket;
         let bucket = self.buckets[bucket_number];
@@ -209,8 +208,8 @@ impl Osp {
         self.release_page(from);
     }
 
-    /// Joins a bucket whose pages have changed with a neighbour, removes its chain if that is empty, and tightens the
-    /// boxes above. Replaces sparse nodes above by leaves.
+    /// Upkeep of a bucket whose pages have changed. Joins it with a neighbour, removes its chain if the chain is empty,
+    /// tightens the boxes above, and replaces sparse nodes above by leaves.
     pub(super) fn settle_bucket(&mut self, bucket: u32) {
         let head = self.chain_head(bucket);
         let Bucket { parent, slot, .. } = self.buckets[head];
@@ -229,13 +228,13 @@ impl Osp {
         self.collapse_above(parent);
     }
 
-    /// Joins a bucket with the one before or after it in the chain, if their pages fit into one.
+    /// Joins a bucket with the previous or next bucket of the chain, if the pages of both fit into one bucket.
     fn join_bucket(&mut self, bucket: u32) {
         let Bucket { page_count, next, prev, .. } = self.buckets[bucket];
         for (into, from) in [(prev, bucket), (bucket, next)] {
             if into != NONE && from != NONE {
                 let counts = (self.buckets[into].page_count, self.buckets[from].page_count);
-                // Runs that wait to be moved to the node's children are not mixed with runs that stay.
+                // Runs that wait to be moved to the node's children must not mix with runs that stay.
                 let is_alike = self.buckets[into].drains == self.buckets[from].drains || counts.1 == 0;
                 if is_alike && page_count <= 8 && counts.0 + counts.1 <= 16 {
                     self.pour(from, into);
@@ -299,7 +298,7 @@ impl Osp {
         }
     }
 
-    /// Replaces a sparse top by the root cube's node, with the remaining runs in its list.
+    /// Replaces a sparse top node by the root cube's node, with the remaining runs in its list.
     fn flatten(&mut self) {
         if let Some(entry) =
             Grid::flat_entry(self.flat_levels, &self.nodes[self.top].key, self.nodes[self.top].shift)
@@ -315,7 +314,7 @@ impl Osp {
         }
     }
 
-    /// Releases a sparse node with everything below. Returns its runs and their number.
+    /// Releases a sparse node with its subtree. Returns the runs and their number.
     fn take_runs(&mut self, node: u32) -> ([TakenRun; MERGE_RUNS as usize], usize) {
         let mut kept = [(Run::NONE, Aabb::EMPTY, false); MERGE_RUNS as usize];
         let mut count = 0;
@@ -364,7 +363,7 @@ impl Osp {
         self.tighten_above(parent, slot);
     }
 
-    /// Releases a node and everything below. Calls `out` with each run.
+    /// Releases a node with its subtree. Calls `out` with each run.
     fn dissolve(&mut self, node: u32, out: &mut dyn FnMut(TakenRun)) {
         for slot in 0..8 {
             let cell = self.cell_of_slot(node, slot);
@@ -379,7 +378,7 @@ impl Osp {
         self.nodes.give(node);
     }
 
-    /// Removes the top node while it has nothing but one child node.
+    /// Removes the top node as long as its only content is one child node.
     fn lower_top(&mut self) {
         loop {
             let top = self.nodes[self.top];

@@ -1,5 +1,5 @@
-//! Writes a second list of the ids of resting scattered polygons, over several commits. A change makes the spans above
-//! its leaf void; the others stay valid.
+//! Writes a second list of the ids of resting scattered polygons, over several commits. A change makes the spans of all
+//! nodes above its leaf void; other spans stay valid.
 
 use super::{
     index::Osp,
@@ -12,12 +12,12 @@ use crate::polygon::{PolygonId, bits::bits_of};
 /// Number of commits without a change before the ids are written.
 const QUIET: u32 = 16;
 
-/// A commit writes one of every [`IDS_SHARE`] ids, at least [`IDS_A_COMMIT`]. With more ids, spans are complete sooner,
+/// A commit writes one of every [`IDS_SHARE`] ids, at least [`IDS_A_COMMIT`]. If it writes more, spans are complete sooner,
 /// and commits take longer.
 const IDS_A_COMMIT: usize = 4096;
 const IDS_SHARE: usize = 64;
 
-/// The ids are written again if more than one in this number is in no span.
+/// The ids are written again if more than one id of this number lies in no valid span.
 const VOID: usize = 8;
 
 impl Osp {
@@ -42,7 +42,7 @@ impl Osp {
                 if !is_held || span.is_void() {
                     break;
                 }
-                // Only the lowest span counts: the other ids of the higher ones are in valid spans.
+                // Only the lowest span counts, because the other ids of the higher spans are in valid spans.
                 lost = if lost == 0 { span.len as usize } else { lost };
             }
             (at, slot) = (node.parent, node.slot);
@@ -94,7 +94,7 @@ impl Osp {
         open.slot += 1;
         if slot < OWN {
             match self.nodes[node].children[slot as usize].target() {
-                // Not void: a polygon that comes there has to make the spans above void.
+                // The empty span counts as valid, so that a polygon that comes here makes the spans above void.
                 Target::Nothing => {
                     self.nodes[node].spans[slot as usize] = self.spans.from(self.spans.ids.len() as u32);
                 }

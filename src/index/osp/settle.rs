@@ -1,5 +1,5 @@
-//! Moves polygons between the tree and the flat rows beside it. The rows have polygons that move in frame after frame,
-//! and polygons of a plain list that becomes a tree. Polygons go to the tree when they have rested. A caller need not
+//! Moves polygons between the tree and the flat rows beside it. The rows contain polygons that move in frame after frame,
+//! and polygons of a plain list that becomes a tree. Polygons move to the tree when they have rested, so a caller need not
 //! declare which polygons will move.
 
 use super::{index::Osp, linear::Inserted, open::OpenBlock, tuning::REST};
@@ -8,12 +8,13 @@ use crate::{
     polygon::{BLOCK, PolygonId},
 };
 
-/// A commit examines so many groups for resting polygons, and besides one of every [`GROUPS_SHARE`] groups. More: resting polygons return sooner, and frames in which they return take longer.
+/// A commit examines this number of groups for resting polygons, and in addition one of every [`GROUPS_SHARE`] groups. If
+/// it is larger, resting polygons return sooner, and frames in which they return take longer.
 const GROUPS_A_COMMIT: usize = 2;
 const GROUPS_SHARE: usize = 512;
 
-/// Number of these groups while polygons of a former plain list wait for the tree: if more polygons come, and if none
-/// come.
+/// The number of groups that replaces [`GROUPS_A_COMMIT`] while polygons of a former plain list wait for the tree: with new
+/// polygons since the last commit, and without.
 const GROUPS_WITH_MORE: usize = 1;
 const GROUPS_ALONE: usize = 3;
 
@@ -31,7 +32,8 @@ impl Osp {
         }
     }
 
-    /// Returns a bounded number of polygons that have rested: more if many polygons came since the last commit.
+    /// Moves a bounded number of resting polygons to the tree. `came` is the number of polygons inserted since the last
+    /// commit.
     pub(super) fn settle(&mut self, came: u32) {
         self.clock = self.clock.wrapping_add(1);
         if self.movers.len() == 0 {
@@ -54,7 +56,7 @@ impl Osp {
         };
         for _ in 0..groups + self.movers.group_count() / GROUPS_SHARE {
             if self.movers.is_round_over() {
-                // Polygons that move stay.
+                // Polygons that still move stay in the rows.
                 self.is_settling &= self.movers.len() == 0;
                 return;
             }
@@ -88,7 +90,7 @@ impl Osp {
         }
     }
 
-    /// Inserts a polygon into the plain list; returns `false` if there is none or it is full.
+    /// Inserts a polygon into the plain list. Returns `false` if the index has no list or the list is full.
     fn put_into_list(&mut self, id: PolygonId, bounds: Wide) -> bool {
         if !self.is_linear {
             return false;

@@ -1,4 +1,4 @@
-//! The ids of resting scattered polygons, in the order of the tree. A query copies the ids of a subtree or leaf that is
+//! The ids of resting scattered polygons, in the order of the tree. A query copies all ids of a subtree or leaf that is
 //! wholly in view at once. `rest.rs` writes the ids.
 
 use super::{
@@ -15,15 +15,15 @@ const LEVELS: usize = TOP_SHIFT as usize + 1;
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     pub(super) ids: Vec<PolygonId>,
-    /// Greatest number of ids so far. The system commits memory only when it is written to.
+    /// Largest number of ids so far. The system commits memory only when the memory is written to.
     pub(super) most: usize,
-    /// The spans of a node are valid if its edition is this number. 0: no span is valid.
+    /// The spans of a node are valid if the node's edition is this number. If it is 0, no span is valid.
     pub(super) edition: u32,
-    /// Upper bound of the number of polygons whose spans have become void.
+    /// Upper bound of the number of polygons in void spans.
     pub(super) void: usize,
     /// Number of commits since the last change.
     pub(super) quiet: u32,
-    /// The nodes being written, from the top; the first `depth` are in use.
+    /// The nodes whose spans are being written, from the top; the first `depth` are in use.
     pub(super) open: [Open; LEVELS],
     pub(super) depth: usize,
 }
@@ -32,14 +32,14 @@ pub(super) struct Spans {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
     pub(super) node: u32,
-    /// The next slot; [`OWN`] is the last.
+    /// The next slot to write; [`OWN`] is the last.
     pub(super) slot: u32,
-    /// Number of ids before its first one.
+    /// Number of ids in the list before the node's first id.
     pub(super) start: u32,
 }
 
 impl Spans {
-    /// An empty list with room for this number of ids. The system commits its memory at the first write.
+    /// An empty list with room for this number of ids. The system commits the memory at the first write.
     pub(super) fn with_room_for(ids: usize) -> Self {
         // In a browser, reserved memory counts as used.
         let ids = if cfg!(target_family = "wasm") { 0 } else { ids };
@@ -70,13 +70,13 @@ impl Spans {
         &self.ids[span.start as usize..][..span.len as usize]
     }
 
-    /// Whether the spans of a node's slots may be valid: others are void.
+    /// Whether the spans of a node may be valid. A span of another edition is void.
     #[inline(always)]
     pub(super) fn hold_of(&self, node: &Node) -> bool {
         node.edition == self.edition && self.edition != 0
     }
 
-    /// Records a change: the count of quiet commits begins again, and unfinished writing is given up.
+    /// Records a change: counts quiet commits from 0 again, and gives up unfinished writing.
     #[inline]
     pub(super) fn give_up(&mut self) {
         self.quiet = 0;
@@ -85,7 +85,7 @@ impl Spans {
         }
     }
 
-    /// The span of all ids from a place on.
+    /// The span of all ids from position `start` on.
     pub(super) fn from(&self, start: u32) -> Span {
         Span { start, len: self.ids.len() as u32 - start }
     }

@@ -1,5 +1,5 @@
-//! Removes hidden polygons from the result of a query. The walk descends only into nodes that lie in the frustum and
-//! are partly hidden. Wholly hidden nodes are removed from the result; nodes that are not hidden stay in it, unread.
+//! Removes hidden polygons from the result of a query. The walk descends only into nodes that lie in the frustum and are
+//! partly hidden. It removes wholly hidden nodes from the result. Nodes that are not hidden stay in it, without a read.
 
 use std::ops::Range;
 
@@ -59,20 +59,20 @@ impl WithKernel for Thin<'_> {
 
 impl Thin<'_> {
     fn ask(&mut self, bounds: &Aabb, polygons: usize) -> Visit {
-        // The place is empty, and may wait for upkeep.
+        // An empty place may still wait for upkeep.
         if polygons == 0 || polygons < self.least || bounds.is_empty() {
             return Visit::Take;
         }
         self.thinner.node(bounds, polygons)
     }
 
-    /// Number of neighbouring blocks that are tested together, so that they can have the least number of polygons of a
-    /// test.
+    /// Number of neighbouring blocks that are tested together, so that they have at least the number of polygons that a
+    /// test requires.
     fn together(&self) -> usize {
         self.least.div_ceil(RUN).next_power_of_two()
     }
 
-    /// Tests the groups of one block each, neighbouring ones together if a test requires more polygons.
+    /// Tests the groups of one block each. Tests neighbouring groups together if a test requires more polygons.
     fn flat_rows(&mut self, movers: &Movers) {
         let together = self.together();
         for start in (0..movers.own_count()).step_by(together) {
@@ -95,7 +95,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Tests groups of blocks, then neighbouring blocks, together if a test requires more polygons.
+    /// Tests groups of blocks, then single blocks, or neighbouring blocks together if a test requires more polygons.
     fn linear(&mut self, linear: &Linear) {
         let together = self.together();
         for group in 0..linear.groups() {
@@ -135,7 +135,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Tests the polygons `lanes` of a block that is not in a node.
+    /// Tests the polygons `lanes` of a block that is not in the tree.
     fn block(&mut self, number: u32, lanes: u16, around: impl FnOnce() -> Aabb, boxes: &Boxes<16>) {
         let seen = if lanes == 0 { 0 } else { lanes & self.visible.mask(number as usize) };
         if seen != 0 {
@@ -144,7 +144,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Tests a shared group, whose polygons are of any blocks.
+    /// Tests a shared group, whose polygons may belong to any blocks.
     fn shared(&mut self, ids: &[u32; BLOCK], lanes: u16, boxes: &Boxes<BLOCK>) {
         let is_seen = |lane: &usize| lanes >> lane & 1 == 1 && self.visible.contains(PolygonId(ids[*lane]));
         let (mut seen, mut of, mut own, mut around) = (0, [0; RUN], [Aabb::EMPTY; RUN], Aabb::EMPTY);
@@ -164,7 +164,7 @@ impl Thin<'_> {
         }
     }
 
-    /// Applies the answer of the thinner to polygons of a block.
+    /// Applies the result of the occlusion test to polygons of a block.
     fn answered(&mut self, block: u32, lanes: u16, answer: Visit, own: impl Fn(usize) -> Aabb) {
         match answer {
             Visit::Take => {}

@@ -1,11 +1,11 @@
 //! The constants of the tree, each with its unit and the effect of changing it.
 
-/// Greatest number of preallocated octree levels below the root cube: `8^0 + ... + 8^6` links of 4 bytes. One more
-/// level: faster insertion of polygons far smaller than the root, eight times the memory.
+/// Largest number of preallocated octree levels below the root cube: `8^0 + ... + 8^6` links of 4 bytes. One level more
+/// makes the insertion of polygons far smaller than the root faster, and takes eight times the memory.
 pub(super) const FLAT_LEVELS: u32 = 6;
 
-/// Number of preallocated levels for this number of polygons. The levels have about as many cells as there will be
-/// leaves, so they take at most some bytes for each polygon.
+/// Number of preallocated levels for `polygons` polygons. The lowest level has about as many cells as the tree will have
+/// leaves, so the levels take at most some bytes for each polygon.
 pub(super) const fn flat_levels(polygons: usize) -> u32 {
     match polygons {
         0..0x8000 => 4,
@@ -14,40 +14,41 @@ pub(super) const fn flat_levels(polygons: usize) -> u32 {
     }
 }
 
-/// Greatest number of runs of a leaf before it is split, and of the whole tree before it has leaves. More: fewer nodes,
-/// and more runs to test in a leaf that a plane cuts.
+/// Largest number of runs of a leaf before it is split, and of the whole tree before it has leaves. If it is larger, the
+/// tree has fewer nodes, and a leaf that a plane cuts has more runs to test.
 pub(super) const LEAF_RUNS: u32 = 256;
 
-/// A node with no more runs than this below it becomes a leaf again. Less than half of [`LEAF_RUNS`], so that erasing
-/// and drawing at the border does not split and merge in turn.
+/// A node with at most this number of runs below it becomes a leaf again. It is less than half of [`LEAF_RUNS`], so that
+/// erasing and drawing at the limit does not split and merge again and again.
 pub(super) const MERGE_RUNS: u32 = 96;
 
-/// Greatest length of a run in a cell, in edges of the cell. A longer run is a straddler and stays a level higher.
-/// More: fewer straddlers, looser boxes.
+/// Largest length of a run in a cell, in edges of the cell. A longer run is a straddler and stays a level higher. If it is
+/// larger, the tree has fewer straddlers and looser boxes.
 pub(super) const CELL_STRETCH: f32 = 1.0;
 
-/// A polygon joins a run if the run is then at most this many times as long as the sum of its polygons' lengths. Runs
-/// of a stroke never exceed that, because its pieces touch each other. More: runs extend across gaps.
+/// A polygon joins a run if the run is then at most this many times as long as the sum of its polygons' lengths. Runs of a
+/// stroke never exceed this limit, because the pieces of a stroke touch each other. If it is larger, runs extend across
+/// gaps.
 pub(super) const RUN_STRETCH: f32 = 1.5;
 
-/// Number of pages that a commit's upkeep works off even if nothing was removed.
+/// Number of pages that a commit's upkeep processes even if nothing was removed.
 pub(super) const UPKEEP_PER_COMMIT: u32 = 16;
 
-/// Greatest number of blocks of sixteen ids in the plain list. More: queries and changes of small models are faster,
-/// until a tree saves more tests than it costs. The change that moves all blocks to the tree takes longer.
+/// Largest number of blocks of sixteen ids in the plain list. If it is larger, queries and changes of small models are
+/// faster, until a tree saves more tests than it costs. The change that moves all blocks to the tree takes longer.
 pub(super) const LINEAR_BLOCKS: usize = 96;
 
 /// A list of scattered polygons that come a few in each frame may be this many times as long. Testing all of them costs
-/// less than insertion into a tree and packing. More: longer frames if most polygons are out of view.
+/// less than insertion into a tree and packing. If it is larger, frames with most polygons out of view take longer.
 pub(super) const LONGER: usize = 7;
 
 /// Least number of commits that a polygon rests before it returns to the tree.
 pub(super) const REST: u32 = 32;
 
-/// Greatest number of runs of a leaf that is packed. More: fewer leaves and fuller pages, and frames that pack a leaf
-/// take longer.
+/// Largest number of runs of a leaf that is packed. If it is larger, the tree has fewer leaves and fuller pages, and frames
+/// that pack a leaf take longer.
 pub(super) const MOST_TAKEN: usize = 4 * LEAF_RUNS as usize;
 
-/// Number of runs at which a leaf of scattered polygons is first packed: four full pages. More: wider pages in small
-/// leaves. Fewer: insertion spends more time on packing.
+/// Number of runs at which a leaf of scattered polygons is first packed: four full pages. If it is larger, small leaves
+/// have wider pages. If it is smaller, insertion spends more time on packing.
 pub(super) const PACKED_FIRST: u32 = 64;

@@ -1,4 +1,4 @@
-//! Checks every invariant of the tree, from the top down; for tests.
+//! Checks every invariant of the tree, from the top down, for tests.
 
 use super::{
     grid::{self, Grid, TOP_SHIFT},
@@ -11,7 +11,7 @@ use crate::{
     polygon::{PolygonId, ids_of},
 };
 
-/// Counts of a place and everything below.
+/// Counts of a slot and its subtree.
 #[derive(Clone, Copy, Default)]
 struct Found {
     runs: u32,

@@ -1,4 +1,4 @@
-//! The walk of a visitor over nodes, leaves, pages and runs.
+//! The walk that passes nodes, leaves, pages and runs to a visitor.
 
 use super::{
     index::Osp,
@@ -56,11 +56,11 @@ impl Osp {
 }
 
 impl Walk<'_> {
-    /// Tests a place against the frustum and passes it to the visitor. Returns the planes left to test and the
-    /// visitor's answer; `None` if the place is outside or skipped.
+    /// Tests a place against the frustum and passes it to the visitor. Returns the planes left to test and the visitor's
+    /// decision; `None` if the place is outside the frustum or skipped.
     fn ask(&mut self, place: &Place, mask: PlaneMask, asked: Visit) -> Option<(PlaneMask, Visit)> {
         if place.polygons == 0 || place.bounds.is_empty() {
-            // The place is empty, and may wait for upkeep.
+            // An empty place may still wait for upkeep.
             return None;
         }
         self.work.nodes += 1;
@@ -81,7 +81,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Visits polygons that are not in a node, as a leaf at the top.
+    /// Visits polygons that are not in the tree, as a leaf at the top.
     fn block(&mut self, ids: GroupIds<'_>, lanes: u16, bounds: Aabb, boxes: &Boxes<16>) {
         let polygons = lanes.count_ones() as usize;
         let place = Place { bounds, depth: 0, polygons, is_leaf: true };
@@ -152,7 +152,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Passes the runs of a page that the frustum may see to the visitor together.
+    /// Passes the runs of a page that the frustum may see to the visitor, up to [`TOGETHER`] at once.
     fn runs_together(&mut self, number: u32, mask: PlaneMask) {
         let osp = self.osp;
         let runs = usize::from(osp.pages[number].runs);
@@ -183,7 +183,7 @@ impl Walk<'_> {
                 let (run, bounds) = osp.pages.run(number, i);
                 let (lanes, first) = (u32::from(run.lanes()), run.first & !15);
                 if run.is_exact() {
-                    // The polygon's box is the run's, which the visitor got.
+                    // The run's box, which the visitor got, is the polygon's box.
                     self.polygons(GroupIds::Block(first / 16), lanes, PlaneMask::NONE, Visit::Take, |_| {
                         bounds
                     });

@@ -4,7 +4,7 @@ use std::arch::aarch64::*;
 
 use super::narrow::{Four, Narrow};
 
-/// NEON, which every 64-bit ARM processor that Rust's targets name has.
+/// The kernel for NEON. Every 64-bit ARM processor that a target of Rust names has NEON.
 pub(super) type Neon = Narrow<float32x4_t>;
 
 impl Four for float32x4_t {

@@ -23,11 +23,11 @@ use super::WithKernel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// Plain Rust, as the compiler vectorises it for the target.
+    /// Plain Rust; the compiler vectorises it for the target.
     Scalar,
-    /// x86-64 with SSE2, which every such processor has: four boxes an instruction.
+    /// x86-64 with SSE2: four boxes an instruction. Every x86-64 processor has SSE2.
     Sse2,
-    /// ARM with NEON, which every 64-bit processor has: four boxes an instruction.
+    /// ARM with NEON: four boxes an instruction. Every 64-bit ARM processor has NEON.
     Neon,
     /// WebAssembly built with `simd128`: four boxes an instruction.
     Simd128,
@@ -37,16 +37,16 @@ pub enum Backend {
     Avx512,
 }
 
-/// Environment variable with the backend that replaces the best one.
+/// Environment variable that names the backend to use instead of the best one.
 const OVERRIDE: &str = "OSP_SIMD";
 
 impl Backend {
-    /// All of them, the best last.
+    /// All backends, the best last.
     pub const ALL: &'static [Self] =
         &[Self::Scalar, Self::Sse2, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
-    /// The best set of this processor, or the one in the environment variable `OSP_SIMD` if the processor has it. Detected once
-    /// a process.
+    /// The best backend of this processor, or the backend that the environment variable `OSP_SIMD` names if the
+    /// processor has it. It is detected once a process.
     pub fn detect() -> Self {
         static CHOSEN: OnceLock<Backend> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
@@ -55,12 +55,12 @@ impl Backend {
         })
     }
 
-    /// The best one that this processor has.
+    /// The best backend that this processor has.
     fn best() -> Self {
         Self::ALL.iter().rev().copied().find(|backend| backend.is_available()).unwrap_or(Self::Scalar)
     }
 
-    /// Whether this processor has it.
+    /// Whether this processor has the instructions.
     pub fn is_available(self) -> bool {
         match self {
             Self::Scalar => !cfg!(all(target_arch = "wasm32", target_feature = "simd128")),
@@ -79,7 +79,7 @@ impl Backend {
         }
     }
 
-    /// Its name.
+    /// The name of the backend, as in `OSP_SIMD`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
@@ -96,7 +96,7 @@ impl Backend {
         Self::ALL.iter().copied().find(|backend| backend.name() == name)
     }
 
-    /// Runs `work` on this kernel, or on the plain one if the processor does not have it.
+    /// Runs `work` on this backend's kernel, or on the scalar kernel if the processor lacks the instructions.
     #[inline]
     pub fn run<W: WithKernel>(self, work: W) -> W::Output {
         match self {
@@ -116,7 +116,8 @@ impl Backend {
             Self::Sse2 => work.run(Sse2::new()),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => work.run(Neon::new()),
-            // The module runs where these instructions are, or nowhere: without a second copy of all code it is three quarters as large.
+            // A module built with `simd128` runs only on engines that have these instructions. Without a second copy of
+            // all code the module is three quarters as large.
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
             _ => work.run(Simd128::new()),
             #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]

@@ -2,7 +2,8 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::math::Aabb;
 
-/// `N` boxes, one array per number: `[min x, min y, min z, max x, max y, max z]`.
+/// `N` boxes as six rows of `N` numbers: `[min x, min y, min z, max x, max y, max z]`. Column `i` of all rows is lane
+/// `i`, one box.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Boxes<const N: usize> {
@@ -10,7 +11,7 @@ pub struct Boxes<const N: usize> {
 }
 
 impl<const N: usize> Boxes<N> {
-    /// No box in any lane.
+    /// Boxes with an empty box in every lane.
     pub const EMPTY: Self = {
         let (inf, neg) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
         Self { rows: [inf, inf, inf, neg, neg, neg] }
@@ -38,7 +39,7 @@ impl<const N: usize> Boxes<N> {
         self.set(lane, &bounds.to_box());
     }
 
-    /// Widens a lane so that it contains `bounds`; false if it did already.
+    /// Widens the box of a lane so that it contains `bounds`. Returns false if it did before.
     #[inline]
     pub fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         let old = self.get(lane);
@@ -49,11 +50,11 @@ impl<const N: usize> Boxes<N> {
         true
     }
 
-    /// The box around the lanes of `mask`, which is below `2^N`.
+    /// The box around the boxes in the lanes of `mask`, which is below `2^N`.
     #[inline]
     pub fn around(&self, mask: u32) -> Aabb {
         let is_asked: [bool; N] = std::array::from_fn(|lane| mask >> lane & 1 == 1);
-        // Halved again and again, so that many lanes are compared at once.
+        // Halves are compared with each other again and again, so that SIMD compares many lanes at once.
         let fold = |row: usize, none: f32, takes: fn(f32, f32) -> bool| {
             let mut lanes: [f32; N] =
                 std::array::from_fn(|lane| if is_asked[lane] { self.rows[row][lane] } else { none });
@@ -73,15 +74,15 @@ impl<const N: usize> Boxes<N> {
     }
 }
 
-/// Sixteen boxes in two halves, so that setting one touches three cache lines instead of six.
+/// Sixteen boxes in two halves of eight, because replacing a box then touches three cache lines instead of six.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Halves(pub(crate) [Boxes<8>; 2]);
 
 impl Halves {
-    /// No box in any lane.
+    /// An empty box in every lane.
     pub(crate) const EMPTY: Self = Self([Boxes::EMPTY; 2]);
 
-    /// Address of the half with a lane, for prefetching.
+    /// Address of the half that holds a lane, for prefetching.
     #[inline]
     pub(crate) fn half_of(halves: *const Self, lane: usize) -> *const Boxes<8> {
         halves.cast::<Boxes<8>>().wrapping_add(lane / 8 % 2)
@@ -102,20 +103,21 @@ impl Halves {
         self.0[lane / 8].set_wide(lane % 8, bounds);
     }
 
-    /// Widens a lane so that it contains `bounds`; false if it did already.
+    /// Widens the box of a lane so that it contains `bounds`. Returns false if it did before.
     #[inline]
     pub(crate) fn widen(&mut self, lane: usize, bounds: &Aabb) -> bool {
         self.0[lane / 8].widen(lane % 8, bounds)
     }
 
-    /// The box around the lanes of `mask`, which is below `2^16`.
+    /// The box around the boxes in the lanes of `mask`, which is below `2^16`.
     #[inline]
     pub(crate) fn around(&self, mask: u32) -> Aabb {
         self.0[0].around(mask & 0xFF).union(&self.0[1].around(mask >> 8))
     }
 }
 
-/// A box in two registers. The fourth lane repeats the third, so that it changes no comparison and no maximum.
+/// A box in two SIMD registers, min and max. The fourth number of each repeats the third, so it changes no comparison
+/// and no maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wide {
     min: Vec4,
@@ -123,13 +125,13 @@ pub(crate) struct Wide {
 }
 
 impl Wide {
-    /// [`Aabb::EMPTY`].
+    /// The empty box, as [`Aabb::EMPTY`].
     pub(crate) const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
 
     #[inline]
     pub(crate) fn from_box(bounds: &Aabb) -> Self {
         let (min, max) = (bounds.min, bounds.max);
-        // Two loads of four numbers that follow each other.
+        // Two loads of four consecutive numbers each are faster than six loads.
         let low = Vec4::new(min.x, min.y, min.z, max.x);
         let high = Vec4::new(min.z, max.x, max.y, max.z);
         Self { min: low.xyzz(), max: high.yzww() }
@@ -140,7 +142,7 @@ impl Wide {
         Aabb { min: self.min.truncate(), max: self.max.truncate() }
     }
 
-    /// Whether an index accepts it; see [`Aabb::is_valid`].
+    /// Whether an index accepts the box, see [`Aabb::is_valid`].
     #[inline]
     pub(crate) fn is_valid(self) -> bool {
         let limit = Vec4::INFINITY;
@@ -157,13 +159,13 @@ impl Wide {
         (self.min.cmple(other.min) & other.max.cmple(self.max)).all()
     }
 
-    /// The longest edge.
+    /// Length of the longest edge.
     #[inline]
     pub(crate) fn length(self) -> f32 {
         (self.max - self.min).max_element()
     }
 
-    /// Centre; overflows for huge boxes.
+    /// Centre of the box; overflows for huge boxes.
     #[inline]
     pub(crate) fn center(self) -> Vec4 {
         (self.min + self.max) * 0.5

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use crate::math::Aabb;
 
-/// Sixteen boxes as seen from an eye, which is the origin: one array per number, in `f64`.
+/// Sixteen boxes relative to an eye, which is the origin: a row for each number, in `f64`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct EyeBoxes {
@@ -10,13 +10,13 @@ pub struct EyeBoxes {
     pub(crate) center: [[f64; 16]; 3],
     /// Half edges: x, y, z.
     pub(crate) half: [[f64; 16]; 3],
-    /// Distance from which each counts as beyond a plane.
+    /// For each box, the distance behind a plane from which on the box counts as beyond the plane.
     pub(crate) slack: [f64; 16],
 }
 
 impl EyeBoxes {
-    /// At most sixteen boxes, world space; the other lanes are unspecified. The slack is this part of the sum of the largest
-    /// coordinates.
+    /// Converts at most sixteen boxes from world space; the other lanes are unspecified. The slack of a box is `slack`
+    /// times the sum of its three largest absolute coordinates, relative to the eye.
     #[inline(always)]
     pub(crate) fn new(boxes: &[Aabb], eye_in_world: DVec3, slack: f64) -> Self {
         let mut rows = [[0.0_f32; 16]; 6];

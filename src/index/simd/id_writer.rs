@@ -5,18 +5,18 @@ use std::mem::MaybeUninit;
 use super::Kernel;
 use crate::polygon::PolygonId;
 
-/// The runs of a page: `first + bit` for the bits of `masks`.
+/// The runs of a page. Run `i` holds the ids `first[i] + bit` for the set bits of `masks[i]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PageRuns<'a> {
     pub(crate) first: &'a [u32; 16],
     pub(crate) masks: &'a [u16; 16],
-    /// The lanes whose mask is not `2^k - 1`.
+    /// The lanes of runs with gaps: the mask is not `2^k - 1`.
     pub(crate) gaps: u32,
-    /// The lanes whose mask is 1.
+    /// The lanes of runs with one polygon: the mask is 1.
     pub(crate) single: u32,
 }
 
-/// Appends ids to a list, up to sixteen at a time. The list gets its new length in [`IdWriter::finish`].
+/// Appends ids to a list, up to sixteen with one store. [`IdWriter::finish`] sets the list's new length.
 #[derive(Debug)]
 pub struct IdWriter<'a> {
     list: &'a mut Vec<PolygonId>,
@@ -25,18 +25,18 @@ pub struct IdWriter<'a> {
     capacity: usize,
 }
 
-/// Most room for a page. It is kept free behind the ids of a list, because ids are written in steps that are longer
-/// than the ids.
+/// Number of ids that a page writes at most. The writer keeps this many places free behind the ids of a list, because
+/// each store writes sixteen places even if it appends fewer ids.
 pub(crate) const ROOM_BEHIND: usize = 16 * 17;
 
 impl<'a> IdWriter<'a> {
-    /// Appends to the list.
+    /// A writer that appends to `list`.
     pub fn new(list: &'a mut Vec<PolygonId>) -> Self {
         let (start, len, capacity) = (list.as_mut_ptr().cast(), list.len(), list.capacity());
         Self { list, start, len, capacity }
     }
 
-    /// Lets `write` append to a list.
+    /// Calls `write` with a writer that appends to `list`, then sets the list's length.
     pub fn append<R>(list: &'a mut Vec<PolygonId>, write: impl FnOnce(&mut Self) -> R) -> R {
         let mut writer = Self::new(list);
         let result = write(&mut writer);
@@ -44,7 +44,7 @@ impl<'a> IdWriter<'a> {
         result
     }
 
-    /// The length of the list.
+    /// Length of the list with the ids written so far.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
         self.len
@@ -57,7 +57,7 @@ impl<'a> IdWriter<'a> {
         unsafe { self.list.set_len(self.len) };
     }
 
-    /// Makes room for sixteen runs of sixteen, for overwritten places, and for this many more.
+    /// Makes room for `more` ids, and for the places that a page overwrites behind them ([`ROOM_BEHIND`]).
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
         if self.capacity - self.len < more + ROOM_BEHIND {
@@ -65,10 +65,10 @@ impl<'a> IdWriter<'a> {
         }
     }
 
-    /// Sixteen places, `ahead` after the last.
+    /// The sixteen places that begin `ahead` places after the last id.
     ///
     /// # Safety
-    /// There is room for `ahead + 16` more.
+    /// The list has room for `ahead + 16` more ids.
     #[inline(always)]
     unsafe fn places(&mut self, ahead: usize) -> &mut [MaybeUninit<u32>; 16] {
         // SAFETY: the caller guarantees that the places belong to the list; `PolygonId` is a transparent `u32`.
@@ -83,10 +83,10 @@ impl<'a> IdWriter<'a> {
         self.len += kernel.write_ids(first, mask, unsafe { self.places(0) });
     }
 
-    /// Most blocks of a call of [`IdWriter::push_blocks`].
+    /// Largest number of blocks in a call of [`IdWriter::push_blocks`].
     pub(crate) const BLOCKS: usize = 16;
 
-    /// Appends the ids of the masks of neighbouring blocks; `first` is the first id of the first block.
+    /// Appends the ids in the masks of consecutive blocks; `first` is the first id of the first block.
     #[inline(always)]
     pub(crate) fn push_blocks<K: Kernel>(&mut self, kernel: K, first: u32, masks: &[u16]) {
         self.make_room(0);
@@ -97,13 +97,14 @@ impl<'a> IdWriter<'a> {
         }
     }
 
-    /// Appends `count` ids from `first` on, at least sixteen.
+    /// Appends `count` consecutive ids from `first` on, at least sixteen.
     #[inline(always)]
     pub(crate) fn push_span<K: Kernel>(&mut self, kernel: K, first: u32, count: usize) {
         self.make_room(count);
         // SAFETY: there is room for `count` and sixteen more.
         kernel.write_sixteen(first, unsafe { self.places(0) });
-        // Then whole cache lines, which is twice as fast: the ids there are known wherever they begin.
+        // The first store may be unaligned. The next ones fill whole cache lines, which is twice as fast; each position
+        // determines its id.
         let address = self.start.wrapping_add(self.len).addr() / size_of::<u32>();
         let mut skip = 16 - address % 16;
         while skip < count {
@@ -114,7 +115,7 @@ impl<'a> IdWriter<'a> {
         self.len += count;
     }
 
-    /// Appends the first `count` ids, at most sixteen.
+    /// Appends the first `count` of `ids`, at most sixteen.
     #[inline(always)]
     pub(crate) fn push_copy<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], count: u32) {
         self.make_room(0);
@@ -134,7 +135,7 @@ impl<'a> IdWriter<'a> {
         self.len += ids.len();
     }
 
-    /// Appends the ids in `lanes` among sixteen.
+    /// Appends the ids whose lanes are set in `lanes`.
     #[inline(always)]
     pub fn push_packed<K: Kernel>(&mut self, kernel: K, ids: &[u32; 16], lanes: u32) {
         self.make_room(0);
@@ -173,7 +174,7 @@ impl<'a> IdWriter<'a> {
         self.len += at;
     }
 
-    /// Appends the runs in `lanes` of a page.
+    /// Appends the runs of a page whose lanes are set in `lanes`.
     #[inline(always)]
     pub(crate) fn push_lanes<K: Kernel>(&mut self, kernel: K, page: PageRuns<'_>, lanes: u32) {
         self.make_room(0);
@@ -202,7 +203,8 @@ impl<'a> IdWriter<'a> {
     }
 }
 
-/// Sets the length to `len`, and makes room for as many again, and for `more`.
+/// Sets the list's length to `len`. Then doubles the capacity, or makes room for `more` and [`ROOM_BEHIND`] if that is
+/// more.
 #[cold]
 #[inline(never)]
 fn grow(list: &mut Vec<PolygonId>, len: usize, more: usize) -> (*mut MaybeUninit<u32>, usize) {

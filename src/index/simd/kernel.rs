@@ -2,38 +2,40 @@ use std::mem::MaybeUninit;
 
 use super::{Boxes, EyeBoxes, PreparedPlane};
 
-/// Wide box tests. Every method gives the same answer on every kernel, bit for bit.
+/// Tests of many boxes at once. Every method returns the same result on every kernel, bit for bit.
 pub trait Kernel: Copy {
-    /// The lanes whose box lies wholly behind the plane. Lanes without a box have unspecified results.
+    /// The lanes whose boxes lie wholly behind the plane. Lanes without a box have unspecified results.
     fn behind(self, plane: &PreparedPlane, boxes: &Boxes<16>) -> u32;
 
-    /// The lanes behind one of six planes.
+    /// The lanes whose boxes lie wholly behind at least one of six planes.
     fn behind_any(self, planes: &[PreparedPlane; 6], boxes: &Boxes<16>) -> u32;
 
-    /// Lanes wholly behind the plane, and lanes wholly on its inner side, among the eight from `at` (at most `N - 8`).
+    /// Among the eight lanes from `at` (at most `N - 8`): the lanes wholly behind the plane, and the lanes wholly on
+    /// its inner side.
     fn sides<const N: usize>(self, plane: &PreparedPlane, boxes: &Boxes<N>, at: usize) -> (u32, u32);
 
-    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the front of `out`; returns their
-    /// number. Overwrites the rest of `out`.
+    /// Writes `first + lane` (modulo 2^32) for every lane of `mask`, ascending, to the beginning of `out`; returns the
+    /// number of ids. Overwrites the rest of `out`.
     fn write_ids(self, first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
-    /// Writes the sixteen ids from `first` on.
+    /// Writes the sixteen consecutive ids from `first` on.
     fn write_sixteen(self, first: u32, out: &mut [MaybeUninit<u32>; 16]);
 
     /// Copies sixteen numbers.
     fn copy(self, numbers: &[u32; 16], out: &mut [MaybeUninit<u32>; 16]);
 
-    /// Writes the numbers of `mask`'s lanes to the front of `out`; returns their number. Overwrites the rest of `out`.
+    /// Writes the numbers in the lanes of `mask` to the beginning of `out`; returns how many. Overwrites the rest of
+    /// `out`.
     fn pack(self, numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize;
 
-    /// The lanes of 8 or 16 whose number is 0 or more; NaN does not count.
+    /// Among 8 or 16 lanes, the lanes whose number is at least 0; NaN does not count.
     #[inline(always)]
     fn not_negative<const N: usize>(self, numbers: &[f32; N]) -> u32 {
         numbers.iter().enumerate().fold(0, |lanes, (i, &number)| lanes | u32::from(number >= 0.0) << i)
     }
 
-    /// The lanes that lie wholly beyond a plane by at least their slack, and the lanes wholly before it by theirs. The
-    /// plane has a unit normal and this distance from the eye.
+    /// The lanes whose boxes lie beyond a plane by at least their slack, and the lanes whose boxes lie before it by at
+    /// least their slack. The plane has a unit normal and the signed distance `distance` from the eye.
     #[inline(always)]
     fn beyond_and_before(self, normal: [f64; 3], distance: f64, boxes: &EyeBoxes) -> (u32, u32) {
         let [x, y, z] = normal;
@@ -50,12 +52,12 @@ pub trait Kernel: Copy {
     }
 }
 
-/// Code that runs on any kernel. `run` should be `#[inline(always)]`, so that it is compiled again for each instruction
-/// set.
+/// Code that can run on any kernel. Mark `run` with `#[inline(always)]`, so that it is compiled once for each
+/// instruction set.
 pub trait WithKernel {
     /// Result of `run`.
     type Output;
 
-    /// Runs it.
+    /// Runs the code with the given kernel.
     fn run<K: Kernel>(self, kernel: K) -> Self::Output;
 }

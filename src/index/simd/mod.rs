@@ -1,10 +1,10 @@
-//! Box tests on eight or sixteen boxes at once, shared by the indexes.
+//! Tests of eight or sixteen boxes at once, shared by the indexes.
 //!
 //! A [`Kernel`] is a zero-sized token of an instruction set; it exists only if the processor has that set.
-//! [`Backend::detect`] chooses the set once, when an index is created, and [`Backend::run`] enters code compiled for it.
-//! The environment variable `OSP_SIMD` forces another set than the best.
-//! Every kernel evaluates a plane in the order that [`crate::math`] fixes, without fused multiply-add, so all give
-//! the same answers bit for bit.
+//! [`Backend::detect`] chooses the set once, when an index is created, and [`Backend::run`] enters code compiled for
+//! it. The environment variable `OSP_SIMD` forces another set than the best. Every kernel computes the distance to a
+//! plane in the order that [`crate::math`] fixes, without fused multiply-add. So all kernels return the same results,
+//! bit for bit.
 
 #[cfg(target_arch = "aarch64")]
 mod aarch64_neon;

@@ -2,9 +2,9 @@ use std::mem::MaybeUninit;
 
 use super::{Boxes, Kernel, PreparedPlane, scalar::Scalar};
 
-/// Four numbers in a register of an instruction set that every processor of the target has.
+/// Four numbers in a SIMD register that every processor of the target has.
 pub(super) trait Four: Copy {
-    /// The outcome of four comparisons.
+    /// The outcomes of four comparisons.
     type Mask: Copy;
 
     fn load(numbers: &[f32; 4]) -> Self;
@@ -20,23 +20,23 @@ pub(super) trait Four: Copy {
 
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
 
-    /// Eight outcomes as bits.
+    /// The eight outcomes of two masks as bits.
     fn bits(low: Self::Mask, high: Self::Mask) -> u32;
 
-    /// [`Kernel::pack`].
+    /// The implementation of [`Kernel::pack`].
     #[inline(always)]
     fn pack(numbers: &[u32; 16], mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         Scalar.pack(numbers, mask, out)
     }
 
-    /// [`Kernel::write_ids`] for some of the lanes.
+    /// The implementation of [`Kernel::write_ids`] for a mask with some lanes unset.
     #[inline(always)]
     fn write_ids(first: u32, mask: u32, out: &mut [MaybeUninit<u32>; 16]) -> usize {
         Scalar.write_ids(first, mask, out)
     }
 }
 
-/// The kernel of instruction sets with registers of four numbers.
+/// The kernel of an instruction set whose registers hold four numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Narrow<V>(std::marker::PhantomData<V>);
 
@@ -45,7 +45,8 @@ impl<V: Four> Narrow<V> {
         Self(std::marker::PhantomData)
     }
 
-    /// Signed distances of the four corners from lane `at` on; the one expression of the crate (see [`crate::math`]).
+    /// Signed distances of the corners of four boxes from lane `at` on. All kernels compute this one expression, see
+    /// [`crate::math`].
     #[inline(always)]
     fn distances<const N: usize>(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<N>, at: usize) -> V {
         let row = |axis: usize| {
@@ -90,7 +91,7 @@ impl<V: Four> Kernel for Narrow<V> {
             for (quarter, at) in behind.iter_mut().zip([0, 4, 8, 12]) {
                 *quarter = V::or(*quarter, Self::far(plane, boxes, at));
             }
-            // Two planes at a time: reading the result costs as much as a plane.
+            // The result is read after every second plane only, because reading it costs as much as testing a plane.
             if i % 2 == 1 && bits(&behind) == 0xFFFF {
                 return 0xFFFF;
             }

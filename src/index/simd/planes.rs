@@ -1,14 +1,14 @@
 use super::{Boxes, Halves, Kernel, PreparedPlane};
 use crate::math::{Aabb, Frustum};
 
-/// The six planes of a frustum, prepared for wide tests.
+/// The six planes of a frustum, prepared for tests of many boxes at once.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneSet {
     planes: [PreparedPlane; 6],
 }
 
 impl PlaneSet {
-    /// Mask of all six planes.
+    /// The mask that selects all six planes.
     pub const ALL: u8 = 0b11_1111;
 
     /// The planes of a frustum, prepared for tests of many boxes.
@@ -25,11 +25,11 @@ impl PlaneSet {
                 near: [pick(0, false), pick(1, false), pick(2, false)],
             }
         };
-        // Spelt out, because mapping an array is not compiled in line.
+        // The six calls are spelt out, because the compiler does not inline `map` on an array.
         Self { planes: [prepare(0), prepare(1), prepare(2), prepare(3), prepare(4), prepare(5)] }
     }
 
-    /// Positions of sixteen boxes relative to the planes of `mask`.
+    /// Positions of sixteen boxes, in halves of eight, relative to the planes of `mask`.
     #[inline(always)]
     pub(crate) fn sides16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
@@ -44,7 +44,7 @@ impl PlaneSet {
         all
     }
 
-    /// The boxes behind one of the planes of `mask`; of sixteen.
+    /// Among sixteen boxes, the boxes wholly behind one of the planes of `mask`.
     #[inline(always)]
     pub(crate) fn behind16<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Halves) -> u32 {
         let mut behind = 0;
@@ -59,7 +59,7 @@ impl PlaneSet {
         behind
     }
 
-    /// Positions of sixteen boxes in whole rows relative to the planes of `mask`.
+    /// Positions of sixteen boxes, in rows of sixteen, relative to the planes of `mask`.
     #[inline(always)]
     pub fn sides_rows<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> Sides {
         let mut all = Sides { behind: 0, cut: 0, cut_by: [0; 6] };
@@ -74,7 +74,7 @@ impl PlaneSet {
         all
     }
 
-    /// Whether all used boxes of eight lie inside every plane.
+    /// Whether all boxes in the lanes of `used` lie inside every plane.
     #[inline(always)]
     pub(crate) fn hold<K: Kernel>(&self, kernel: K, boxes: &Boxes<8>, used: u32) -> bool {
         for plane in &self.planes {
@@ -99,7 +99,7 @@ impl PlaneSet {
         all
     }
 
-    /// The boxes behind one of the planes.
+    /// The boxes wholly behind one of the six planes.
     #[inline(always)]
     pub fn behind_any<K: Kernel>(&self, kernel: K, boxes: &Boxes<16>) -> u32 {
         kernel.behind_any(&self.planes, boxes)
@@ -111,7 +111,7 @@ impl PlaneSet {
         self.planes[i]
     }
 
-    /// The boxes behind one of the planes of `mask`.
+    /// The boxes wholly behind one of the planes of `mask`.
     #[inline(always)]
     pub fn behind<K: Kernel>(&self, kernel: K, mask: u8, boxes: &Boxes<16>) -> u32 {
         let mut behind = 0;
@@ -125,18 +125,19 @@ impl PlaneSet {
     }
 }
 
-/// The planes of a frustum side by side, to test one box against all of them at once. The fields of unused lanes are
-/// 0: everything is on the inner side.
+/// The six planes of a frustum as lanes, to test one box against all of them at once. Unused lanes are 0, so every box
+/// lies on their inner side.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneLanes {
     normal: [[f32; 8]; 3],
     d: [f32; 8],
-    /// Per axis the planes whose positive vertex has the greater coordinate.
+    /// For each axis, the planes whose normal does not point down this axis: the corner farthest along the normal has
+    /// the box's greater coordinate.
     rises: [[bool; 8]; 3],
 }
 
 impl PlaneLanes {
-    /// The planes of a frustum, prepared for tests of many boxes.
+    /// Prepares the planes of a frustum.
     pub fn new(frustum: &Frustum) -> Self {
         let mut all = Self { normal: [[0.0; 8]; 3], d: [0.0; 8], rises: [[true; 8]; 3] };
         for (i, plane) in frustum.planes().iter().enumerate() {
@@ -149,8 +150,8 @@ impl PlaneLanes {
         all
     }
 
-    /// The planes of `mask` that cut a box; `None` if it lies wholly behind one of them. The kernel argument only selects the
-    /// instruction set.
+    /// The planes of `mask` that cut a box; `None` if the box lies wholly behind one of them. The kernel argument only
+    /// selects the instruction set.
     #[inline(always)]
     pub fn cut<K: Kernel>(&self, _kernel: K, mask: u8, bounds: &Aabb) -> Option<u8> {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
@@ -171,14 +172,14 @@ impl PlaneLanes {
     }
 }
 
-/// Results of testing boxes against planes, a bit a box.
+/// Positions of boxes relative to planes, a bit for each box.
 #[derive(Clone, Copy, Debug)]
 pub struct Sides {
-    /// Wholly behind a plane.
+    /// Boxes that lie wholly behind a plane.
     pub behind: u32,
-    /// Not wholly on the inner side of every plane.
+    /// Boxes that do not lie wholly on the inner side of every plane.
     pub(crate) cut: u32,
-    /// The same for each requested plane.
+    /// For each requested plane, the boxes that do not lie wholly on its inner side.
     cut_by: [u32; 6],
 }
 

@@ -1,7 +1,7 @@
 use super::{Boxes, prefetch};
 
-/// A plane prepared for boxes in rows: per axis, the row of the corner farthest along the normal, and the row of the
-/// corner farthest against it.
+/// A plane prepared for boxes in rows. For each axis it stores two rows: that of the corner farthest along the normal
+/// (the positive vertex), and that of the corner farthest against it (the negative vertex).
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedPlane {
     pub(super) normal: [f32; 3],
@@ -19,7 +19,7 @@ impl PreparedPlane {
         self.normal.map(f32::to_bits) == other.normal.map(f32::to_bits)
     }
 
-    /// This plane at the place of another one with the same normal.
+    /// Returns the parallel plane that has the position of `other`, a plane with the same normal.
     #[inline(always)]
     pub(crate) fn moved_to(self, other: &Self) -> Self {
         Self { d: other.d, ..self }

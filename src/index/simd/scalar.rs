@@ -2,7 +2,7 @@ use std::mem::MaybeUninit;
 
 use super::{Boxes, Kernel, PreparedPlane};
 
-/// Plain Rust; the other kernels are tested against it.
+/// The kernel in plain Rust. The other kernels are tested against it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scalar;
 

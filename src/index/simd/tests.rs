@@ -1,4 +1,4 @@
-//! Every kernel against the plain one, bit for bit.
+//! Compares every kernel with the scalar one, bit for bit.
 #![allow(clippy::print_stderr, reason = "a skipped test says why")]
 
 use std::mem::MaybeUninit;
@@ -30,10 +30,10 @@ struct Case {
     numbers: [u32; 16],
 }
 
-/// The first `count` places, which must have been written.
+/// The first `count` places, which the kernel must have written.
 fn written(count_and_places: (usize, [MaybeUninit<u32>; 16])) -> Vec<u32> {
     let (count, places) = count_and_places;
-    // Every place was set before the kernel wrote to it, see `places`.
+    // `places` has set every place before the kernel wrote to it.
     places[..count].iter().map(|place| read(*place)).collect()
 }
 
@@ -83,7 +83,7 @@ impl WithKernel for &Case {
     }
 }
 
-/// Steps of a linear congruential generator (Knuth).
+/// A step of Knuth's linear congruential generator.
 fn next(state: &mut u64) -> u32 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 32) as u32
@@ -138,7 +138,7 @@ fn every_kernel_says_the_same() {
     }
 }
 
-/// The plain kernel against the boxes' own arithmetic.
+/// Compares the scalar kernel with the test of a frustum against one box.
 #[test]
 fn the_plain_kernel_says_what_the_frustum_says() {
     let mut state = 8;

@@ -7,8 +7,8 @@ use std::{arch::wasm32::*, mem::MaybeUninit};
 
 use super::narrow::{Four, Narrow};
 
-/// WebAssembly's instructions on registers of 128 bits, in builds with the target feature `simd128`: a module cannot detect them
-/// at run time.
+/// The kernel for WebAssembly's 128-bit registers, in builds with the target feature `simd128`, because a module cannot
+/// detect them at run time.
 pub(super) type Simd128 = Narrow<v128>;
 
 impl Four for v128 {
@@ -70,7 +70,7 @@ impl Four for v128 {
     }
 }
 
-/// Writes the lanes of `mask` of four registers one after the other; returns their number.
+/// Packs the numbers in the lanes of `mask` from four registers to the beginning of `out`; returns how many.
 #[inline(always)]
 fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(usize) -> v128) -> usize {
     let mut count = 0;
@@ -86,7 +86,7 @@ fn pack_quarters(mask: u32, out: &mut [MaybeUninit<u32>; 16], numbers: impl Fn(u
     count
 }
 
-/// For each mask of four lanes: the bytes of its lanes, moved to the front. The bytes behind them are 0.
+/// For each mask of four lanes: the byte order that moves its lanes to the beginning. The bytes behind them become 0.
 const PACKED: [[u8; 16]; 16] = {
     let mut table = [[255; 16]; 16];
     let mut mask = 0;

@@ -24,7 +24,7 @@ impl Avx2 {
     }
 }
 
-/// Signed distances of eight corners, given by their rows from lane `at` on.
+/// Signed distances of one corner of each of eight boxes, from lane `at` on. `rows` selects the corner.
 ///
 /// # Safety
 /// AVX2 is available; `at + 8 <= N`; the rows are at most 40, `N` is 8 or 16.
@@ -48,8 +48,8 @@ unsafe fn distance<const N: usize>(
     }
 }
 
-/// The same number. The compiler would turn three consecutive loads into a vector of addresses, and then split it
-/// again; this prevents it.
+/// Returns the same number. It prevents the compiler from joining three consecutive loads to a vector of addresses,
+/// which it would then split again.
 #[inline(always)]
 fn in_register(number: usize) -> usize {
     let mut same = number;
@@ -58,8 +58,8 @@ fn in_register(number: usize) -> usize {
     same
 }
 
-/// The sign bits of eight lanes. Inline assembly, because the compiler rewrites the intrinsic: joining two masks then
-/// costs nine instructions instead of four.
+/// The sign bits of eight lanes. This is inline assembly, because the compiler rewrites the intrinsic: joining two
+/// masks would then cost nine instructions instead of four.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn sign_bits(lanes: __m256) -> u32 {
@@ -109,7 +109,8 @@ impl Kernel for Avx2 {
                 low = _mm256_or_ps(low, below);
                 let below = _mm256_cmp_ps::<_CMP_LT_OQ>(distance(plane, plane.far, boxes, 8), zero);
                 high = _mm256_or_ps(high, below);
-                // Two planes at a time: reading the result costs as much as a plane.
+                // The result is read after every second plane only, because reading it costs as much as testing a
+                // plane.
                 if i % 2 == 1 && sign_bits(_mm256_and_ps(low, high)) == 0xFF {
                     return 0xFFFF;
                 }
@@ -214,7 +215,7 @@ impl Kernel for Avx2 {
     }
 }
 
-/// The sum of four lanes of three rows with these weights.
+/// The weighted sum of three rows, for four lanes from `at` on.
 ///
 /// # Safety
 /// AVX2 is available; `at` is at most 12.
@@ -240,7 +241,7 @@ unsafe fn chosen_lanes(mask: u32) -> __m256i {
     unsafe { _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(packed as i64)) }
 }
 
-/// For each set of eight lanes their numbers, one a byte, packed to the low end.
+/// For each set of eight lanes, the lane numbers, one a byte, packed to the low end.
 static LANES_OF: [u64; 256] = {
     let mut table = [0; 256];
     let mut mask = 0;

@@ -19,7 +19,7 @@ impl Avx512 {
     }
 }
 
-/// Signed distances of sixteen corners, given by their rows.
+/// Signed distances of one corner of each of sixteen boxes. `rows` selects the corner.
 ///
 /// # Safety
 /// AVX-512F is available; the rows are at most 40.
@@ -38,7 +38,7 @@ unsafe fn distance16(plane: &PreparedPlane, rows: [usize; 3], boxes: &Boxes<16>)
     }
 }
 
-/// Signed distances of the eight corners from lane `at` on, given by their rows.
+/// Signed distances of one corner of each of eight boxes, from lane `at` on. `rows` selects the corner.
 ///
 /// # Safety
 /// AVX-512VL is available; the rows are at most 40; `at + 8 <= N`, and `N` is 8 or 16.
@@ -158,7 +158,7 @@ impl Kernel for Avx512 {
     }
 }
 
-/// [`Kernel::beyond_and_before`] of the eight lanes from `at` on.
+/// Does the work of [`Kernel::beyond_and_before`] for the eight lanes from `at` on.
 ///
 /// # Safety
 /// AVX-512F is available; `at` is at most 8.
@@ -178,7 +178,7 @@ unsafe fn far_sides8(normal: [f64; 3], distance: f64, boxes: &EyeBoxes, at: usiz
     }
 }
 
-/// The sum of eight lanes of three rows with these weights.
+/// The weighted sum of three rows, for eight lanes from `at` on.
 ///
 /// # Safety
 /// As for [`far_sides8`].
@@ -193,7 +193,7 @@ unsafe fn weighted8(rows: &[[f64; 16]; 3], by: [f64; 3], at: usize) -> __m512d {
     }
 }
 
-/// The numbers of the lanes.
+/// The lane numbers, 0 to 15.
 ///
 /// # Safety
 /// AVX-512F is available.

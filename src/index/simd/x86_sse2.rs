@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 
 use super::narrow::{Four, Narrow};
 
-/// SSE2, which every x86-64 processor has.
+/// The kernel for SSE2, which every x86-64 processor has.
 pub(super) type Sse2 = Narrow<__m128>;
 
 impl Four for __m128 {
