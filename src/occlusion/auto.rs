@@ -3,29 +3,30 @@ use super::{Occlusion, TryBudget};
 /// Settings of [`AutoSwitch`], which decides whether a method of occlusion culling is worth its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AutoConfig {
-    /// Cost of drawing one polygon, nanoseconds. A renderer measures it: frame time over polygons drawn.
+    /// Time to draw one polygon, nanoseconds. A renderer measures it: frame time divided by the number of drawn polygons.
     pub polygon_ns: f64,
-    /// A method pays if the drawing time that it saves is at least this many times its own time.
+    /// A method pays if it saves at least this many times its own time in drawing.
     pub least_ratio: f64,
-    /// A method that is tried replaces the one in use if a frame takes less than this part of the time with it.
+    /// A method on trial replaces the method in use if its frames take less than this fraction of the time.
     pub faster: f64,
-    /// After this many frames in a row that do not pay, the method in use is switched off.
+    /// After this number of consecutive frames in which the method in use does not pay, it is switched off.
     pub patience: u32,
-    /// A method that is not in use is tried at most once in this many frames.
+    /// Least number of frames between two tries of a method that is not in use.
     pub probe_every: u32,
-    /// All tries together may take this part of the drawing time, in the long run.
+    /// The fraction of the drawing time that all tries together may take on average.
     pub probe_share: f64,
-    /// While large occluders are not in use, following the candidates for them may take this part of the drawing time,
-    /// in the long run.
+    /// While [`Occlusion::Msvbsp`] is not in use, the fraction of the drawing time that updating its candidates for
+    /// occluders may take on average.
     pub keep_share: f64,
-    /// For this number of frames after one in which a method paid, it is tried more often, and more time goes into
-    /// candidates. A method that pays in one part of a scene most often pays in the next.
+    /// A method counts as recent for this number of frames after a frame in which it paid. A recent method is tried more
+    /// often, and candidates get more time, because a method that pays in one part of a scene mostly pays in the next.
     pub recent: u32,
 }
 
 impl Default for AutoConfig {
-    /// 10 ns a polygon, 1.2 times the cost, 0.9 of the time, 8 frames, at most one in 32. Tries take 0.8 % of the
-    /// drawing, and candidates as much; more in the 512 frames after one that paid.
+    /// Drawing takes 10 ns a polygon. A method pays if it saves 1.2 times its cost, and replaces another if frames take 0.9
+    /// of the time. It is switched off after 8 frames, and tried at most once in 32. Tries take 0.8 % of the drawing time,
+    /// and so do candidates; both take more for 512 frames after a frame that paid.
     fn default() -> Self {
         Self {
             polygon_ns: 10.0,
@@ -40,7 +41,7 @@ impl Default for AutoConfig {
     }
 }
 
-/// The methods to choose from, besides frustum culling alone.
+/// The methods that the switch can select, besides frustum culling alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Method {
     /// [`Occlusion::Msvbsp`].
@@ -62,8 +63,8 @@ impl From<Option<Method>> for Occlusion {
 impl Method {
     const ALL: [Self; 2] = [Self::Msvbsp, Self::PreviousFrame];
 
-    /// Approximate least time of this method in a frame, nanoseconds. Large occluders: to select them and to build the
-    /// tree. Previous-frame occluders: that, and a test for every four polygons in view.
+    /// Approximate least time of this method in a frame, nanoseconds. `Msvbsp` selects occluders and builds a tree.
+    /// `PreviousFrame` takes the same time, and tests one of every four polygons in view.
     fn least_ns(self, in_view: u64) -> f64 {
         match self {
             Self::Msvbsp => 30_000.0,
@@ -71,8 +72,8 @@ impl Method {
         }
     }
 
-    /// Whether the first frame of a try predicts little about the next ones: without a previous frame the largest
-    /// polygons in view are filled.
+    /// Whether the first frame of a try predicts little about the next frames. Without a previous frame, `PreviousFrame`
+    /// fills the largest polygons in view.
     fn has_to_start(self) -> bool {
         self == Self::PreviousFrame
     }
@@ -81,56 +82,57 @@ impl Method {
 /// Time and result of one frame's occlusion culling, compared with frustum culling alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Outcome {
-    /// Time to follow the candidates, select occluders, build the culler and test, nanoseconds.
+    /// Time to update the candidates, select occluders, build the culler and test, nanoseconds.
     pub cost_ns: f64,
-    /// Polygons culled.
+    /// Number of polygons culled.
     pub culled: u64,
 }
 
 /// Weight of the newest value in a moving average.
 const WEIGHT: f64 = 0.2;
 
-/// A frame that gains less than this part of what it costs counts as [`HOPELESS_FRAMES`] that do not pay.
+/// A frame that saves less than this fraction of its cost counts as [`HOPELESS_FRAMES`] frames that do not pay.
 const HOPELESS: f64 = 0.25;
 /// See [`HOPELESS`].
 const HOPELESS_FRAMES: u32 = 3;
 
-/// The cost of a frame counts as at most this multiple of the previous ones.
+/// The measured cost of a frame is limited to this multiple of [`Known::cost_ns`].
 const MOST_DEARER: f64 = 2.0;
 
-/// Factor on the tries, and their share of the drawing time, of a method that paid recently.
+/// A recent method is tried this many times as often, with this many times the share of the drawing time.
 const RECENT_TRIES: u32 = 4;
 
-/// Factor on the share of the drawing time that goes into candidates then.
+/// The candidates of a recent method get this many times the share of the drawing time.
 const RECENT_KEEPING: f64 = 2.0;
 
-/// Assumed time of the first try of previous-frame occluders, nanoseconds for each polygon in view: its first frame
-/// fills all polygons in view, its second frame the visible ones.
+/// Assumed time of the first try of `PreviousFrame`, nanoseconds for each polygon in view. Its first frame fills all
+/// polygons in view, its second frame the visible ones.
 const FIRST_PRICE_NS: f64 = 2_600.0;
 
-/// Most frames of saving for a try; a more expensive try is not made. Twice as many if two methods take turns.
+/// Largest number of frames whose savings pay for one try; a more expensive try is not made. If two methods take turns, the
+/// limit is twice as large.
 const MOST_FRAMES_FOR_A_TRY: f64 = 2048.0;
 
-/// Most time that is saved for following candidates, nanoseconds: one frame may spend all of it.
+/// Largest time that can be saved for updating candidates, nanoseconds. One frame may spend all of it.
 const MOST_IDLE_NS: f64 = 300_000.0;
 
-/// Measured costs of a method.
+/// The measurements of a method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// A moving average while the method is in use, else the measurement of its last try.
+    /// Cost of a frame, nanoseconds: a moving average while the method is in use, otherwise the result of its last try.
     cost_ns: f64,
     gain_ns: f64,
-    /// Time of its last try, nanoseconds for each polygon in view.
+    /// Time of the method's last try, nanoseconds for each polygon in view.
     price_ns: Option<f64>,
-    /// Time saved for its next try, while it is not in use.
+    /// Time saved for the method's next try, while the method is not in use.
     budget: TryBudget,
-    /// Frames since it last paid, if it ever did.
+    /// Number of frames since the method last paid; `None` if it never has.
     since_paid: Option<u32>,
 }
 
 impl Known {
-    /// Cost of a frame, limited to a plausible cost of the method: a cost many times as high as before means
-    /// that the thread was suspended. If a method has really become so much more expensive, its cost counts a few frames later.
+    /// The cost of a frame, limited to a multiple of the cost so far. A cost many times as high means that the thread was
+    /// suspended. If the method has really become so expensive, the average reaches its cost a few frames later.
     fn plausible_ns(&self, cost_ns: f64) -> f64 {
         if self.cost_ns > 0.0 { cost_ns.min(MOST_DEARER * self.cost_ns) } else { cost_ns }
     }
@@ -140,21 +142,21 @@ impl Known {
 #[derive(Clone, Copy, Debug)]
 struct Try {
     method: Method,
-    /// Time of its frames so far, nanoseconds.
+    /// Time of the frames of this try so far, nanoseconds.
     spent_ns: f64,
-    /// Whether the first of its two frames has not been measured yet.
+    /// Whether the first of the try's two frames is not measured yet.
     is_first: bool,
 }
 
-/// Decides for every frame which method of occlusion culling to use, if any. Methods that are not in use are tried at
-/// intervals; the one with the shortest frames is kept.
+/// Selects a method of occlusion culling, or none, for every frame. It tries the methods that are not in use at intervals,
+/// and keeps the method with the shortest frames.
 ///
-/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. If even
-/// culling everything would not pay, nothing is tried.
+/// Time for tries is saved in advance: every frame saves [`AutoConfig::probe_share`] of its drawing time. If a method could
+/// not pay even by culling all polygons, it is not tried.
 ///
-/// It has no clock. Given measured costs it adapts to the machine. Given costs computed from work counts ([`super::work_ns`],
-/// [`super::PreviousFrameCounts::work_ns`]) it decides the same on every machine. A replay with pinned fingerprints needs
-/// that.
+/// The switch reads no clock. With measured costs it adapts to the machine. With costs computed from work counts
+/// ([`super::work_ns`], [`super::PreviousFrameCounts::work_ns`]) it selects the same methods on every machine. A replay
+/// with pinned fingerprints requires this.
 #[derive(Clone, Debug)]
 pub(crate) struct AutoSwitch {
     config: AutoConfig,
@@ -162,17 +164,17 @@ pub(crate) struct AutoSwitch {
     known: [Known; Method::ALL.len()],
     /// Whether the kept method has been measured.
     is_measured: bool,
-    /// Frames in a row in which it did not pay.
+    /// Number of consecutive frames in which the kept method did not pay.
     losing: u32,
     trying: Option<Try>,
-    /// Polygons in view in the last frame that was decided.
+    /// Number of polygons in the frustum at the last call of `decide`.
     in_view: u64,
-    /// Time saved for following candidates, nanoseconds.
+    /// Time saved for updating candidates, nanoseconds.
     idle_ns: f64,
 }
 
 impl AutoSwitch {
-    /// A switch without measurements; it begins with large occluders.
+    /// A switch without measurements; it begins with [`Occlusion::Msvbsp`].
     pub(crate) fn new(config: AutoConfig) -> Self {
         Self {
             config,
@@ -186,7 +188,8 @@ impl AutoSwitch {
         }
     }
 
-    /// The method in use. Frames that try another one, and frames in which it cannot pay, are culled differently.
+    /// The method in use. Frames that try another method, and frames in which the kept method cannot pay, are culled
+    /// differently.
     pub(crate) fn kept(&self) -> Occlusion {
         self.kept.into()
     }
@@ -196,15 +199,15 @@ impl AutoSwitch {
         self.config.polygon_ns = polygon_ns;
     }
 
-    /// Whether there can be a frame in which culling with the previous frame's polygons pays.
+    /// Whether [`Occlusion::PreviousFrame`] could pay in any frame.
     pub(crate) fn can_previous_frame_pay(&self) -> bool {
-        // With many polygons in view, fixed costs hardly count.
+        // If many polygons are in view, fixed costs are negligible.
         let many = 1 << 32;
         many as f64 * self.config.polygon_ns >= self.config.least_ratio * Method::PreviousFrame.least_ns(many)
     }
 
-    /// Whether any method would pay in a frame with so many polygons in the frustum if it culled all of them. If not,
-    /// [`AutoSwitch::decide`] returns none.
+    /// Whether any method would pay in a frame with `in_view` polygons in the frustum if it culled all of them. If not,
+    /// [`AutoSwitch::decide`] returns [`Occlusion::None`].
     pub(crate) fn can_pay(&self, in_view: u64) -> bool {
         let all_ns = in_view as f64 * self.config.polygon_ns;
         Method::ALL.iter().any(|method| all_ns >= self.config.least_ratio * method.least_ns(in_view))
@@ -219,7 +222,8 @@ impl AutoSwitch {
         self.in_view = in_view;
         let all_ns = self.all_ns();
         let kept = self.kept.filter(|method| self.may_pay(*method, all_ns));
-        // The time to draw all of them, or of a frame with the kept method: no other method saves more.
+        // The time to draw all polygons, or the time of a frame with the kept method. No other method can save more than
+        // that.
         let now_ns = kept.map_or(all_ns, |method| self.frame_ns(method));
         for known in &mut self.known {
             known.since_paid = known.since_paid.map(|frames| frames.saturating_add(1));
@@ -237,7 +241,7 @@ impl AutoSwitch {
             let budget = &mut self.known[method as usize].budget;
             budget.save(f64::from(more) * share * now_ns, price_ns);
             let is_due = budget.is_due(price_ns, self.config.probe_every / more);
-            // In turns: the method that has waited longest.
+            // Methods take turns: the method that has waited longest is next.
             if is_due && next.is_none_or(|(waited, _)| budget.frames() > waited) {
                 next = Some((budget.frames(), method));
             }
@@ -258,17 +262,17 @@ impl AutoSwitch {
         self.known[method as usize].since_paid.is_some_and(|frames| frames < self.config.recent)
     }
 
-    /// Time that a frame without large occluders may spend on following candidates, nanoseconds.
+    /// Time that a frame without [`Occlusion::Msvbsp`] may spend on updating candidates, nanoseconds.
     pub(crate) fn idle_budget_ns(&self) -> f64 {
         self.idle_ns
     }
 
-    /// Subtracts time that was spent from [`AutoSwitch::idle_budget_ns`].
+    /// Subtracts time from [`AutoSwitch::idle_budget_ns`].
     pub(crate) fn spend_idle(&mut self, ns: f64) {
         self.idle_ns -= ns;
     }
 
-    /// Takes the measurements of a frame that was culled as decided.
+    /// Records the measurements of a frame that was culled as decided.
     pub(crate) fn note(&mut self, outcome: Outcome) {
         let gain_ns = outcome.culled as f64 * self.config.polygon_ns;
         match self.trying.take() {
@@ -290,7 +294,7 @@ impl AutoSwitch {
             known.since_paid = Some(0);
             return;
         }
-        // A method that has paid recently is not dropped for a short view of a wall with nothing behind it.
+        // A method that has paid recently is not switched off because of a short view of a wall with nothing behind it.
         let has_paid = known.since_paid.is_some_and(|frames| frames < self.config.recent);
         let is_hopeless = known.gain_ns < HOPELESS * known.cost_ns && !has_paid;
         self.losing += if is_hopeless { HOPELESS_FRAMES } else { 1 };
@@ -306,7 +310,7 @@ impl AutoSwitch {
             if method.has_to_start() { cost_ns } else { self.known[method as usize].plausible_ns(cost_ns) };
         let spent_ns = attempt.spent_ns + cost_ns;
         let all_ns = self.all_ns();
-        // Polygons that the first frame finds hidden need not hide anything in the second.
+        // The second frame costs less, because it does not fill polygons that the first frame finds hidden.
         let to_come_ns = cost_ns * (1.0 - gain_ns / all_ns.max(gain_ns).max(1.0));
         if is_first && gain_ns >= HOPELESS * to_come_ns {
             self.trying = Some(Try { method, spent_ns, is_first: false });
@@ -324,12 +328,12 @@ impl AutoSwitch {
         }
     }
 
-    /// Time to draw everything in view, nanoseconds.
+    /// Time to draw all polygons in view, nanoseconds.
     fn all_ns(&self) -> f64 {
         self.in_view as f64 * self.config.polygon_ns
     }
 
-    /// Time of a frame with this method, drawing included, nanoseconds.
+    /// Time of a frame with this method, including drawing, nanoseconds.
     fn frame_ns(&self, method: Method) -> f64 {
         let Known { cost_ns, gain_ns, .. } = self.known[method as usize];
         (self.all_ns() - gain_ns).max(0.0) + cost_ns
@@ -343,7 +347,7 @@ impl AutoSwitch {
         }
     }
 
-    /// Whether the method would pay if it saved this much time.
+    /// Whether the method would pay if it saved `most_ns` nanoseconds.
     fn may_pay(&self, method: Method, most_ns: f64) -> bool {
         most_ns >= self.config.least_ratio * method.least_ns(self.in_view)
     }

@@ -3,12 +3,12 @@ use Method::{Msvbsp, PreviousFrame};
 
 const IN_VIEW: u64 = 50_000;
 
-/// Frames that were culled by each method.
+/// Number of frames that were culled by each method.
 #[derive(Debug, Default, PartialEq)]
 struct Used {
     msvbsp: u32,
     last: u32,
-    /// Their total cost, nanoseconds.
+    /// Total cost of these frames, nanoseconds.
     cost_ns: f64,
     changes: u32,
 }
@@ -27,7 +27,7 @@ fn play_all(switch: &mut AutoSwitch, frames: u32, mut outcome: impl FnMut(Method
     used
 }
 
-/// If drawing costs 10 ns a polygon, large occluders alone can pay.
+/// If drawing costs 10 ns a polygon, only `Msvbsp` can pay.
 fn play(switch: &mut AutoSwitch, frames: u32, outcome: impl Fn(u32) -> Outcome) -> u32 {
     let used = play_all(switch, frames, |_, frame| outcome(frame));
     assert_eq!(used.last, 0);
@@ -44,7 +44,7 @@ fn dear(polygon_ns: f64) -> AutoSwitch {
 
 const MS: f64 = 1.0e6;
 
-/// The same in every frame: the cost of each method, milliseconds, and the number of polygons that it culls.
+/// Constant outcomes: for each method its cost, milliseconds, and the number of polygons that it culls.
 fn always(msvbsp: (f64, u64), last: (f64, u64)) -> impl Fn(Method, u32) -> Outcome + Copy {
     move |method, _| {
         let (cost_ms, culled) = if method == Msvbsp { msvbsp } else { last };
@@ -72,15 +72,15 @@ fn large_occluders_are_taken_where_they_pay_more() {
 #[test]
 fn what_pays_more_takes_the_place_of_what_pays() {
     let last = |found| always((4.0, 5_000), (80.0, found));
-    // 454 ms of drawing and culling against 280, and then against 530.
+    // Drawing and culling take 454 ms with `Msvbsp`. `PreviousFrame` takes 280 ms, and later 530 ms.
     let mut switch = dear(10_000.0);
     assert!(play_all(&mut switch, 2000, last(30_000)).last > 1000);
     assert_eq!(switch.kept, Some(PreviousFrame));
     let used = play_all(&mut switch, 2000, last(4_000));
-    // What has paid is tried sooner for a while.
+    // A method that has paid is tried sooner for a while.
     assert!(used.last < 200 && used.msvbsp > 1500, "{used:?}");
     assert_eq!(switch.kept, Some(Msvbsp));
-    // 454 against 440: not worth a change.
+    // `Msvbsp` takes 454 ms and `PreviousFrame` 440 ms: not worth a change.
     let mut switch = dear(10_000.0);
     assert_eq!(play_all(&mut switch, 4000, last(14_000)).changes, 0);
 }
@@ -100,7 +100,8 @@ fn methods_that_are_alike_do_not_take_turns() {
 
 #[test]
 fn none_is_kept_where_nothing_pays() {
-    // 50 ms of drawing, and tries of 120 and 10 ms: 0.8 % of it, once what was not known at first is.
+    // Drawing takes 50 ms, tries take 120 and 10 ms. After the first tries, whose costs are not known, tries take 0.8 % of
+    // the drawing time.
     let mut switch = dear(1_000.0);
     let outcome = always((10.0, 2_000), (120.0, 3_000));
     play_all(&mut switch, 100, outcome);
@@ -114,7 +115,7 @@ fn none_is_kept_where_nothing_pays() {
 #[test]
 fn a_hopeless_first_frame_ends_a_try_and_a_good_one_does_not_count() {
     let mut switch = dear(10_000.0);
-    // The first frame of each try costs more than it gains: everything in view hides.
+    // The first frame of each try costs more than it saves, because it fills all polygons in view.
     let (mut last_frame, mut first_frames, mut frames) = (u32::MAX, 0, 0);
     let used = play_all(&mut switch, 1000, |method, frame| {
         if method == Msvbsp {
@@ -191,13 +192,13 @@ fn one_bad_frame_does_not_switch_it_off() {
 #[test]
 fn a_frame_in_which_the_thread_had_to_wait_changes_nothing() {
     let mut switch = AutoSwitch::new(AutoConfig::default());
-    // 100 µs are saved.
+    // The culled polygons save 100 µs of drawing.
     let outcome = |frame| {
         let waited_ns = if frame % 40 == 39 { 10.0 * MS } else { 0.0 };
         Outcome { cost_ns: 50_000.0 + waited_ns, culled: 10_000 }
     };
     assert_eq!(play(&mut switch, 1000, outcome), 1000);
-    // What stays as dear is given up soon.
+    // A method whose cost stays high is switched off soon.
     let used = play(&mut switch, 100, |_| Outcome { cost_ns: 10.0 * MS, culled: 10_000 });
     assert!(used < 20 && !is_on(&switch), "{used}");
 }

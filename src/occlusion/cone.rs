@@ -1,4 +1,4 @@
-//! Convex cones with their tip in the eye, given by the directions of their edges: clipping and measuring.
+//! Convex cones with their tip in the eye, stored as the directions of their edges: clipping and measuring.
 
 use glam::DVec3;
 
@@ -7,14 +7,14 @@ use crate::math::{Edges, Part};
 /// A range of an array of directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
-    /// The first.
+    /// Index of the first direction.
     pub start: u32,
     /// Number of directions.
     pub len: u32,
 }
 
 impl Span {
-    /// The same for an index.
+    /// The same range as an index of a slice.
     pub fn range(self) -> std::ops::Range<usize> {
         let start = self.start as usize;
         start..start + self.len as usize
@@ -30,8 +30,8 @@ pub fn reach(normal: DVec3, directions: &[DVec3]) -> (f64, f64) {
     })
 }
 
-/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`. New
-/// edges get unit length. With fewer than three directions nothing is left.
+/// Appends the part of a cone in front of a plane through the eye (`normal . x >= 0`) to the end of `points`. New edges get
+/// unit length. A span of fewer than three directions is an empty part.
 pub fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     let start = points.len() as u32;
     let range = cone.range();
@@ -50,8 +50,8 @@ pub fn clip(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> Span {
     Span { start, len: points.len() as u32 - start }
 }
 
-/// Splits a cone by a plane through the eye into the part in front of it and the part behind it: two calls of [`clip`]
-/// in one.
+/// Splits a cone by a plane through the eye into the part in front of the plane and the part behind it. The result is that
+/// of two calls of [`clip`].
 pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span, Span) {
     // Most cones have four to eight edges; a rare large one takes the slower path.
     const ROOM: usize = 16;
@@ -88,7 +88,7 @@ pub(super) fn split(points: &mut Vec<DVec3>, cone: Span, normal: DVec3) -> (Span
     (front, Span { start: start + front.len, len: count as u32 })
 }
 
-/// Whether a narrow cone of unit directions has about this solid angle, steradians, or more.
+/// Whether a narrow cone of unit directions has a solid angle of about `least_sr` steradians or more.
 pub fn has_area(directions: &[DVec3], least_sr: f64) -> bool {
     let [first, rest @ ..] = directions else { return false };
     let twice =

@@ -5,25 +5,25 @@ use crate::{
     polygon::{BLOCK, Geometry, PolygonId, SpacesInView, VisibleBlocks, count_polygons, ids_of},
 };
 
-/// The bounding volume of a node that is tested.
+/// The bounding volume of a node that is tested against the shadow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeTest {
     /// The bounding sphere of the node's box, as in the paper.
     Sphere,
-    /// The bounding box. It lies inside the sphere, so it finds at least as much hidden in the same time.
+    /// The node's box. It lies inside the sphere, so it finds at least as many hidden nodes in the same time.
     Box,
-    /// The box's outline, clipped by the tree's planes: finds a little more in several times the time.
+    /// The box's outline, clipped by the tree's planes. It finds a few more hidden nodes in several times the time.
     Outline,
-    /// The box's eight corners, all in one cell of the tree and beyond one occluder: finds less than the box, which may
-    /// lie in several hidden cells.
+    /// The box's eight corners, which must all lie in one cell of the tree and beyond one occluder. It finds fewer hidden
+    /// nodes than the box, which may lie in several hidden cells.
     Corners,
 }
 
 impl NodeTest {
-    /// All of them.
+    /// All kinds of tests.
     pub const ALL: [Self; 4] = [Self::Box, Self::Sphere, Self::Outline, Self::Corners];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
@@ -34,12 +34,12 @@ impl NodeTest {
     }
 }
 
-/// Treatment of the polygons of a partly hidden leaf.
+/// Whether the polygons of a partly hidden leaf are tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PolygonTest {
-    /// They are drawn.
+    /// All polygons of the leaf are drawn.
     Never,
-    /// Each one's box is tested.
+    /// The box of each polygon is tested.
     InPartlyHiddenLeaves,
 }
 
@@ -50,25 +50,27 @@ pub struct CullConfig {
     pub node_test: NodeTest,
     /// Whether polygons are tested one by one.
     pub polygon_test: PolygonTest,
-    /// A node with fewer polygons (itself and below) is drawn without a test: testing would cost more than drawing.
+    /// Nodes with fewer polygons (in the node and below) are drawn without a test, because a test would cost more than
+    /// drawing.
     pub least_polygons: usize,
 }
 
 impl Default for CullConfig {
-    /// Boxes, down to single polygons.
+    /// Tests boxes, down to single polygons.
     fn default() -> Self {
         Self { node_test: NodeTest::Box, polygon_test: PolygonTest::InPartlyHiddenLeaves, least_polygons: 1 }
     }
 }
 
-/// Time to test a node or a polygon and to continue, nanoseconds; see [`CullConfig::for_drawing`]. One more test took
-/// 55 to 106 (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
+/// Time to test a node or a polygon and to continue, nanoseconds; see [`CullConfig::for_drawing`]. An additional test took
+/// 55 to 106 ns (`thin-out` in the bench `occlusion`, the least of a hundred samples, on a loaded machine).
 const TEST_NS: f64 = 100.0;
 
 impl CullConfig {
-    /// Settings for a renderer that takes this many nanoseconds to draw a polygon. A node is drawn without a test if
-    /// that takes less time than four tests. Polygons are tested one by one only if drawing each takes longer than that.
-    /// (Most tests find nothing hidden, and the nodes above have been tested, too.)
+    /// Settings for a renderer that takes `polygon_ns` nanoseconds to draw a polygon. A node is drawn without a test if
+    /// drawing it takes less time than four tests. Polygons are tested one by one only if drawing a polygon takes longer
+    /// than four tests. The factor is four because most tests find nothing hidden, and the nodes above have been tested,
+    /// too.
     pub(crate) fn for_drawing(polygon_ns: f64) -> Self {
         let least_polygons = (4.0 * TEST_NS / polygon_ns).ceil().clamp(1.0, 1.0e6) as usize;
         let polygon_test =
@@ -80,29 +82,29 @@ impl CullConfig {
 /// Counts of occlusion culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CullCounts {
-    /// Nodes tested.
+    /// Number of nodes tested.
     pub node_tests: u64,
-    /// Hidden nodes among them.
+    /// Number of tested nodes that are hidden.
     pub hidden: u64,
-    /// Unoccluded nodes among them.
+    /// Number of tested nodes of which no part is hidden.
     pub unoccluded: u64,
-    /// Polygons tested one by one.
+    /// Number of polygons tested one by one.
     pub polygon_tests: u64,
-    /// Hidden polygons among them.
+    /// Number of polygons tested one by one that are hidden.
     pub hidden_polygons: u64,
-    /// Polygons in hidden nodes, in the view or not.
+    /// Number of polygons in hidden nodes, in view or not.
     pub skipped: u64,
     /// Steps of all tests; see [`Tested::steps`].
     pub steps: u64,
-    /// Planes that were read for these: fewer, if one is tested for many polygons at once.
+    /// Number of planes read for all tests. It is less than `steps` if a plane is tested for many boxes at once.
     pub planes: u64,
 }
 
-/// Most nested partly hidden boxes that are stored.
+/// Largest number of nested partly hidden boxes that are stored.
 const NESTED: usize = 8;
 
-/// Partly hidden boxes, each inside the one before, with the cells of the culler that contain them. The next box most
-/// often lies in one of them, and its test begins there.
+/// Partly hidden boxes, each inside the previous one, with the cells of the culler that contain them. The next tested box
+/// mostly lies in one of them, and its test begins at that box's cell.
 struct Nest {
     boxes: [(Aabb, Cell); NESTED],
     count: usize,
@@ -111,7 +113,8 @@ struct Nest {
 impl Nest {
     const EMPTY: Self = Self { boxes: [(Aabb::EMPTY, Cell::ALL); NESTED], count: 0 };
 
-    /// Cell at which the test of a box, or of all boxes inside it, begins. Drops boxes that do not contain it.
+    /// The cell at which the test of a box, or of all boxes inside it, begins. Removes stored boxes that do not contain
+    /// `bounds`.
     #[inline]
     fn cell_around(&mut self, bounds: &Aabb) -> Cell {
         while self.count > 0 {
@@ -124,7 +127,7 @@ impl Nest {
         Cell::ALL
     }
 
-    /// Stores a box whose test began at the cell of [`Nest::cell_around`].
+    /// Stores a box with the cell at which its test ended.
     fn push(&mut self, bounds: &Aabb, cell: Cell) {
         if self.count < NESTED {
             self.boxes[self.count] = (*bounds, cell);
@@ -133,7 +136,7 @@ impl Nest {
     }
 }
 
-/// Tests by a culler, and counts.
+/// A culler with its settings, and the counts of its tests.
 pub(super) struct Tests<'a> {
     culler: &'a dyn OcclusionCuller,
     config: CullConfig,
@@ -150,13 +153,13 @@ impl<'a> Tests<'a> {
         self.counts
     }
 
-    /// Takes over the counts of a visitor.
+    /// Sets the counts to those of a visitor.
     pub(super) fn set_counts(&mut self, counts: CullCounts) {
         self.counts = counts;
     }
 
-    /// Removes the hidden polygons of spaces from `drawn` and adds the others. It tests the box of a space first, and the
-    /// blocks of a space that is partly hidden.
+    /// Adds the polygons of spaces that are not hidden to `drawn`, and removes the hidden ones. It tests the box of each
+    /// space first, then the blocks of partly hidden spaces.
     pub(super) fn cull_spaces(
         &mut self,
         geometry: &dyn Geometry,
@@ -195,7 +198,7 @@ impl<'a> Tests<'a> {
         hidden.fold(0, |found, (_, id)| found | 1 << (id.index() % BLOCK))
     }
 
-    /// The hidden ones of at most sixteen polygons, a bit for each.
+    /// The hidden polygons among at most sixteen, a bit for each.
     fn hidden_of_ids(&mut self, geometry: &dyn Geometry, ids: &[PolygonId]) -> u16 {
         let mut boxes = [Aabb::EMPTY; TOGETHER];
         for (bounds, &id) in boxes.iter_mut().zip(ids) {
@@ -287,7 +290,7 @@ impl Thinner for Tests<'_> {
     }
 }
 
-/// Traverses an index and leaves out polygons that a culler finds hidden.
+/// A visitor of an index that omits polygons which a culler finds hidden.
 pub struct OcclusionVisitor<'a, L> {
     tests: Tests<'a>,
     geometry: &'a dyn Geometry,
@@ -315,7 +318,7 @@ impl<'a, L: Extend<PolygonId>> OcclusionVisitor<'a, L> {
         Self { tests: Tests::new(culler, config), geometry, draw_list }
     }
 
-    /// Counts so far.
+    /// The counts of all tests so far.
     pub fn counts(&self) -> CullCounts {
         self.tests.counts
     }

@@ -9,70 +9,71 @@ use crate::{
 pub struct BuildCounts {
     /// Number of occluders.
     pub occluders: u32,
-    /// Splitting planes, or tiles that are covered at least partly.
+    /// Number of splitting planes of a tree, or of tiles that are covered at least partly.
     pub nodes: u32,
     /// Depth of the tree.
     pub depth: u32,
-    /// Pieces of occluders that were cut off or tested again on the way.
+    /// Number of pieces of occluders that the build clipped or tested.
     pub pieces: u32,
-    /// Pieces left out because a budget was used up. They make the shadow smaller, but never wrong.
+    /// Number of pieces left out because a budget was used up. The shadow is then smaller, but never wrong.
     pub left_out: u32,
 }
 
 /// Reliability of [`Verdict::Hidden`](super::Verdict::Hidden).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Soundness {
-    /// Nothing visible is ever reported as hidden.
+    /// The method never reports a visible object as hidden.
     Conservative,
-    /// Visible objects may be reported as hidden, for this reason. Kept for comparison, never a default.
+    /// The method may report visible objects as hidden, for the reason given. Such methods are kept for comparison and are
+    /// never a default.
     Unsound(&'static str),
 }
 
-/// Makes a culler with room for this number of occluders. More may be given: occluders beyond its budget are omitted
-/// and counted.
+/// Makes a culler with room for `occluders` occluders. A build with more omits occluders beyond its budget, and counts
+/// them.
 pub type MakeCuller = fn(occluders: usize) -> Box<dyn OcclusionCuller>;
 
-/// A method of occlusion culling: built for one eye and window, then queried.
+/// A method of occlusion culling, built for one eye and window, then queried.
 ///
-/// Contract of a conservative one: let x be a point of a `Hidden` volume, inside the window and not nearer than the near
+/// Contract of a conservative method: let x be a point of a `Hidden` volume, inside the window and not nearer than the near
 /// plane. Then a polygon of the occluders lies between the eye and x. A volume that is not finite is never hidden.
 pub trait OcclusionCuller: Send + Sync {
-    /// Its name on the command line and in tables.
+    /// The name on the command line and in tables.
     fn name(&self) -> &'static str;
 
-    /// Reliability of its answers.
+    /// Whether a visible object may be reported as hidden.
     fn soundness(&self) -> Soundness {
         Soundness::Conservative
     }
 
-    /// Replaces the last build. The occluders come best first and belong to `window`. It does not allocate after a
-    /// build with as many occluders, and its work is bounded by a budget of its own.
+    /// Replaces the last build. The occluders are sorted, the best first, and belong to `window`. A build allocates only if
+    /// it has more occluders than all builds before. A budget of the method bounds its work.
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts;
 
     /// Tests a box, world space.
     fn test_box(&self, bounds: &Aabb) -> Tested;
 
-    /// Tests a box nested in one already tested, starting at that test's cell `from`. Returns also the cell of the box itself.
-    /// The culler must not have been built again since.
+    /// Tests a box that lies in a box already tested, beginning at the cell `from` of that box's test. Returns the verdict
+    /// and the cell of this box. `from` is invalid after another build.
     fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         (self.test_box(bounds), from)
     }
 
-    /// [`OcclusionCuller::test_box`] for at most sixteen boxes. All of them lie in a box whose test has ended with
-    /// cell `from`. It finds the same boxes hidden, and perhaps a little fewer unoccluded.
+    /// Tests at most sixteen boxes. All of them lie in a box whose test ended with the cell `from`. The result has the same
+    /// hidden boxes as [`OcclusionCuller::test_box`], and perhaps fewer unoccluded ones.
     fn test_boxes(&self, boxes: &[Aabb], _from: Cell, _asked: Asked) -> TestedBoxes {
         one_by_one(boxes, |bounds| self.test_box(bounds))
     }
 
-    /// Tests a box by its exact outline, if the method can; otherwise like [`OcclusionCuller::test_box`]. Hides at
-    /// least as much as that.
+    /// Tests a box by its exact outline if the method can do so; otherwise as [`OcclusionCuller::test_box`]. Hides at least
+    /// as much as that test.
     fn test_outline(&self, bounds: &Aabb) -> Tested {
         self.test_box(bounds)
     }
 
-    /// Tests a box by its eight corners: hidden only if they all lie in one cell of the method's shadow. A cell is convex,
-    /// so the whole box then lies in it. Hides at most what [`OcclusionCuller::test_box`] hides, and the same for a
-    /// method whose shadow has no cells.
+    /// Tests a box by its eight corners. The box is hidden only if all corners lie in one cell of the method's shadow; a
+    /// cell is convex, so it then contains the whole box. Hides at most what [`OcclusionCuller::test_box`] hides, and the
+    /// same if the method has no cells.
     fn test_corners(&self, bounds: &Aabb) -> Tested {
         self.test_box(bounds)
     }

@@ -6,14 +6,13 @@
 //! reciprocal of the distance along the direction of view: larger is nearer, and 0 is infinitely far.
 //!
 //! # Differences from the paper
-//! * Occluders are the frame's few convex polygons, not meshes. Rows of a polygon are intervals, eight of which are computed at
-//!   once; eight blocks of 8 x 4 pixels are updated at once.
-//! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square. It keeps the farthest depth within
-//!   the block, and rounds every number away from "hidden". Then the buffer is conservative without a tolerance: each ray
-//!   through a covered square is blocked. It pays for it along edges shared by two polygons, where a row of pixels stays
-//!   uncovered.
-//! * [`Coverage::PixelCenters`] is the paper's: a polygon covers a pixel if it covers the pixel's centre. So a part
-//!   that shows by less than half a pixel may be hidden.
+//! * Occluders are few convex polygons, not meshes. In a row of pixels, a polygon covers an interval; eight intervals are
+//!   computed at once, and eight blocks of 8 x 4 pixels are updated at once.
+//! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square. The buffer keeps the farthest
+//!   depth within a block, and rounds every number towards "visible". So it is conservative without a tolerance: each ray
+//!   through a covered square is blocked. The price is a row of uncovered pixels along each edge that two polygons share.
+//! * [`Coverage::PixelCenters`] is the paper's rule: a polygon covers a pixel if it covers the pixel's centre. So a visible
+//!   part narrower than half a pixel may be reported as hidden.
 
 use glam::{DVec2, DVec3};
 
@@ -30,10 +29,11 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Rounding of pixel coordinates, within the bound of [`nearest_sine`], pixels.
+/// Largest error of pixel coordinates from rounding, pixels, for volumes that [`nearest_sine`] admits.
 const PIXEL_SLACK: f64 = 1.0e-6;
-/// Largest tangent to the side for which pixels decide. Depth has an error of `4 u` times the tangent over
-/// [`super::EDGE_ON_SINE`], which has to stay below [`DEPTH_SLACK`].
+/// Largest tangent of the angle between the direction of view and the border of the window for which pixels are exact
+/// enough. The relative error of depth is `4 u` times the tangent over [`super::EDGE_ON_SINE`], and has to stay below
+/// [`DEPTH_SLACK`].
 const LARGEST_TANGENT: f64 = 1.0e4;
 
 /// A volume is projected only if all of it lies before the eye's plane by this part of its size. The size is the sum of
@@ -83,7 +83,7 @@ impl Default for DepthConfig {
 #[derive(Clone, Debug)]
 pub struct DepthBuffer {
     coverage: Coverage,
-    /// In pixels, multiples of a tile.
+    /// Size in pixels, multiples of a tile.
     width: i32,
     height: i32,
     raster: Option<Raster>,
@@ -94,13 +94,13 @@ pub struct DepthBuffer {
     backend: Backend,
 }
 
-/// Position in the picture, and distance.
+/// Position of a volume in the picture, and its distances.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
-    /// Pixels.
+    /// Corners of its rectangle, pixels.
     low: DVec2,
     high: DVec2,
-    /// Distances along the view, metres.
+    /// Distances along the direction of view, metres.
     near: f64,
     far: f64,
 }
@@ -122,7 +122,7 @@ impl DepthBuffer {
         Self::with_coverage(config, Coverage::WholePixels)
     }
 
-    /// The same with another definition of covered pixels; conservative for [`Coverage::WholePixels`] alone.
+    /// An empty buffer with this definition of covered pixels. It is conservative only for [`Coverage::WholePixels`].
     #[doc(hidden)]
     pub fn with_coverage(config: DepthConfig, coverage: Coverage) -> Self {
         let up = |n: u32, step: i32| n.clamp(1, 8192).next_multiple_of(step as u32) as i32;
@@ -143,10 +143,9 @@ impl DepthBuffer {
     fn test<V: Volume>(&self, volume: &V, corners: &[DVec3; 8]) -> Tested {
         let Some(raster) = &self.raster else { return Tested { verdict: Verdict::Unoccluded, steps: 0 } };
         let (near, far) = volume.reach(raster.forward);
-        // The corners may be nearer than the volume: for a ball they are those of its box.
+        // The corners may be nearer than the volume: the corners of a sphere are those of its box.
         let (nearest_corner, _) = cone::reach(raster.forward, corners);
-        // A volume that reaches back to the eye's plane has no outline; neither has a volume with a corner that is
-        // NaN.
+        // A volume that reaches the eye's plane has no outline, and neither has a volume with a corner that is NaN.
         if !(nearest_corner.min(near) > self.nearest_sine * volume.size() && far.is_finite()) {
             return Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         }
@@ -155,7 +154,7 @@ impl DepthBuffer {
         self.test_outline_of(&extent)
     }
 
-    /// Tests an object that projects to these pixels, between two distances along the view.
+    /// Tests an object that covers a rectangle of pixels, between two distances along the direction of view.
     fn test_outline_of(&self, extent: &Extent) -> Tested {
         let mixed = Tested { verdict: Verdict::PartlyHidden, steps: 0 };
         let Extent { low, high, near, far, .. } = *extent;
@@ -166,7 +165,7 @@ impl DepthBuffer {
         let ceil = |v: f64, end: i32| ((v + PIXEL_SLACK).ceil().min(f64::from(end)) as i32).max(0);
         let (x0, x1) = (floor(low.x, self.width), ceil(high.x, self.width));
         let (y0, y1) = (floor(low.y, self.height), ceil(high.y, self.height));
-        // The nearest and farthest reciprocal depth, both rounded away from the answer that they allow.
+        // The nearest and the farthest reciprocal depth, each rounded so that the verdict stays conservative.
         let nearest = (1.0 / near * (1.0 + DEPTH_SLACK)) as f32;
         let farthest = (1.0 / far * (1.0 - DEPTH_SLACK)) as f32;
         self.test_pixels([x0, x1], [y0, y1], nearest, farthest)
@@ -211,7 +210,7 @@ impl OcclusionCuller for DepthBuffer {
         self.raster = Some(raster);
         self.nearest_sine = nearest_sine(&raster);
         self.tiles.fill(Tile::EMPTY);
-        // Front to back, so that near layers close before far ones come.
+        // Occluders are filled front to back, so that near layers close before farther occluders come.
         self.order.clear();
         self.order.extend(occluders.iter().enumerate().map(|(i, o)| {
             let nearest = o.corners().iter().map(|v| v.length_squared()).fold(f64::INFINITY, f64::min);
@@ -246,7 +245,7 @@ impl OcclusionCuller for DepthBuffer {
     fn test_sphere(&self, sphere: &Sphere) -> Tested {
         let eye = self.raster.map_or(DVec3::ZERO, |r| r.eye_in_world);
         let volume = EyeSphere::new(sphere, eye);
-        // Its box bounds its outline; its depth is its own.
+        // The sphere's box bounds its outline; the sphere itself bounds its depth.
         self.test(&volume, &volume.bounds().corners())
     }
 }
@@ -268,7 +267,7 @@ mod tests {
         }
     }
 
-    /// The nearest corners of two decide their order, so the farther one in a block may be either.
+    /// Occluders are sorted by their nearest corners, so the farther layer of a block may be filled first or second.
     #[test]
     fn a_block_that_two_layers_fill_hides_from_the_farther_one_on() {
         let masks = [[0x0F0F_0F0F; LANES], [0xF0F0_F0F0; LANES]];

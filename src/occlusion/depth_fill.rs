@@ -1,5 +1,5 @@
-//! Filling convex outlines into the tiles of a [`super::DepthBuffer`]. Eight rows of pixels, and eight blocks of a tile, are
-//! computed at once: plain loops over arrays, which the compiler vectorises.
+//! Fills convex outlines into the tiles of a [`super::DepthBuffer`]. Eight rows of pixels, and eight blocks of a tile, are
+//! computed at once by plain loops over arrays, which the compiler vectorises.
 
 use std::ops::Range;
 
@@ -10,31 +10,31 @@ use super::{
 };
 use crate::index::simd::{Kernel, WithKernel};
 
-/// Rule for the pixels that a polygon covers.
+/// The rule that decides which pixels a polygon covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// Pixels that lie in it wholly. Conservative.
+    /// Pixels whose whole square lies in the polygon. Conservative.
     WholePixels,
-    /// Pixels with the centre inside. A part that shows by less than half a pixel may be hidden.
+    /// Pixels whose centre lies in the polygon. A visible part narrower than half a pixel may be reported as hidden.
     PixelCenters,
 }
 
-/// Least distance of a pixel before a side plane, as a sine. The planes' own error is below 1e-9: 2e-16 over
-/// [`super::END_ON_SINE`], and some twenty roundings on the way to pixels.
+/// Least distance of a covered pixel from a side plane, as a sine. The error of the planes is below 1e-9: 2e-16 over
+/// [`super::END_ON_SINE`], and some twenty roundings in the conversion to pixels.
 const SIDE_SLACK: f64 = 1.0e-8;
 
-/// Rows of pixels whose intervals are computed at once: two rows of blocks.
+/// Number of rows of pixels whose intervals are computed at once: two rows of blocks.
 const STRIP: usize = 8;
 
-/// A side plane that changes by less than this from pixel to pixel along a row counts as constant in the row: over all
-/// rows the change is far below [`SIDE_SLACK`].
+/// A side plane that changes by less than this from pixel to pixel along a row counts as constant in the row. Over all
+/// pixels of the row, the change is far below [`SIDE_SLACK`].
 const LEAST_SLOPE: f64 = 1.0e-30;
 
-/// Fills outlines, in this order, into the tiles of a buffer.
+/// Fills outlines into the tiles of a buffer, in the given order.
 pub(super) struct Fill<'a> {
     pub(super) raster: &'a Raster,
     pub(super) coverage: Coverage,
-    /// In pixels, multiples of a tile.
+    /// Size in pixels, multiples of a tile.
     pub(super) width: i32,
     pub(super) height: i32,
     pub(super) tiles: &'a mut [Tile],
@@ -43,7 +43,7 @@ pub(super) struct Fill<'a> {
 }
 
 impl WithKernel for Fill<'_> {
-    /// Tiles touched.
+    /// Number of tiles touched.
     type Output = u32;
 
     #[inline(always)]
@@ -57,17 +57,17 @@ impl WithKernel for Fill<'_> {
     }
 }
 
-/// A side plane by pixels, inside where `a x + b y + c >= 0`, set up for rows of pixels.
+/// A side plane as a function of pixels, set up for rows. A pixel is inside where `a x + b y + c >= 0`.
 #[derive(Clone, Copy, Default)]
 struct Edge {
     b: f64,
-    /// `c` at the worst point of a pixel's height.
+    /// `c` for the point of a pixel's height at which the function is least.
     c: f64,
     /// `-1 / a`; 0 if the plane is the same for the whole row.
     by: f64,
 }
 
-/// A polygon set up for filling.
+/// A polygon, prepared for filling.
 struct Filling {
     edges: [Edge; MAX_SIDES],
     len: usize,
@@ -84,10 +84,10 @@ impl Fill<'_> {
     #[inline(always)]
     fn set_up(&self, occluder: &ShadowVolume) -> Filling {
         let raster = self.raster;
-        // The side planes themselves, not lines between projected corners: corners near the eye's plane project
+        // The edges are the side planes, not lines between projected corners, because corners near the eye's plane project
         // imprecisely.
         let mut edges = [Edge::default(); MAX_SIDES];
-        // [`SIDE_SLACK`] for the longest direction to a pixel, the eye's distance from the pixels being 1.
+        // This is [`SIDE_SLACK`] for the longest direction to a pixel; pixels lie at distance 1 before the eye.
         let slack = SIDE_SLACK * (1.0 + 1.5 * raster.largest_tangent());
         for (edge, side) in edges.iter_mut().zip(occluder.sides()) {
             let [a, b, c] = raster.in_pixels(*side);
@@ -105,26 +105,26 @@ impl Fill<'_> {
             let y = raster.project_up(*corner, away_m);
             (low, high) = (low.min(y), high.max(y));
         }
-        // If the polygon reaches back to the eye's plane, only its own plane bounds its depth.
+        // If the polygon reaches the eye's plane, only the plane of the polygon bounds its depth.
         let is_before = near_m > 0.0;
         let farthest = if is_before { 1.0 / far_m } else { f64::NEG_INFINITY };
-        // More than the rounding here and in `depths`.
+        // The factor exceeds the rounding errors here and in `depths`.
         let nearest = if is_before { (1.0 / near_m * (1.0 + DEPTH_SLACK)) as f32 } else { f32::INFINITY };
         // On the cap plane n.p = d, p = z (forward + X right + Y up): 1/z is linear in X and Y, and so in pixels.
         let [by_x, by_y, at_corner] =
             raster.in_pixels(occluder.cap_normal()).map(|v| v / occluder.cap_distance_m());
-        // `as` saturates, so an outline far outside the window gives an empty or a whole range.
+        // `as` saturates, so an outline far outside the window has an empty or a full range of rows.
         let rows = (low.floor() as i32).max(0)..(high.ceil() as i32).min(self.height);
         let len = occluder.sides().len();
         Filling { edges, len, depth: [at_corner, by_x, by_y], farthest, nearest, rows }
     }
 
-    /// The covered pixels of the rows from this one on: from, to.
+    /// The covered pixels in the rows from `first_row` on: begin and end of each interval.
     #[inline(always)]
     fn intervals(&self, filling: &Filling, first_row: i32) -> ([i32; STRIP], [i32; STRIP]) {
         let width = f64::from(self.width);
         let (mut from, mut to) = ([0.0_f64; STRIP], [width; STRIP]);
-        // The worst point of the pixels' width.
+        // The points of a pixel's width at which a side plane may be least.
         let (left, right) = match self.coverage {
             Coverage::WholePixels => (0.0, 1.0),
             Coverage::PixelCenters => (0.5, 0.5),
@@ -155,7 +155,7 @@ impl Fill<'_> {
         (first, end)
     }
 
-    /// Fills a polygon into the buffer. Returns the tiles touched.
+    /// Fills a polygon into the buffer. Returns the number of tiles touched.
     #[inline(always)]
     fn fill(&mut self, filling: &Filling) -> u32 {
         let mut touched = 0;
@@ -176,7 +176,7 @@ impl Fill<'_> {
                     touched += 1;
                     let x = tile_column * TILE_WIDTH;
                     let tile = &mut self.tiles[(y / BLOCK[1] * across + tile_column) as usize];
-                    // Front to back: most late tiles lie behind filled ones.
+                    // Because outlines are filled front to back, most of the last tiles lie behind filled ones.
                     if tile.hides(filling.nearest) {
                         continue;
                     }
@@ -197,7 +197,7 @@ impl Filling {
         let [base, by_x, by_y] = self.depth;
         let corner = |at: i32, size: i32, by: f64| by * f64::from(if by < 0.0 { at + size } else { at });
         let first = base + corner(x, BLOCK[0], by_x) + corner(y, BLOCK[1], by_y);
-        // Terms may cancel: the slack is that of the largest.
+        // Large terms may cancel, so the slack is a part of the largest term.
         let slack = DEPTH_SLACK * (base.abs() + (by_x * f64::from(x)).abs() + (by_y * f64::from(y)).abs());
         let farthest = self.farthest * (1.0 - DEPTH_SLACK);
         std::array::from_fn(|i| {
@@ -217,7 +217,7 @@ mod tests {
         view::{Projection, View},
     };
 
-    /// Outlines one behind the other, some across others, a few of them large.
+    /// Outlines one behind the other; some cross others, and a few are large.
     fn outlines(view: &View) -> Vec<ShadowVolume> {
         let window = view.window().expect("a pointed cone");
         let mut outlines = Vec::new();
@@ -234,7 +234,7 @@ mod tests {
         outlines
     }
 
-    /// Fills without leaving a tile out, and counts the tiles that would have been left out.
+    /// Fills without skipping any tile, and counts the tiles that [`Fill`] would have skipped.
     struct FillAll<'a>(Fill<'a>, u32);
 
     impl WithKernel for FillAll<'_> {
@@ -282,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Sets outlines up, but fills nothing.
+    /// A filling without tiles, to test the preparation of outlines.
     fn fill_without_tiles(raster: &Raster) -> Fill<'_> {
         Fill {
             raster,
@@ -295,7 +295,7 @@ mod tests {
         }
     }
 
-    /// A block that an outline touches may meet the outline's plane far beyond the outline's corners.
+    /// Where an outline touches a block, the plane of the outline may be far beyond the corners of the outline.
     #[test]
     fn an_outline_is_set_up_between_its_nearest_and_its_farthest_corner() {
         let view =
@@ -311,7 +311,7 @@ mod tests {
             assert!((filling.farthest / farthest - 1.0).abs() < 1.0e-12, "{outline:?}");
             let more = f64::from(filling.nearest) / nearest - 1.0;
             assert!(more > 0.5 * DEPTH_SLACK && more < 1.5 * DEPTH_SLACK, "{outline:?}");
-            // Beside the picture its plane goes on; the depths do not.
+            // The plane continues outside the outline; the depths stay between those of the corners.
             for (x, y) in [(0, 0), (960, 0), (0, 572), (960, 572)] {
                 let least = (farthest * (1.0 - 2.0 * DEPTH_SLACK)) as f32;
                 assert!(filling.depths(x, y).iter().all(|depth| *depth >= least), "{outline:?}");
@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A corner in the plane through the eye, parallel to the picture, has no projection and no reciprocal depth.
+    /// A corner in the plane through the eye, parallel to the picture, has neither a projection nor a reciprocal depth.
     #[test]
     fn of_an_outline_with_a_corner_in_the_eyes_plane_only_its_own_plane_is_known() {
         let view =
@@ -337,7 +337,7 @@ mod tests {
         }
     }
 
-    /// However much the terms of a depth cancel, it is rounded away from the eye by a part of the largest.
+    /// Even if the terms of a depth cancel, the depth is rounded away from the eye by a part of the largest term.
     #[test]
     fn depths_are_rounded_by_a_part_of_their_largest_term() {
         for i in 0..3000 {

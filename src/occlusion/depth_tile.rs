@@ -1,20 +1,20 @@
-//! Tiles of a depth buffer: eight blocks of 8 x 4 pixels.
+//! Tiles of a depth buffer. A tile is eight blocks of 8 x 4 pixels, side by side.
 
-/// Pixels of a block: 8 wide, 4 high, one bit each.
+/// Size of a block: 8 pixels wide, 4 high, one bit a pixel.
 pub(super) const BLOCK: [i32; 2] = [8, 4];
-/// Blocks that are updated at once, side by side.
+/// Number of blocks of a tile, which are updated at once.
 pub(super) const LANES: usize = 8;
-/// Pixels of a tile, across.
+/// Width of a tile, pixels.
 pub(super) const TILE_WIDTH: i32 = BLOCK[0] * LANES as i32;
 
-/// Rounding of `f32` depths, with a margin.
+/// Largest relative error of `f32` depths from rounding, with a margin.
 pub(super) const DEPTH_SLACK: f64 = 1.0e-6;
 /// Eight blocks side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tile {
-    /// Reciprocal depth before which the whole block is covered.
+    /// For each block, the farthest reciprocal depth of its pixels: everything beyond is hidden.
     all: [f32; LANES],
-    /// The same for the pixels of `mask`: the layer that is being filled.
+    /// For each block, the farthest reciprocal depth of the pixels in `mask`, the layer that is being filled.
     part: [f32; LANES],
     mask: [u32; LANES],
 }
@@ -22,27 +22,26 @@ pub(super) struct Tile {
 impl Tile {
     pub(super) const EMPTY: Self = Self { all: [0.0; LANES], part: [0.0; LANES], mask: [0; LANES] };
 
-    /// Whether any pixel hides anything.
+    /// Whether any pixel of the tile is covered.
     pub(super) fn is_covered(&self) -> bool {
         self.all != [0.0; LANES] || self.mask != [0; LANES]
     }
 
-    /// Whether the whole tile is covered no farther than this reciprocal depth.
+    /// Whether every pixel of the tile is covered at the reciprocal depth `nearest` or nearer.
     #[inline(always)]
     pub(super) fn hides(&self, nearest: f32) -> bool {
         self.all.iter().all(|all| *all >= nearest)
     }
 
-    /// Adds a polygon's pixels with its depth in each block.
+    /// Adds the pixels of a polygon, with its reciprocal depth in each block.
     #[inline(always)]
     pub(super) fn add(&mut self, masks: &[u32; LANES], depths: &[f32; LANES]) {
         for i in 0..LANES {
             let (mask, depth) = (masks[i], depths[i]);
             let (all, part, filled) = (self.all[i], self.part[i], self.mask[i]);
-            // Farther than the depth that hides the whole block: adds nothing.
+            // A polygon farther than the depth that hides the whole block adds nothing.
             let useful = depth > all && mask != 0;
-            // The filling layer is dropped if the polygon is nearer to the eye than the layer by more than the layer
-            // is to the background.
+            // The layer is dropped if the gap from polygon to layer exceeds the gap from layer to background.
             let restart = filled == 0 || part <= all || depth - part > part - all;
             let new_part = if restart { depth } else { part.min(depth) };
             let new_mask = if restart { mask } else { filled | mask };
@@ -55,7 +54,7 @@ impl Tile {
             } else {
                 all
             };
-            // A polygon that fills the block alone leaves a nearer layer as it is.
+            // A polygon that covers the block alone leaves a nearer layer unchanged.
             let keep = !useful || (covers_alone && part > depth);
             self.all[i] = if useful { new_all } else { all };
             self.part[i] = if keep {
@@ -75,8 +74,8 @@ impl Tile {
         }
     }
 
-    /// Whether some of the pixels in `asked` are not hidden at this depth, and whether any of their blocks could hide
-    /// something in the volume.
+    /// Returns whether some pixels of `asked` are not hidden at the reciprocal depth `nearest`, and whether any of their
+    /// blocks could hide a part of the volume, which ends at `farthest`.
     #[inline]
     pub(super) fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
         let (mut lit, mut shadow) = (0u32, 0u32);
@@ -91,14 +90,14 @@ impl Tile {
     }
 }
 
-/// Bits `from..to` of a row of a tile; both may lie outside of it.
+/// The bits `from..to` of a row of a tile; both numbers may lie outside of the tile.
 #[inline(always)]
 pub(super) fn row_mask(from: i32, to: i32) -> u64 {
     let (from, to) = (from.clamp(0, 64), to.clamp(0, 64));
     if from >= to { 0 } else { (u64::MAX << from) & (u64::MAX >> (64 - to)) }
 }
 
-/// Four rows of 64 pixels as eight blocks of 8 x 4.
+/// Converts four rows of 64 pixels to eight blocks of 8 x 4.
 #[inline(always)]
 pub(super) fn block_masks(rows: [u64; BLOCK[1] as usize]) -> [u32; LANES] {
     let rows = rows.map(u64::to_le_bytes);

@@ -1,5 +1,5 @@
-/// Decides when an unused method is tried again: after a least number of frames, and once a small share of the frames'
-/// time since the last try pays for one. In the long run all tries together cost no more than that share.
+/// Decides when an unused method is tried again: after a least number of frames, and as soon as a small share of the
+/// frames' time since the last try pays for another try. On average all tries together cost no more than this share.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TryBudget {
     frames: u32,
@@ -7,23 +7,23 @@ pub struct TryBudget {
 }
 
 impl TryBudget {
-    /// Counts a frame that saves `ns` for a try that costs `price_ns`; at most the price is saved.
+    /// Counts a frame that saves `ns` nanoseconds for the next try. At most its price, `price_ns`, is saved.
     pub fn save(&mut self, ns: f64, price_ns: f64) {
         self.frames = self.frames.saturating_add(1);
         self.saved_ns = (self.saved_ns + ns).min(price_ns);
     }
 
-    /// Frames since the last try.
+    /// Number of frames since the last try.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// Whether a try at this price is due, `least_frames` after the last one or later.
+    /// Whether a try that costs `price_ns` is due. At least `least_frames` frames must lie between two tries.
     pub fn is_due(&self, price_ns: f64, least_frames: u32) -> bool {
         self.frames >= least_frames && self.saved_ns >= price_ns
     }
 
-    /// Begins to save for the next try.
+    /// Drops the saved time, after a try.
     pub fn restart(&mut self) {
         *self = Self::default();
     }

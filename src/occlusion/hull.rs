@@ -2,35 +2,36 @@
 //!
 //! # Why it is inside
 //! The polygons of a patch share edges bit for bit. Their outlines, taken the same way round, add up to one closed line,
-//! the patch's border: shared edges cancel. The border's winding number around a point x of the picture is the sum over
-//! the polygons. If it is not zero, at least one polygon covers x. (The proof does not name the polygon. Polygons need
-//! not be flat, keep one side towards the eye, or be free of overlaps.)
+//! the patch's border, because shared edges cancel. The border's winding number around a point x of the picture is the sum
+//! over the polygons. If this sum is not zero, at least one polygon covers x. (The proof does not name the polygon.
+//! Polygons need not be flat, need not turn one side towards the eye, and may overlap.)
 //!
-//! The border is cut into a few pieces. Take a piece from p to q, and a line parallel to p q. Let x be on one side and
-//! all of the piece on the other. For x the piece is the same as the straight segment p q. If x is to the left of every
-//! such segment, the polygon of segments winds around x at least once. So does the border. Therefore the area to the
-//! left of all those parallels is covered, and convex.
+//! The border is cut into a few pieces. Take a piece from p to q, and a line parallel to p q. Let x be on one side of the
+//! line and all of the piece on the other. For x the piece is then the same as the straight segment p q. If x is to the
+//! left of every such segment, the polygon of segments winds around x at least once. So does the border. Therefore the area
+//! to the left of all these parallels is covered, and convex.
 
 use glam::DVec2;
 
 use super::shadow_volume::MAX_SIDES;
 use crate::math::clip_convex;
 
-/// Most pieces that the border is cut into.
+/// Largest number of pieces of the border.
 const MAX_PIECES: usize = 8;
 
-/// The border is cut at a bulge if the triangle cut off has at least this part of the patch's area.
+/// The border is cut at a bulge if the bulge's triangle has at least this fraction of the patch's area.
 const WORTH_A_PIECE: f64 = 0.02;
 
-/// A corner of the result whose triangle has less than this part of its area is cut off: fewer shadow planes.
+/// A corner of the result is cut off if its triangle has less than this fraction of the result's area, because each corner
+/// adds a shadow plane.
 const WORTH_A_CORNER: f64 = 0.01;
 
-/// All half-planes are moved inwards by this part of the patch's size: a hundred thousand times the rounding of the
-/// crossing of two lines. (The rounding of the picture itself, some 20 times 1.1e-16 at tangents up to 10, does not
-/// shrink with the patch. [`super::QUERY_SLACK`] covers it.)
+/// All half-planes are moved inwards by this fraction of the patch's size, a hundred thousand times the rounding of the
+/// crossing of two lines. (The rounding of the picture itself, some 20 times 1.1e-16 at tangents up to 10, does not shrink
+/// with the patch. [`super::QUERY_SLACK`] covers it.)
 const INWARDS: f64 = 1.0e-10;
 
-/// Most corners during the construction: a rectangle cut by every piece.
+/// Largest number of corners during the construction: a rectangle cut by every piece.
 const MAX_CORNERS: usize = 4 + MAX_PIECES;
 
 /// A convex polygon.
@@ -40,20 +41,20 @@ pub(super) struct Hull {
     corners: [DVec2; MAX_CORNERS],
 }
 
-/// A piece of the border, from one of its corners to another.
+/// A piece of the border, from one corner to another.
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
     from: usize,
-    /// Continues beyond the last corner if the piece crosses the beginning of the list.
+    /// The last corner. The number continues beyond the list if the piece crosses the beginning of the list.
     to: usize,
-    /// The corner that bulges out most, and twice the area of its triangle.
+    /// The corner that bulges out farthest, and twice the area of its triangle.
     bulge: (usize, f64),
 }
 
 impl Hull {
     const EMPTY: Self = Self { len: 0, corners: [DVec2::ZERO; MAX_CORNERS] };
 
-    /// Its corners, counterclockwise; none for an empty hull.
+    /// The corners, counterclockwise; none for an empty hull.
     pub(super) fn corners(&self) -> &[DVec2] {
         &self.corners[..self.len]
     }
@@ -62,7 +63,7 @@ impl Hull {
         area(self.corners())
     }
 
-    /// The convex polygon inside a patch with this border, which has to turn counter-clockwise.
+    /// The convex polygon inside a patch with this border. The border has to turn counterclockwise.
     pub(super) fn inside(border: &[DVec2]) -> Self {
         let low = border.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         let high = border.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
@@ -83,7 +84,7 @@ impl Hull {
         hull
     }
 
-    /// Keeps the part of the hull that a piece of the border, which has the patch to its left, does not cross.
+    /// Keeps the part of the hull that a piece of the border does not cross. The patch lies to the left of the piece.
     fn keep_inside_piece(&mut self, border: &[DVec2], piece: &Piece, inwards: f64) {
         let at = |i: usize| border[i % border.len()];
         let (p, q) = (at(piece.from), at(piece.to));
@@ -97,7 +98,7 @@ impl Hull {
         self.keep_left_of(p, along, reaches_in + inwards);
     }
 
-    /// Cuts off the part that is not at least `inwards` to the left of a line.
+    /// Keeps the part of the hull that lies at least `inwards` to the left of a line.
     fn keep_left_of(&mut self, p: DVec2, along: DVec2, inwards: f64) {
         let side = |x: DVec2| along.perp_dot(x - p) - inwards;
         let mut kept = Self::EMPTY;
@@ -112,7 +113,7 @@ impl Hull {
         *self = if is_too_long || kept.len < 3 { Self::EMPTY } else { kept };
     }
 
-    /// Leaving out a corner of a convex polygon makes it smaller, so this is always safe.
+    /// Removes corners with small triangles. This is safe, because a convex polygon without one of its corners is smaller.
     fn drop_small_corners(&mut self) {
         let mut whole = self.area();
         while self.len > 3 {
@@ -136,7 +137,7 @@ impl Hull {
     }
 }
 
-/// Cuts a border where it bulges out most, beginning with two corners far from each other.
+/// Cuts a border where it bulges out farthest, beginning with two corners far from each other.
 fn cut_into_pieces(border: &[DVec2], total: f64) -> ([Piece; MAX_PIECES], usize) {
     let n = border.len();
     let farthest_from = |p: DVec2| {
@@ -197,7 +198,7 @@ pub(super) fn area(corners: &[DVec2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// A strip of quads: its border, and its quads.
+    /// A strip of quads: its border, and the quads.
     fn strip(n: usize, mut at: impl FnMut(f64) -> [DVec2; 2]) -> (Vec<DVec2>, Vec<[DVec2; 4]>) {
         let rungs: Vec<[DVec2; 2]> = (0..=n).map(|i| at(i as f64 / n as f64)).collect();
         let right = rungs.iter().map(|r| r[1]);
@@ -279,7 +280,8 @@ mod tests {
         assert!(found > 500, "{found}");
     }
 
-    /// Rounding moves a corner by 1e-16 of the patch's size; the hull stays clear of that, and of nothing more.
+    /// Rounding moves a corner by 1e-16 of the patch's size. The hull keeps away from the border by more than that, but not
+    /// much.
     #[test]
     fn a_hull_keeps_a_little_away_from_the_border() {
         for turn in 0..50 {

@@ -5,7 +5,7 @@ use super::{
 };
 
 /// The methods of occlusion culling. All are conservative. [`Occlusion::Msvbsp`] suits scenes in which walls and other
-/// large polygons hide much, [`Occlusion::Auto`] unknown scenes.
+/// large polygons hide much; [`Occlusion::Auto`] suits unknown scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Occlusion {
     /// Frustum culling alone.
@@ -21,7 +21,7 @@ pub enum Occlusion {
 }
 
 impl Occlusion {
-    /// Its name on the command line and in tables.
+    /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -32,8 +32,8 @@ impl Occlusion {
         }
     }
 
-    /// Constructor of the method's culler for a frame's largest polygons; [`NoOcclusion`] for a method without such
-    /// polygons.
+    /// Constructor of the culler that the method builds from a frame's largest polygons. Methods without such polygons get
+    /// [`NoOcclusion`].
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::None | Self::PreviousFrame => |_| Box::new(NoOcclusion),
@@ -49,8 +49,8 @@ impl Occlusion {
         }
     }
 
-    /// A culler of [`Occlusion::culler`] with room for this many occluders. More may be given: occluders beyond a
-    /// budget are omitted, and counted.
+    /// The culler of [`Occlusion::culler`], with room for `occluders` occluders. A build with more omits occluders beyond
+    /// its budget, and counts them.
     pub fn create(self, occluders: usize) -> Box<dyn OcclusionCuller> {
         self.culler()(occluders)
     }

@@ -1,19 +1,20 @@
 //! Occlusion culling: finds polygons that are hidden behind nearer polygons.
 //!
-//! Most callers only choose a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
+//! Most callers only select a method, [`Occlusion`], and pass it to a [`Pipeline`](crate::frame::Pipeline). Callers without
 //! a pipeline use the other items: [`OcclusionStage`] keeps the candidates from frame to frame; [`ViewOcclusion`] culls one
 //! view.
 //!
-//! Large opaque polygons become [`ShadowVolume`]s seen from one eye; an [`OcclusionCuller`] is built from them every
-//! frame and returns for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
-//! rebuilt for each [`ViewWindow`](crate::view::ViewWindow) (one eye, one screen) and frame; only candidates for occluders persist.
+//! Large opaque polygons cast [`ShadowVolume`]s from one eye. An [`OcclusionCuller`] is built from them, and returns a
+//! verdict for a box or a sphere: [`Verdict::Hidden`], [`Verdict::Unoccluded`] or [`Verdict::PartlyHidden`]. A culler is
+//! rebuilt for each [`ViewWindow`](crate::view::ViewWindow) (one eye, one screen) and frame; only candidates for occluders
+//! persist.
 //!
 //! **Soundness.** A culler whose [`OcclusionCuller::soundness`] is [`Soundness::Conservative`] returns `Hidden` only for
-//! covered volumes: drawn polygons cover every point of the volume in the window and beyond the near plane. The proof is in
-//! [`msvbsp`]; the tests recompute every hidden answer from the polygons.
+//! covered volumes: drawn polygons cover every point of the volume that lies in the window and beyond the near plane. The
+//! proof is in [`msvbsp`]; the tests recompute every hidden answer from the polygons.
 //!
-//! **Space.** All geometry is moved so that the eye is the origin, in `f64`. A plane through the eye is then one normal
-//! without a constant term, and "in the shadow" is `normal . x >= 0`.
+//! **Space.** The eye is the origin of all geometry here, in `f64`. So a plane through the eye is a normal without a
+//! constant term, and "in the shadow" is `normal . x >= 0`.
 //!
 //! Depends on [`math`](crate::math), [`polygon`](crate::polygon), [`index`](crate::index) and [`view`](crate::view).
 
@@ -64,7 +65,8 @@ pub use tree::Cell;
 pub use verdict::{Asked, Tested, TestedBoxes, Verdict};
 pub use view_occlusion::{OcclusionConfig, ViewCounts, ViewInput, ViewOcclusion, remove_hidden};
 
-/// Kernels for other cullers, for a fair comparison. Not for applications; may change at any time.
+/// Code that other cullers share with these, so that comparisons are fair. Engines should not use it, because it may change
+/// at any time.
 #[doc(hidden)]
 pub mod kernels {
     pub use super::{

@@ -4,34 +4,35 @@
 //! modifies N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 //!
 //! # The algorithm
-//! The window is a cell: a convex cone of directions. The best occluder's shadow planes cut it, one after the other.
-//! The part behind a plane is a cell of its own for the occluders that reach it. The part before all planes is in the
-//! shadow of that occluder. Every leaf in the shadow has the caps of the occluders that cover its cell: a volume is
-//! hidden there if it lies beyond one of them.
+//! The first cell is the window, a convex cone of directions. The shadow planes of the best occluder cut this cell, one
+//! after the other. The part behind a plane becomes a cell of its own, which the occluders that reach it cut further. The
+//! part before all planes is in the shadow of the occluder. A leaf in the shadow stores the caps of all occluders that
+//! cover its cell. A volume in this cell is hidden if it lies beyond one of these caps.
 //!
 //! # Differences from the paper
-//! The paper's rules 1 and 3 (best occluder first, its planes together) are kept. The others hide visible polygons
-//! (`osp_rivals::occlusion::MsvbspPaper` shows it) and are replaced:
-//! * Rule 2 sorts planes into cells by their occluder's uncut edges, so that an occluder loses a plane in a cell that
-//!   it never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches it. Its planes
-//!   always count all together, and as the occluder's own, never as the clipped piece's.
+//! Rules 1 and 3 of the paper (best occluder first, its planes together) are kept. The other rules hide visible polygons,
+//! as `osp_rivals::occlusion::MsvbspPaper` shows, and are replaced:
+//! * Rule 2 sorts planes into cells by the uncut edges of their occluder, so that an occluder loses a plane in a cell that
+//!   this edge never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches the cell.
+//!   The planes of an occluder always count together. They are the planes of the whole occluder, never of the clipped
+//!   piece.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly if
 //!   the cell already lies before it, which includes shared planes on both sides.
-//! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`] those that come nearer
+//! * Rule 4 drops other occluders that reach a shadowed cell. With [`Refine::NearerOccluders`], occluders that come nearer
 //!   than the cap divide the cell further.
-//! * The paper has no caps: whatever lies between the eye and an occluder counts as hidden.
+//! * The paper has no caps, so it culls everything between the eye and an occluder.
 //!
 //! # Why it is conservative
-//! 1. The cell of a leaf lies in the cone of every occluder in its list. Each side plane on the way down either
-//!    cuts the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped
-//!    pieces do not appear in this argument: errors in them cost effect, never truth.
-//! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf: it skips a
-//!    child only if the whole volume lies on the other side.
-//! 3. If the answer is "hidden", that leaf has an occluder whose cap the volume is beyond. The ray from the eye to x
-//!    meets this occluder, by 1; it does so before x, since the occluder lies nowhere beyond its cap. The hit point is
-//!    drawn: occluders are clipped to the near plane first.
+//! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. Each side plane on the way down either cuts
+//!    the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped pieces do
+//!    not appear in this argument. Errors in them make the shadow smaller, never wrong.
+//! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf, because the query
+//!    skips a child only if the whole volume lies on the other side.
+//! 3. If the verdict is "hidden", the volume lies beyond the cap of an occluder of that leaf. By step 1, the ray from the
+//!    eye to x meets this occluder. It meets the occluder before x, because no part of the occluder lies beyond its cap.
+//!    The hit point is drawn, because occluders are clipped to the near plane first.
 //!
-//! If a budget is used up, the result is what is proven so far: the list of the cell, without the present occluder.
+//! If a budget is used up, the leaf gets the caps that are proven so far, without the current occluder.
 
 use glam::DVec3;
 
@@ -46,41 +47,41 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Treatment of a cell that an occluder covers when other occluders reach it too.
+/// Treatment of other occluders that reach a cell which an occluder covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refine {
-    /// They are dropped there (the paper's rule 4).
+    /// They are dropped in this cell (the paper's rule 4).
     Never,
-    /// Occluders that come nearer than the cap divide the cell further.
+    /// They divide the cell further if they come nearer than the cap.
     NearerOccluders,
 }
 
 /// Settings of [`Msvbsp`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MsvbspConfig {
-    /// Occluders that may divide a shadowed cell further.
+    /// Treatment of other occluders that reach a shadowed cell.
     pub refine: Refine,
-    /// Most splitting planes; also bounds the time of a build. 32 bytes each.
+    /// Largest number of splitting planes. It also bounds the time of a build. A plane takes 32 bytes.
     pub node_budget: usize,
-    /// Most corners of all cells and clipped pieces of one build together. 24 bytes each.
+    /// Largest number of corners of all cells and clipped pieces of one build together. A corner takes 24 bytes.
     pub point_budget: usize,
 }
 
 impl Default for MsvbspConfig {
-    /// Refined, 4,096 planes, 65,536 corners.
+    /// Refines shadowed cells; 4,096 planes, 65,536 corners.
     fn default() -> Self {
         Self { refine: Refine::NearerOccluders, node_budget: 4096, point_budget: 65_536 }
     }
 }
 
-/// An occluder in a cell, and its outline cut to the cell (or still uncut).
+/// An occluder that reaches a cell, and its outline, clipped to the cell or still whole.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     pub(super) occluder: u32,
     pub(super) outline: Span,
 }
 
-/// A cell that is still to be built.
+/// A cell that is still to be divided.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     link: Link,
@@ -95,7 +96,7 @@ struct Task {
 pub struct Msvbsp {
     config: MsvbspConfig,
     tree: ShadowTree,
-    /// Scratch of a build. Corners are only appended, so uncut outlines and cells can share them.
+    /// Working memory of a build. Corners are only appended, so whole outlines and cells can share them.
     points: Vec<DVec3>,
     pieces: Vec<Piece>,
     tasks: Vec<Task>,
@@ -111,7 +112,7 @@ impl Msvbsp {
             config,
             tree: ShadowTree::new(config.node_budget, config.node_budget, CapRule::Any),
             points: Vec::with_capacity(config.point_budget),
-            // Builds within the node budget hardly ever need more.
+            // Builds within the node budget hardly ever need more than these capacities.
             pieces: Vec::with_capacity(4 * config.node_budget),
             tasks: Vec::with_capacity(config.node_budget),
             current: Vec::with_capacity(config.node_budget),
@@ -124,7 +125,7 @@ impl Msvbsp {
         self.tree.set(task.link, Child::leaf(task.caps));
     }
 
-    /// Builds one cell down to its last front leaf; the cells behind its planes become tasks.
+    /// Divides one cell down to the leaf before all planes. The parts behind the planes become tasks.
     fn build_cell(&mut self, mut task: Task, occluders: &[ShadowVolume]) {
         self.current.clear();
         let range = task.pieces.range();
@@ -144,7 +145,7 @@ impl Msvbsp {
             match self.config.refine {
                 Refine::Never => break,
                 Refine::NearerOccluders => {
-                    // Only occluders that are nearer than this cap somewhere can hide more here.
+                    // Only occluders with a corner nearer than this cap can hide more in the cell.
                     let (normal, distance) = (occluder.cap_normal(), occluder.cap_distance_m());
                     self.ahead.clear();
                     self.ahead.extend(self.current[next..].iter().copied().filter(|p| {
@@ -159,7 +160,7 @@ impl Msvbsp {
         self.leaf(&task);
     }
 
-    /// Cuts the cell along an occluder's planes. Returns whether it then lies in the occluder's cone.
+    /// Cuts the cell along an occluder's planes. Returns whether the cell then lies in the occluder's cone.
     fn cut(&mut self, task: &mut Task, next: &mut usize, occluder: &ShadowVolume) -> bool {
         for &normal in occluder.sides() {
             let (low, high) = cone::reach(normal, &self.points[task.cell.range()]);
@@ -177,7 +178,8 @@ impl Msvbsp {
                 return false;
             }
             let (front, back) = cone::split(&mut self.points, task.cell, normal);
-            // Impossible for corners on both sides: at least one before the plane, and two crossings.
+            // Corners lie on both sides, so the part before the plane has at least one corner and two crossings. The test
+            // is for rounding errors.
             if front.len < 3 {
                 return false;
             }
@@ -202,8 +204,8 @@ impl Msvbsp {
         true
     }
 
-    /// Sorts the pieces of the current cell from number `next` on to the two sides of a plane: pieces before it to
-    /// `ahead`, pieces behind to the end of `pieces`.
+    /// Sorts the pieces of the current cell from number `next` on by a plane: pieces before the plane go to `ahead`, pieces
+    /// behind it to the end of `pieces`.
     fn divide(&mut self, normal: DVec3, next: usize) {
         self.ahead.clear();
         for i in next..self.current.len() {

@@ -4,7 +4,7 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Hides nothing.
+/// A culler that hides nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoOcclusion;
 

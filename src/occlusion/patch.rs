@@ -6,24 +6,25 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Most polygons of a patch. Larger: fewer, larger occluders from smooth strokes and fine meshes; more work for each.
+/// Largest number of polygons of a patch. If it is larger, smooth strokes and fine meshes give fewer and larger occluders,
+/// and each takes more work.
 pub(super) const MAX_PATCH: usize = 24;
 
-/// Most corners of a border.
+/// Largest number of corners of a border.
 const MAX_BORDER: usize = 2 * MAX_PATCH + 4;
 
-/// Most former corners of the border.
+/// Largest number of corners inside the border, which were once on it.
 const MAX_INNER: usize = MAX_PATCH;
 
-/// A polygon joins a patch if it adds at least this part of its area to the area that the patch hides along its normal.
-/// Larger: smaller and flatter patches.
+/// A polygon joins a patch if the area that the patch hides along its normal grows by at least this fraction of the
+/// polygon's area. If it is larger, patches are smaller and flatter.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at
-/// least this part of its area. A row of a grid adds nothing until it is full.
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays, as long as the patch hides at
+/// least this fraction of its area. It is less than 1, because a row of a grid adds nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
-/// Two patches are merged if they hide at least this part of their separate sum.
+/// Two patches are merged if together they hide at least this fraction of the sum of what each hides.
 const WORTH_MERGING: f32 = 0.9;
 
 /// See [`WORTH_WAITING`].
@@ -39,7 +40,7 @@ struct Points<const N: usize> {
 impl<const N: usize> Points<N> {
     const EMPTY: Self = Self { len: 0, points: [Vec3::ZERO; N] };
 
-    /// Appends a point; returns whether there was room.
+    /// Appends a point; returns `false` if there is no room.
     #[must_use]
     fn push(&mut self, p: Vec3) -> bool {
         let has_room = usize::from(self.len) < N;
@@ -58,25 +59,25 @@ impl<const N: usize> Points<N> {
         usize::from(self.len)
     }
 
-    /// Point `i`, with indices that wrap around, at most twice.
+    /// The point number `i`, below twice the number of points; numbers wrap around.
     fn around(&self, i: usize) -> Vec3 {
         let len = self.len();
         self.points[if i < len { i } else { i - len }]
     }
 }
 
-/// Polygons that share edges bit for bit: one virtual occluder.
+/// Polygons that share edges bit for bit, as one virtual occluder.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
     ids: [PolygonId; MAX_PATCH],
     len: u8,
-    /// The line around the patch, in the direction of the first polygon; the sum of all outlines.
+    /// The line around the patch, in the direction of the first polygon. It is the sum of all outlines.
     border: Points<MAX_BORDER>,
     /// Corners inside the border.
     inner: Points<MAX_INNER>,
-    /// Area times normal, summed the same way round, m^2.
+    /// Sum over the polygons, turned the same way round, of area times normal, m^2.
     area_vector: Vec3,
-    /// Area that it hides, seen along that vector, m^2.
+    /// Area that the patch hides along `area_vector`, m^2.
     area_m2: f32,
 }
 
@@ -92,27 +93,27 @@ impl Patch {
         Self { ids, len: 1, border, inner: Points::EMPTY, area_vector, area_m2: area_vector.length() }
     }
 
-    /// Its polygons, in the order in which they came.
+    /// The polygons, in the order in which they joined.
     pub(super) fn ids(&self) -> &[PolygonId] {
         &self.ids[..usize::from(self.len)]
     }
 
-    /// Area that it hides, seen along its normal, m^2.
+    /// Area that the patch hides along its normal, m^2.
     pub(super) fn area_m2(&self) -> f32 {
         self.area_m2
     }
 
-    /// Its normal with that area as length, m^2; either side.
+    /// The normal of the patch, pointing to either side, with the hidden area as its length, m^2.
     pub(super) fn area_vector(&self) -> Vec3 {
         self.area_vector.normalize_or_zero() * self.area_m2
     }
 
-    /// All its corners, some perhaps twice.
+    /// All corners of the patch; a corner may occur twice.
     pub(super) fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.border.points().iter().chain(self.inner.points()).copied()
     }
 
-    /// The patch with one more polygon, if that shares an edge with the border and joining is worth it.
+    /// The patch with one more polygon; `None` unless the polygon shares an edge with the border and joining is worth it.
     pub(super) fn joined(&self, id: PolygonId, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len) == MAX_PATCH {
             return None;
@@ -140,8 +141,8 @@ impl Patch {
         (pays || may_pay).then_some(patch)
     }
 
-    /// This patch and another one as one. `polygon` of this one must share an edge with the other, and together they
-    /// must hide nearly as much as both alone.
+    /// This patch and `other` as one patch. `polygon`, which belongs to this patch, must share an edge with `other`, and
+    /// together the patches must hide nearly as much as both alone. Otherwise `None`.
     pub(super) fn merged(&self, other: &Self, polygon: &ConvexPolygon) -> Option<Self> {
         if usize::from(self.len + other.len) > MAX_PATCH {
             return None;
@@ -171,7 +172,8 @@ impl Patch {
         (patch.area_m2 >= WORTH_MERGING * (self.area_m2 + other.area_m2)).then_some(patch)
     }
 
-    /// Position on this border of edge number `entry` of another border, and whether both borders pass it the same way.
+    /// Finds an edge of another border, `p` to `q` with number `entry`, on this border. Returns its position here, `entry`,
+    /// and whether both borders pass the edge in the same direction.
     fn shared_edge_with(&self, [p, q]: [Vec3; 2], entry: usize) -> Option<(usize, usize, bool)> {
         (0..self.border.len()).find_map(|i| {
             let (a, b) = (self.border.points[i], self.border.around(i + 1));
@@ -179,12 +181,12 @@ impl Patch {
         })
     }
 
-    /// An edge that the border and a polygon share, by its first corner on each. Also whether the polygon has to be
-    /// reversed: in the same direction, neighbours pass their edge in opposite ways.
+    /// An edge that the border and a polygon share: the number of its first corner on each. Also whether the polygon has to
+    /// be reversed, because neighbours that turn the same way pass their edge in opposite directions.
     fn shared_edge(&self, corners: &[Vec3]) -> Option<(usize, usize, bool)> {
         let n = corners.len();
         let border = self.border.points();
-        // The newest edges first: strokes continue at their end.
+        // The newest edges are searched first, because strokes continue at their end.
         for i in (0..border.len()).rev() {
             let (p, q) = (border[i], self.border.around(i + 1));
             for k in 0..n {
@@ -193,7 +195,7 @@ impl Patch {
                     return Some((i, k, false));
                 }
                 if a == p && b == q {
-                    // Reversed, the edge begins at corner b, number n - 1 - (k + 1).
+                    // In the reversed polygon, the edge begins at corner b, number n - 1 - (k + 1).
                     return Some((i, (2 * n - 2 - k) % n, true));
                 }
             }
@@ -201,27 +203,27 @@ impl Patch {
         None
     }
 
-    /// The patch extended by a polygon beyond border edge `at`, which passes that edge in the opposite way with its
-    /// own edge `entry`. `None` if there is no room.
+    /// The patch extended by a polygon beyond border edge `at`. The polygon's edge `entry` is the same edge in the opposite
+    /// direction. `None` if there is no room.
     fn spliced(&self, at: usize, corners: &[Vec3], entry: usize) -> Option<Self> {
         let n = corners.len();
         let mut patch = *self;
         let mut border = Points::EMPTY;
         let mut has_room = true;
-        // From the edge's end all the way to its beginning, then the polygon's other corners.
+        // The new border goes from the edge's end all the way to its beginning, then along the polygon's other corners.
         for i in 0..self.border.len() {
             has_room &= border.push(self.border.around(at + 1 + i));
         }
         for i in 2..n {
             has_room &= border.push(corners[(entry + i) % n]);
         }
-        // More shared edges: the border goes along them and straight back.
+        // If the polygon shares more edges, the border goes along them and straight back. Each such spur is removed.
         while border.len() > 2 {
             let len = border.len();
             let spur = (0..len).find(|&i| border.around(i + len - 1) == border.around(i + 1));
             let Some(tip) = spur else { break };
             has_room &= patch.inner.push(border.points[tip]);
-            // Removes the tip and one of the two equal neighbours.
+            // The tip and one of its two equal neighbours are removed.
             let mut kept = Points::EMPTY;
             for i in 0..len {
                 if i != tip && i != (tip + 1) % len {
@@ -234,8 +236,8 @@ impl Patch {
         (has_room && border.len() >= 3).then_some(patch)
     }
 
-    /// The convex polygon inside the picture that `project` makes of the patch, in a plane whose x and y axes turn
-    /// counter-clockwise as seen.
+    /// The convex polygon inside the picture of the patch. `project` maps a corner to the picture, whose x and y axes must
+    /// turn counterclockwise as seen.
     fn hull(&self, project: impl Fn(Vec3) -> DVec2) -> Hull {
         let mut border = [DVec2::ZERO; MAX_BORDER];
         for (to, p) in border.iter_mut().zip(self.border.points()) {
@@ -252,8 +254,9 @@ impl Patch {
         self.hull(|p| DVec2::new(x.dot(p.as_dvec3()), y.dot(p.as_dvec3())))
     }
 
-    /// Appends its shadows for an eye: a convex outline inside its picture, capped behind its farthest corner. If there
-    /// is none (it reaches back to the near plane, or folds), appends the shadows of its polygons.
+    /// Appends the patch's shadow for an eye: a convex outline inside its picture, with the cap behind its farthest corner.
+    /// If the patch has no such shadow, because it reaches back to the near plane or folds, appends the shadows of its
+    /// polygons.
     pub(super) fn push_shadows(
         &self,
         geometry: &dyn Geometry,
@@ -270,17 +273,17 @@ impl Patch {
         }
     }
 
-    /// The shadow of the patch as a whole, if its outline is convex from the eye.
+    /// The shadow of the patch as a whole; `None` if the patch has no convex outline from the eye.
     pub(super) fn shadow(&self, window: &ViewWindow) -> Option<ShadowVolume> {
         shadow_of_points(self.border.points(), self.inner.points(), self.area_vector, window)
     }
 }
 
-/// Most corners of the border of anything that is joined from polygons.
+/// Largest number of corners of the border of a patch or wall.
 pub(super) const MOST_CORNERS: usize = 96;
 
-/// Common shadow of polygons that share edges bit for bit, if their outline is convex from the eye. Given by the line
-/// around them and their other corners.
+/// The common shadow of polygons that share edges bit for bit; `None` if they have no convex outline from the eye. `border`
+/// is the line around them, `inner` their other corners.
 pub(super) fn shadow_of_points(
     border: &[Vec3],
     inner: &[Vec3],
@@ -291,7 +294,7 @@ pub(super) fn shadow_of_points(
     let points = || border.iter().chain(inner);
     for p in points() {
         let v = window.from_eye(*p);
-        // Polygons that the near plane would cut are left out as a whole.
+        // If the near plane cuts a polygon, the patch or wall is left out as a whole.
         if window.forward().dot(v) <= window.near_m() {
             return None;
         }
@@ -307,7 +310,7 @@ pub(super) fn shadow_of_points(
     let mut cap_distance_m = 0.0f64;
     for p in points() {
         let v = window.from_eye(*p);
-        // The picture is taken around `ahead`; a corner beside or behind the eye has no position in it.
+        // The picture is projected along `ahead`. A corner beside or behind the eye has no position in it.
         if ahead.dot(v) <= 0.1 * v.length() {
             return None;
         }
@@ -315,7 +318,7 @@ pub(super) fn shadow_of_points(
     }
     let x = ahead.any_orthonormal_vector();
     let y = ahead.cross(x);
-    // Seen from behind (the normal pointing at the eye) the border turns the other way: mirror the picture.
+    // If the normal points at the eye, the border turns the other way, so the picture is mirrored.
     let x = if away > 0.0 { x } else { -x };
     let mut picture = [DVec2::ZERO; MOST_CORNERS];
     for (to, p) in picture.iter_mut().zip(border) {
@@ -326,7 +329,8 @@ pub(super) fn shadow_of_points(
     shadow_of_hull(&hull, [ahead, x, y], cap_normal, cap_distance_m)
 }
 
-/// The shadow of a hull in the picture that `ahead`, `x` and `y` span, with a cap at this distance.
+/// The shadow of a hull in the picture that `ahead`, `x` and `y` span. The cap has the normal `cap_normal` and the distance
+/// `cap_distance_m`.
 pub(super) fn shadow_of_hull(
     hull: &Hull,
     [ahead, x, y]: [DVec3; 3],
@@ -362,7 +366,7 @@ mod tests {
         polygons
     }
 
-    /// As the pool does it: each row for itself, then with those before.
+    /// Joins polygons as the pool does: each row by itself, then with the rows before it.
     fn patch_of(polygons: &[ConvexPolygon], columns: usize) -> Option<Patch> {
         let mut whole: Option<Patch> = None;
         for (y, row) in polygons.chunks(columns).enumerate() {
@@ -407,7 +411,7 @@ mod tests {
         let [_, b, c, _] = [0, 1, 2, 3].map(|i| polygons[0].vertices()[i]);
         let across = ConvexPolygon::quad([b, c, c + Vec3::Z * 0.3, b + Vec3::Z * 0.3]);
         assert!(patch.joined(PolygonId(1), &across).is_none());
-        // The same polygon again: its border would vanish.
+        // The same polygon must not join twice, because the border would vanish.
         assert!(patch.joined(PolygonId(1), &polygons[0]).is_none());
     }
 }

@@ -11,55 +11,60 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Patches that may still grow: strokes drawn at the same time (mirrored, pasted) take turns.
+/// Number of patches that may still grow. It is more than one, because strokes that are drawn at the same time (mirrored,
+/// pasted) take turns.
 const OPEN_PATCHES: usize = 6;
 
-/// Most polygons of removed candidates that are offered again in the same frame; the others wait.
+/// Largest number of polygons of removed candidates that wait to be offered again one by one. The search of the whole
+/// geometry finds the others later.
 const ORPHANS: usize = 1024;
 
-/// Most polygons that a frame offers again after many removals, and most that it tests for that.
+/// After many removals, a frame offers at most [`OFFERS_A_FRAME`] polygons again, and reads at most [`LOOKS_A_FRAME`] to
+/// find them.
 const OFFERS_A_FRAME: usize = 256;
 const LOOKS_A_FRAME: usize = 8192;
 
-/// Most polygons that are searched for walls, the largest of all.
+/// Largest number of polygons that are searched for walls; the search begins with the largest ones.
 const SEARCHED: usize = 1 << 16;
 
-/// Candidates with this number and above are walls.
+/// Candidates whose number is at least this are walls.
 const FIRST_WALL: u32 = 1 << 20;
 
-/// Largest capacity: for a moment a pool holds twice as many candidates, and one more.
+/// Largest capacity. A pool holds up to twice as many candidates and one more for a moment, all numbered below
+/// [`FIRST_WALL`].
 pub(super) const MOST_CAPACITY: usize = FIRST_WALL as usize / 2 - 1;
 
-/// No candidate.
+/// The number that stands for no candidate.
 const NONE: u32 = u32::MAX;
 
 /// Settings of [`OccluderPool`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoolConfig {
-    /// Candidates kept when the pool is trimmed, at most half a million; it holds up to twice as many, about 1 kB each.
+    /// Number of candidates that stay when the pool is trimmed, at most half a million. The pool holds up to twice as many,
+    /// about 1 kB each.
     pub capacity: usize,
-    /// Polygons that form one candidate.
+    /// How polygons form candidates.
     pub grouping: Grouping,
 }
 
 impl Default for PoolConfig {
-    /// 2,048 to 4,096 candidates, neighbours joined.
+    /// 2,048 to 4,096 candidates; neighbours are joined.
     fn default() -> Self {
         Self { capacity: 2048, grouping: Grouping::Patches }
     }
 }
 
-/// Polygons that form one occluder.
+/// How polygons form occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grouping {
-    /// Each polygon alone.
+    /// Each polygon is an occluder by itself.
     Single,
-    /// Neighbouring polygons that share an edge, as long as they hide more together.
+    /// Neighbouring polygons that share an edge form an occluder, as long as they hide more together.
     Patches,
 }
 
 impl Sketch {
-    /// Whether a polygon may share a corner with the candidate. A wrong answer costs effect only.
+    /// Whether a polygon may share a corner with the candidate. A wrong result only makes occlusion culling less effective.
     fn may_touch(&self, polygon: &ConvexPolygon) -> bool {
         let vertices = polygon.vertices();
         let first = vertices[0];
@@ -69,32 +74,33 @@ impl Sketch {
     }
 }
 
-/// The candidates for occluders, of which the largest stay. Polygons are added as they come, and removed as they go.
+/// The candidates for occluders; when the pool is trimmed, the largest stay. Polygons are added as they come, and removed
+/// as they go.
 ///
 /// After section 3.2.1 of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree".
 ///
 /// # Differences from the paper
-/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. The
-/// paper leaves the problem open that drawn ribbons are too small to hide anything.
+/// A candidate may be a patch of neighbouring polygons that hide more together than the largest of them alone. The paper
+/// leaves open that drawn ribbons are too small to hide anything.
 ///
-/// Only opaque polygons are candidates. A candidate is removed with the first of its polygons; the others are offered
-/// again.
+/// Only opaque polygons are candidates. If one of its polygons is removed, the whole candidate is removed, and its other
+/// polygons are offered again.
 #[derive(Clone, Debug)]
 pub struct OccluderPool {
     config: PoolConfig,
     patches: Vec<Patch>,
-    /// By slot, like `patches`.
+    /// For each slot, the bounds of its patch.
     sketches: Sketches,
     free: Vec<u32>,
-    /// By polygon: the slot of its patch.
+    /// For each polygon, the slot of its patch.
     slot_of: Paged<u32>,
-    /// Slots of the patches that may still grow, newest first.
+    /// Slots of the patches that may still grow, the newest first.
     open: [u32; OPEN_PATCHES],
-    /// Smallest area that the last trim kept, m^2.
+    /// Smallest area of a candidate that the last trim kept, m^2.
     threshold_m2: f32,
     /// Area from which [`OccluderPool::follow_roughly`] counts a polygon as large, m^2.
     large_m2: f32,
-    /// Progress of the search for replacements; at the end there is nothing to search.
+    /// The next polygon in the search for replacements. At the end of the geometry, the search is complete.
     rescan: usize,
     orphans: Vec<PolygonId>,
     areas: Vec<f32>,
@@ -122,7 +128,7 @@ impl OccluderPool {
         }
     }
 
-    /// Makes room for scenes of this many polygons, 4 bytes each.
+    /// Makes room for scenes with `polygons` polygons; takes 4 bytes for each.
     pub fn reserve(&mut self, polygons: usize) {
         while self.slot_of.len() < polygons {
             self.slot_of.push(NONE);
@@ -151,15 +157,15 @@ impl OccluderPool {
         patches.chain(walls.filter(|ids| !ids.is_empty()))
     }
 
-    /// Follows one frame's changes. The cost is bounded for each change, and for the frame while removed candidates
-    /// are being replaced.
+    /// Applies one frame's changes. The work is bounded for each change, and for the frame while removed candidates are
+    /// being replaced.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.follow_in_steps(geometry, changes, usize::MAX);
     }
 
-    /// Follows as [`OccluderPool::follow`] does, in steps. It offers at most `offers` polygons of removed candidates
-    /// again, and four times as many of the polygons that came while it followed roughly. The others wait for later
-    /// calls.
+    /// Applies changes as [`OccluderPool::follow`] does, in steps. It offers at most `offers` polygons of removed
+    /// candidates again, and at most four times as many polygons that came during calls of
+    /// [`OccluderPool::follow_roughly`]. The others wait for later calls.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) {
         self.reserve(geometry.id_end());
         for &change in changes {
@@ -177,8 +183,8 @@ impl OccluderPool {
                 }
             }
         }
-        // Polygons of removed patches; those that have gone or come back meanwhile are skipped. (After a jump back in
-        // a replay the geometry may not have them.)
+        // These are polygons of removed patches. Polygons that are not present, or are candidates again, are skipped.
+        // (After a replay jumps back, the geometry may not have them.)
         let mut made = 0;
         while made < offers
             && let Some(id) = self.orphans.pop()
@@ -191,9 +197,9 @@ impl OccluderPool {
         self.catch_up(geometry, OFFERS_A_FRAME.min(offers.saturating_mul(4)));
     }
 
-    /// Follows as [`OccluderPool::follow`] does, but only removes candidates and offers the largest new polygons, at
-    /// most `offers`. Later calls of `follow` or `catch_up` offer the others. For frames that do not use the pool.
-    /// Returns the number of offers.
+    /// Applies changes at low cost, for frames that do not use the pool: it only removes candidates and offers the largest
+    /// new polygons, at most `offers`. Later calls of `follow` or `catch_up` offer the others. Returns the number of
+    /// offers.
     pub fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change], offers: usize) -> usize {
         let mut made = 0;
         for &change in changes {
@@ -216,7 +222,7 @@ impl OccluderPool {
         made
     }
 
-    /// Whether a change of its painting may have changed a polygon's shadow: its texture determines its holes.
+    /// Whether painting a polygon again may have changed its shadow, because its texture determines its holes.
     fn hides_otherwise(&self, geometry: &dyn Geometry, id: PolygonId) -> bool {
         match fixed_occluder(geometry, id) {
             None => self.slot(id) != NONE || self.walls.has(id),
@@ -224,25 +230,26 @@ impl OccluderPool {
         }
     }
 
-    /// Whether a polygon is approximately among the largest sixteenth of the polygons of earlier calls.
+    /// Whether a polygon is approximately among the largest sixteenth of the polygons that earlier calls received.
     fn is_large(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        // The box first, which has just been inserted: a polygon is no larger than a disk of its diagonal.
+        // The box is read first, because it was just inserted and is in the cache. A polygon is no larger than a disk with
+        // the box's diagonal.
         let disk_m2 = std::f32::consts::FRAC_PI_4 * geometry.bounds(id).extent().length_squared();
         let mut is_large = disk_m2 > self.large_m2;
         if is_large {
             let Some(polygon) = fixed_occluder(geometry, id) else { return false };
             is_large = 0.5 * polygon.area_vector().length() > self.large_m2;
         }
-        // Steps up and down cancel if one in sixteen is larger. They are small, so that a wide stroke stays large for
-        // some hundred polygons.
+        // Steps up and down cancel if one polygon of sixteen is larger. They are small, so that the polygons of a wide
+        // stroke count as large for some hundred calls.
         let step = if is_large { 1.016 } else { 0.999 };
         self.large_m2 = (self.large_m2 * step).clamp(1.0e-12, 1.0e12);
         is_large
     }
 
-    /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds. Walls are added to the
-    /// candidates, in place of the former walls. For a model that has just been loaded: it takes about 2 ms for 1,000
-    /// polygons, 130 ms at most; later polygons join no wall.
+    /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds of polygons. These walls
+    /// replace earlier walls among the candidates. Call it when a model has been loaded, because it takes about 2 ms for
+    /// 1,000 polygons, and 130 ms at most. Later polygons join no wall.
     pub fn join_walls(&mut self, geometry: &dyn Geometry) {
         if self.config.grouping == Grouping::Single {
             return;
@@ -263,18 +270,18 @@ impl OccluderPool {
         self.walls.build(&polygons, &patch_m2);
     }
 
-    /// Appends number and score of every candidate that may fill enough of a window.
+    /// Appends score and number of every candidate that may fill enough of a window.
     pub(super) fn score(&self, window: &RoughWindow, out: &mut Vec<(f32, u32)>) {
         self.sketches.score(window, 0, out);
         self.walls.sketches().score(window, FIRST_WALL, out);
     }
 
-    /// Numbers and sketches of all candidates, and of free places.
+    /// Numbers and sketches of all candidates, and of free slots.
     pub(super) fn sketches(&self) -> impl Iterator<Item = (u32, Sketch)> + '_ {
         (0..).zip(self.sketches.iter()).chain((FIRST_WALL..).zip(self.walls.sketches().iter()))
     }
 
-    /// The sketch of a candidate, and its place in a list of all.
+    /// The sketch of a candidate, and its index in a list of all candidates.
     pub(super) fn sketch(&self, slot: u32) -> (Sketch, usize) {
         match slot.checked_sub(FIRST_WALL) {
             Some(wall) => (self.walls.sketches().get(wall as usize), wall as usize),
@@ -296,13 +303,13 @@ impl OccluderPool {
         }
     }
 
-    /// Whether there are polygons that no call of `follow` or `catch_up` has tested yet.
+    /// Whether `follow` and `catch_up` have not examined all polygons yet.
     pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
         self.rescan < geometry.id_end()
     }
 
-    /// Offers polygons that came while the pool was not used, or that may replace removed ones: at most `offers` (about
-    /// 1.5 µs each). Returns the number of offers.
+    /// Offers polygons that came while the pool was not used, or that may replace removed ones. Makes at most `offers`
+    /// offers, about 1.5 µs each. Returns their number.
     pub fn catch_up(&mut self, geometry: &dyn Geometry, offers: usize) -> usize {
         self.reserve(geometry.id_end());
         let end = geometry.id_end().min(self.rescan.saturating_add(LOOKS_A_FRAME));
@@ -330,9 +337,10 @@ impl OccluderPool {
         }
     }
 
-    /// Makes a polygon a candidate, or part of one, if possible. Returns whether that took more than a quick test.
+    /// Makes a polygon a candidate, or a part of a candidate, if possible. Returns whether this took more than a quick
+    /// test.
     fn offer(&mut self, geometry: &dyn Geometry, id: PolygonId) -> bool {
-        // A change may be of an erased polygon, which was moved all the same.
+        // A change may concern an erased polygon, because erased polygons can be moved.
         if !geometry.is_present(id) {
             return false;
         }
@@ -340,7 +348,7 @@ impl OccluderPool {
             return false;
         }
         let Some(polygon) = fixed_occluder(geometry, id) else { return false };
-        // Too small even at full patch size.
+        // Even a patch of [`MAX_PATCH`] such polygons would be too small.
         if self.threshold_m2 > 0.0 {
             let enough_m2 = self.threshold_m2 / MAX_PATCH as f32;
             if polygon.area_vector().length_squared() < 4.0 * enough_m2 * enough_m2 {
@@ -378,8 +386,8 @@ impl OccluderPool {
         }
         self.put(slot, patch);
         self.set_slot(id, slot);
-        // The patch that has not grown for longest is closed. If it is a single polygon that is too small, it is
-        // removed at once, so that a stream of small polygons does not displace the pool's contents.
+        // The patch that has not grown for the longest time is closed. A closed patch that is too small is removed at once,
+        // so that a stream of small polygons does not displace the pool's contents.
         self.open.rotate_right(1);
         let given_way = std::mem::replace(&mut self.open[0], slot);
         let is_small = self.patches.get(given_way as usize).is_some_and(|r| r.area_m2() < self.threshold_m2);
@@ -389,7 +397,7 @@ impl OccluderPool {
         true
     }
 
-    /// Merges the newest open patch with another one, if its new polygon has closed the gap.
+    /// Merges the newest open patch with another open patch, if its new polygon closes the gap between them.
     fn merge_newest(&mut self, polygon: &ConvexPolygon) {
         let slot = self.open[0];
         for k in 1..OPEN_PATCHES {
@@ -420,7 +428,7 @@ impl OccluderPool {
         self.patches[slot] = patch;
     }
 
-    /// Removes the candidate of a removed polygon; its other polygons may come back on their own.
+    /// Removes the candidate that a removed polygon belongs to. The candidate's other polygons are offered again.
     fn take_out(&mut self, geometry: &dyn Geometry, id: PolygonId) {
         self.walls.take_out(id);
         let slot = self.slot(id);
@@ -428,7 +436,7 @@ impl OccluderPool {
             return;
         }
         self.release(slot);
-        // A patch is large, so only the polygons of a removed one are read.
+        // Only the polygons of the removed patch are read.
         for &other in self.patches[slot as usize].ids().iter().filter(|other| **other != id) {
             if self.orphans.len() < ORPHANS {
                 self.orphans.push(other);
@@ -464,7 +472,7 @@ impl OccluderPool {
         self.free.push(slot);
     }
 
-    /// Keeps the largest candidates up to the capacity.
+    /// Removes the smallest candidates beyond the capacity.
     fn trim(&mut self) {
         self.areas.clear();
         self.areas.extend(self.sketches.iter().map(|s| s.area_vector.length()));
@@ -480,7 +488,7 @@ impl OccluderPool {
                 self.release(slot);
             }
         }
-        // Of candidates of equal size some have to be removed.
+        // If many candidates have the threshold's size, some of them have to be removed, too.
         let mut slot = 0;
         while self.patch_count() >= 2 * self.config.capacity.max(1) && (slot as usize) < self.sketches.len() {
             self.release(slot);
@@ -489,8 +497,8 @@ impl OccluderPool {
     }
 }
 
-/// The occluding part of a polygon at a fixed place. A polygon of a moving space is no candidate: it would be a new one in
-/// every frame that moves it.
+/// The occluding part of a polygon with a fixed position. A polygon of a moving space is no candidate, because it would be
+/// a new candidate in every frame that moves the space.
 fn fixed_occluder(geometry: &dyn Geometry, id: PolygonId) -> Option<ConvexPolygon> {
     geometry.space(id).is_none().then(|| geometry.occluder(id)).flatten()
 }
@@ -500,8 +508,8 @@ mod tests {
     use super::*;
     use crate::math::Aabb;
 
-    /// A row of squares of 1 m, each with holes at its left but for the last `solid_m` metres. A texture stretched over a
-    /// growing stroke gives such a row.
+    /// A row of squares of 1 m, each with holes except in its last `solid_m` metres. A texture stretched over a growing
+    /// stroke gives such a row.
     struct Row {
         squares: u32,
         solid_m: f32,

@@ -1,10 +1,10 @@
-//! Previous-frame occluders: the polygons that were visible in the last frame occlude in this one, as a picture of
+//! Previous-frame occluders: the polygons that were visible in the last frame occlude in this frame, as a picture of
 //! connected surfaces. For machines without a usable GPU.
 //!
-//! In a painting or a building thousands of small polygons hide together, not a few large ones. The polygons drawn in the
-//! last frame are most of the visible ones in this frame. This temporal coherence is that of N. Greene, M. Kass, G. Miller,
-//! "Hierarchical Z-Buffer Visibility", 1993. They are only a guess at good occluders, so moves, new strokes and sudden turns
-//! need no care. Every occluder is part of the present model.
+//! In a painting or a building, thousands of small polygons hide together, not a few large ones. Most polygons visible in
+//! this frame were drawn in the last frame, too. This temporal coherence is that of N. Greene, M. Kass, G. Miller,
+//! "Hierarchical Z-Buffer Visibility", 1993. The drawn polygons are only a guess at good occluders: every occluder belongs
+//! to the current model. So camera moves, new strokes and sudden turns need no special treatment.
 //!
 //! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.
 
@@ -20,42 +20,43 @@ use crate::{
 /// Counts of [`PreviousFrameOccluders::cull`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PreviousFrameCounts {
-    /// Occluders filled.
+    /// Number of occluders filled.
     pub occluders: u64,
-    /// Tiles of the picture that are covered at least partly.
+    /// Number of tiles of the picture that are covered at least partly.
     pub tiles: u64,
-    /// Nodes and polygons tested.
+    /// Number of nodes and polygons tested.
     pub tests: u64,
 }
 
 impl PreviousFrameCounts {
-    /// Approximate time of that, nanoseconds, from the counts: the same on every machine. Measured like
-    /// [`super::work_ns`].
+    /// Approximate time of this work, nanoseconds, computed from the counts: the same on every machine. The factors were
+    /// measured like those of [`super::work_ns`].
     pub fn work_ns(&self) -> f64 {
         self.occluders as f64 * 1000.0 + self.tests as f64 * 60.0
     }
 }
 
-/// Most useless polygons that are filled again in a frame, and the least number of frames until all of them were.
+/// A polygon that hid nothing is useless. A frame fills at most [`MOST_AGAIN`] useless polygons again, and all of them come
+/// in turn in at least [`AGAIN_EVERY`] frames.
 const MOST_AGAIN: usize = 256;
 const AGAIN_EVERY: usize = 16;
 
-/// Most polygons with room from the start: about 100 bytes each.
+/// Largest number of polygons for which room is reserved at first, about 100 bytes each.
 const MOST_RESERVED: usize = 1 << 17;
 
-/// Most changed polygons that are read in a frame.
+/// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame is tested by itself in one of this many frames.
+/// A polygon that was visible in the last frame is tested separately in one of this number of frames.
 const TESTED_EVERY: usize = 4;
 
-/// State of a view from its last frame.
+/// The state of a view after its last frame.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     frame: usize,
-    /// The block from which useless polygons are filled again next.
+    /// The block at which the next frame begins to fill useless polygons again.
     again_from: usize,
-    /// Hidden polygons in view.
+    /// Hidden polygons in the frustum.
     hidden: VisibleBlocks,
     /// Drawn polygons.
     drawn: VisibleBlocks,
@@ -89,12 +90,12 @@ impl Seen {
 #[derive(Clone, Debug)]
 pub struct PreviousFrameOccluders {
     surfaces: Surfaces,
-    /// The polygons whose present form `surfaces` has.
+    /// The polygons that `surfaces` contains in their current form.
     read: VisibleBlocks,
     buffer: CoverageBuffer,
     cull: CullConfig,
     views: Vec<Seen>,
-    /// The filled polygons, and their sizes; reused for their memory.
+    /// The filled polygons, and their sizes; kept for their memory.
     filled: Vec<PolygonId>,
     scored: Vec<(f32, PolygonId)>,
     /// Whether the last build had an occluder.
@@ -102,13 +103,14 @@ pub struct PreviousFrameOccluders {
 }
 
 impl PreviousFrameOccluders {
-    /// Most polygons that are filled for a view in a frame: the largest ones as seen from the eye.
+    /// Largest number of polygons that a frame fills for a view: the largest ones as seen from the eye.
     pub const MOST_OCCLUDERS: usize = 4096;
 
     /// Width and height of the picture, pixels.
     pub const PICTURE: [u32; 2] = [1024, 576];
 
-    /// Culling before its first frame, with a picture of this many pixels and room for a scene of this many polygons.
+    /// A culler without a previous frame. The picture has `width` x `height` pixels; room is reserved for `polygons`
+    /// polygons.
     pub fn new([width, height]: [u32; 2], polygons: usize) -> Self {
         let mut buffer = CoverageBuffer::new(width, height);
         let reserved = polygons.min(MOST_RESERVED);
@@ -125,7 +127,7 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Soundness of its answers, which is the soundness of its picture.
+    /// The soundness of the picture.
     pub fn soundness(&self) -> Soundness {
         self.buffer.soundness()
     }
@@ -137,12 +139,13 @@ impl PreviousFrameOccluders {
         &mut self.views[view]
     }
 
-    /// The picture as it was last built.
+    /// The picture of the last build.
     pub fn culler(&self) -> &CoverageBuffer {
         &self.buffer
     }
 
-    /// Follows changes of the geometry: all of them, before the next build. A polygon is read when it is filled next.
+    /// Applies changes of the geometry. All changes must be passed before the next build. A changed polygon is read when it
+    /// is filled next.
     pub fn follow(&mut self, changes: &[Change]) {
         for change in changes {
             match *change {
@@ -159,12 +162,13 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Forgets the hidden polygons in the last frame of view number `view`: all polygons in view count as visible.
+    /// Drops the hidden polygons of view number `view`, so that all polygons in view count as visible.
     pub fn forget(&mut self, view: usize) {
         self.view(view).clear();
     }
 
-    /// Fills the picture for view number `view` with the polygons in view that were not hidden in the last frame.
+    /// Fills the picture for view number `view` with the polygons of `in_view` that were not hidden in the view's last
+    /// frame.
     pub fn build(
         &mut self,
         view: usize,
@@ -228,8 +232,8 @@ impl PreviousFrameOccluders {
         }
     }
 
-    /// Sets `drawn` to the polygons in view that the picture does not hide, and stores them for the next frame of this
-    /// view. The picture must be built for the view.
+    /// Sets `drawn` to the polygons in view that the picture does not hide, and stores them for the next frame of view
+    /// number `view`. The picture must be built for this view.
     pub fn cull(
         &mut self,
         view: usize,
@@ -253,7 +257,8 @@ impl PreviousFrameOccluders {
             let seen = &self.views[view];
             for (block, mask) in in_view.blocks() {
                 let left = mask & drawn.mask(block);
-                // A polygon visible in the last frame most often is so in this one: a few are tested in each frame.
+                // A polygon that was visible in the last frame mostly is visible in this one, so only a share of these
+                // polygons is tested.
                 let is_turn = block % TESTED_EVERY == seen.frame % TESTED_EVERY;
                 let tested = if is_turn { left } else { left & !seen.drawn.mask(block) };
                 let mut hidden = 0;

@@ -1,10 +1,10 @@
-//! Polygons as pixels of a picture of a view's window.
+//! Converts between directions from the eye and pixels of a picture of the window.
 
 use glam::{DVec2, DVec3};
 
 use crate::view::ViewWindow;
 
-/// Transform from the eye's space to pixels.
+/// The transform from the eye's space (world axes, the eye as origin) to pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Raster {
     pub(crate) eye_in_world: DVec3,
@@ -12,16 +12,16 @@ pub struct Raster {
     right: DVec3,
     up: DVec3,
     corner: DVec2,
-    /// Opposite to `corner`.
+    /// The corner opposite to `corner`.
     far_corner: DVec2,
     pixels_a_unit: DVec2,
-    /// `right` and `up` by pixels, and the direction to pixel (0, 0) at distance 1 before the eye.
+    /// `right` and `up` for one pixel, and the direction to pixel (0, 0) at distance 1 before the eye.
     step: [DVec3; 2],
     first: DVec3,
 }
 
 impl Raster {
-    /// A picture of the window with this many pixels across and down.
+    /// A transform to a picture of the window with `width` x `height` pixels.
     pub fn new(window: &ViewWindow, width: f64, height: f64) -> Self {
         let forward = window.forward();
         let flat = window.corners().map(|c| c / c.dot(forward) - forward);
@@ -45,38 +45,38 @@ impl Raster {
         }
     }
 
-    /// Position of a point before the eye, pixels.
+    /// Position of a point before the eye, pixels. `p` is relative to the eye.
     #[inline]
     pub fn project(&self, p: DVec3) -> DVec2 {
         let flat = DVec2::new(self.right.dot(p), self.up.dot(p)) / self.forward.dot(p);
         (flat - self.corner) * self.pixels_a_unit
     }
 
-    /// Position of a point at distance `away` along the view, pixels up: [`Raster::project`]'s, to the last bit.
+    /// Height of a point at the distance `away` along the direction of view, pixels: exactly the y of [`Raster::project`].
     #[inline]
     pub(crate) fn project_up(&self, p: DVec3, away: f64) -> f64 {
         (self.up.dot(p) / away - self.corner.y) * self.pixels_a_unit.y
     }
 
-    /// A vector along `right`, `up` and `forward`.
+    /// The coordinates of a vector along `right`, `up` and `forward`.
     #[inline]
     pub(crate) fn in_axes(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.right.dot(v), self.up.dot(v), self.forward.dot(v))
     }
 
-    /// Unit vectors to the right, up, and along the view.
+    /// Unit vectors to the right, up, and along the direction of view.
     #[inline]
     pub(crate) fn axes(&self) -> [DVec3; 3] {
         [self.right, self.up, self.forward]
     }
 
-    /// Position of the point `right` and `up` at distance 1 before the eye, pixels.
+    /// Position of the point at distance 1 before the eye, `right` to the right and `up` up, pixels.
     #[inline]
     pub(crate) fn flat_in_pixels(&self, right: f64, up: f64) -> DVec2 {
         (DVec2::new(right, up) - self.corner) * self.pixels_a_unit
     }
 
-    /// [`Raster::in_pixels`] for a normal [in axes](Raster::in_axes).
+    /// Does the same as [`Raster::in_pixels`] for a normal given [in axes](Raster::in_axes).
     #[inline]
     pub(crate) fn axes_in_pixels(&self, normal: DVec3) -> [f64; 3] {
         let [x, y] = [normal.x / self.pixels_a_unit.x, normal.y / self.pixels_a_unit.y];
@@ -88,13 +88,13 @@ impl Raster {
         self.corner.abs().max(self.far_corner.abs()).max_element()
     }
 
-    /// Pixels of one unit at distance 1 before the eye, across and up.
+    /// Number of pixels of one unit at distance 1 before the eye, across and up.
     pub(crate) fn pixels_a_unit(&self) -> DVec2 {
         self.pixels_a_unit
     }
 
-    /// A plane through the eye as a function of pixels: `f[0] x + f[1] y + f[2]` has the sign of, and for a cap the
-    /// ratio to, `normal . x` for the direction x of that pixel (at distance 1 before the eye).
+    /// A plane through the eye as a function `f` of pixels: `f[0] x + f[1] y + f[2]` is the scalar product of the normal
+    /// and the direction to pixel (x, y) at distance 1 before the eye.
     #[inline]
     pub fn in_pixels(&self, normal: DVec3) -> [f64; 3] {
         [normal.dot(self.step[0]), normal.dot(self.step[1]), normal.dot(self.first)]

@@ -8,32 +8,33 @@ use super::{
 };
 use crate::{polygon::Geometry, view::ViewWindow};
 
-/// An occluder inside one of this many better ones is left out. More: fewer useless occluders, more tests.
+/// An occluder is left out if one of this number of better occluders hides it wholly. If it is larger, fewer useless
+/// occluders are selected, with more tests.
 const COVERED_BY_FIRST: usize = 8;
 
-/// Room for shadows of each measured candidate. Nearly all have one; some are divided into their polygons. If the room
-/// runs out, fewer candidates are measured.
+/// Number of shadows reserved for each measured candidate. Nearly all candidates have one; some are divided into their
+/// polygons. If the room is used up, fewer candidates are measured.
 const SHADOWS_EACH: usize = 4;
 
-/// Most shadows of one candidate: two for each polygon.
+/// Largest number of shadows of one candidate: two for each polygon.
 const MOST_SHADOWS: usize = 2 * MAX_PATCH;
 
-/// Score of an occluder. It changes the number of hidden polygons found, never soundness.
+/// The score of an occluder. It affects the number of hidden polygons found, never soundness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Score {
-    /// The solid angle of the part in the window.
+    /// The solid angle of the occluder's part in the window.
     #[default]
     SolidAngle,
-    /// Only the paper's equation (1): `A |N . V| / D^2`, with the area `A`, the normal `N`, the viewing direction `V`
-    /// and the distance `D`.
+    /// Equation (1) of the paper alone: `A |N . V| / D^2`, with the area `A`, the normal `N`, the viewing direction `V` and
+    /// the distance `D`.
     Paper,
 }
 
 impl Score {
-    /// Both.
+    /// Both scores.
     pub const ALL: [Self; 2] = [Self::SolidAngle, Self::Paper];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::SolidAngle => "solid-angle",
@@ -47,17 +48,18 @@ impl Score {
 pub struct SelectConfig {
     /// Score by which occluders are selected.
     pub score: Score,
-    /// Most occluders of a frame.
+    /// Largest number of occluders of a frame.
     pub occluders: usize,
-    /// Candidates that are measured exactly after a rough choice, as a multiple of the occluders; none with
-    /// [`Score::Paper`].
+    /// Number of candidates that are measured exactly after the rough selection, as a multiple of `occluders`.
+    /// [`Score::Paper`] measures none.
     pub measured: usize,
-    /// The selection stops at occluders that fill less than this part of the window; not with [`Score::Paper`].
+    /// The selection stops at the first occluder that fills less than this fraction of the window. [`Score::Paper`] does
+    /// not stop.
     pub least_share: f64,
 }
 
 impl Default for SelectConfig {
-    /// 64 occluders from 128 measured ones, each at least a thousandth of the window.
+    /// 64 occluders from 128 measured candidates; each fills at least a thousandth of the window.
     fn default() -> Self {
         Self { score: Score::SolidAngle, occluders: 64, measured: 2, least_share: 1.0e-3 }
     }
@@ -66,37 +68,37 @@ impl Default for SelectConfig {
 /// Counts of a selection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelectCounts {
-    /// Candidates in the pool.
+    /// Number of candidates in the pool.
     pub candidates: u32,
-    /// Candidates near the window and not too small by the rough score.
+    /// Number of candidates near the window that are not too small by the rough score.
     pub seen: u32,
-    /// Candidates measured exactly.
+    /// Number of candidates measured exactly.
     pub measured: u32,
-    /// Candidates not measured again, because they were useless a few frames ago.
+    /// Number of candidates not measured again, because they were useless a few frames ago.
     pub known: u32,
-    /// Candidates left out because a better one hides them.
+    /// Number of candidates left out because a better candidate hides them.
     pub covered: u32,
-    /// Occluders chosen.
+    /// Number of selected occluders.
     pub chosen: u32,
 }
 
 /// Selects the occluders of a frame.
 ///
 /// # The score
-/// Equation (1) of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", after S. Coorg,
-/// S. Teller, "Real-Time Occlusion Culling for Models with Large Occluders", 1997: area times the cosine between
-/// normal and view, over the squared distance; approximately a solid angle. It sorts the pool roughly. The best are
-/// then measured: the solid angle of their part in the window (see [`ShadowVolume::solid_angle_in`]).
+/// Equation (1) of "A Study on the Real Time Culling of Infinite Sets of Geometries Using OSP Tree", after S. Coorg, S.
+/// Teller, "Real-Time Occlusion Culling for Models with Large Occluders", 1997: area times the cosine between normal and
+/// view, over the squared distance. It approximates the solid angle, and sorts the pool roughly. The best candidates are
+/// then measured exactly: the solid angle of their part in the window (see [`ShadowVolume::solid_angle_in`]).
 ///
 /// # Differences from the paper
-/// The cosine's sign is dropped: drawn polygons have two sides, and with the sign half of them would be lost. With
+/// The sign of the cosine is dropped, because drawn polygons have two sides and the sign would exclude half of them. With
 /// [`Score::Paper`] the order is that of equation (1) alone, with the viewing direction as `V`.
 #[derive(Clone, Debug)]
 pub struct Selector {
     config: SelectConfig,
     rough: Vec<(f32, u32)>,
     shadows: Vec<ShadowVolume>,
-    /// By shadow: the place of its candidate in `known`.
+    /// For each shadow, the index of its candidate in `known`.
     places: Vec<usize>,
     measured: Vec<(f64, u32)>,
     chosen: Vec<ShadowVolume>,
@@ -104,7 +106,7 @@ pub struct Selector {
 }
 
 impl Selector {
-    /// A selector; allocates its memory now, except for a few bytes for each candidate of its pools.
+    /// A selector with its memory allocated, except some bytes for each candidate of its pools.
     pub fn new(config: SelectConfig) -> Self {
         let shadows = SHADOWS_EACH * config.measured * config.occluders + MOST_SHADOWS;
         Self {
@@ -118,19 +120,19 @@ impl Selector {
         }
     }
 
-    /// Makes room for pools of this many candidates.
+    /// Makes room for pools of `candidates` candidates.
     pub fn reserve(&mut self, candidates: usize) {
         self.rough.reserve((MOST_WALLS + candidates).saturating_sub(self.rough.len()));
         self.known.reserve((MOST_WALLS + candidates).saturating_sub(self.known.len()));
     }
 
-    /// The occluders of the last [`Selector::select`], best first.
+    /// The occluders of the last [`Selector::select`], the best first.
     pub fn chosen(&self) -> &[ShadowVolume] {
         &self.chosen
     }
 
-    /// Selects occluders for a window, from a pool that has followed this geometry. Takes O(pool), and O(occluders)
-    /// for the exact part.
+    /// Selects occluders for a window. `pool` must have received all changes of `geometry`. Takes O(pool) for the rough
+    /// selection and O(occluders) for the exact one.
     pub fn select(
         &mut self,
         pool: &OccluderPool,
@@ -165,7 +167,7 @@ impl Selector {
             counts.chosen = self.chosen.len() as u32;
             return counts;
         }
-        // By slot from here on, so that nothing depends on the order of the partial sort.
+        // The candidates are sorted by slot from here on, so that nothing depends on the order of the partial sort.
         self.rough.sort_unstable_by_key(|&(_, slot)| slot);
         self.shadows.clear();
         self.places.clear();
@@ -182,7 +184,7 @@ impl Selector {
             counts.measured += 1;
             pool.push_shadows(slot, geometry, window, &mut self.shadows);
             self.places.resize(self.shadows.len(), place);
-            // Rests unless it is selected.
+            // The candidate rests for some frames unless it is selected below.
             self.note(place, sketch, &rough);
         }
         self.measured.clear();
@@ -199,7 +201,7 @@ impl Selector {
                 counts.covered += 1;
                 continue;
             }
-            // A candidate without room may be better next time.
+            // A candidate left out because the list is full may be selected next time, so it does not rest.
             let known = &mut self.known[self.places[i as usize]];
             (known.left, known.length) = (0, 0);
             if !is_full {
@@ -210,12 +212,12 @@ impl Selector {
         counts
     }
 
-    /// Drops the state of earlier frames: the next selection measures every candidate.
+    /// Drops the state of earlier frames, so that the next selection measures every candidate.
     pub fn forget(&mut self) {
         self.known.clear();
     }
 
-    /// Selects the scored occluders in their order.
+    /// Selects the scored candidates in their order, without measuring them.
     fn choose_in_order(&mut self, pool: &OccluderPool, geometry: &dyn Geometry, window: &ViewWindow) {
         self.chosen.clear();
         for &(_, slot) in &self.rough {
@@ -234,15 +236,15 @@ impl Selector {
             let score = sketch.area_vector.dot(forward).abs() / to.length_squared();
             let reach = -sketch.radius_m;
             let outside = sides.iter().any(|side| side.dot(to) < reach) || forward.dot(to) - near_m < reach;
-            // Also leaves out free slots, whose area is zero, and NaN.
+            // The comparison also excludes NaN, and free slots, whose area is zero.
             if score > 0.0 && !outside {
                 self.rough.push((score, slot));
             }
         }
     }
 
-    /// Whether a candidate may be measured now. Not if a few frames ago it was too small, or hidden behind a better
-    /// one, and it looks the same from here.
+    /// Whether a candidate may be measured now. It may not if it was too small or hidden behind a better candidate a few
+    /// frames ago and looks the same from this window.
     fn is_due(&mut self, place: usize, sketch: &Sketch, window: &RoughWindow) -> bool {
         let Some(known) = self.known.get_mut(place) else { return true };
         if known.left == 0 {
@@ -260,7 +262,7 @@ impl Selector {
         !is_same
     }
 
-    /// Notes that a candidate was measured and was useless.
+    /// Records that a candidate was measured. It rests unless it is selected.
     fn note(&mut self, place: usize, sketch: Sketch, window: &RoughWindow) {
         if self.known.len() <= place {
             self.known.resize(place + 1, Known::NOTHING);
@@ -271,23 +273,23 @@ impl Selector {
     }
 }
 
-/// A useless candidate is not measured again for one frame, then for two, four, up to this many.
+/// A useless candidate is not measured again for one frame, then for two, four, up to this number.
 const LONGEST_REST: u8 = 16;
 
-/// ... unless the eye has moved by this part of its distance,
+/// The rest ends early if the eye has moved by this fraction of its distance from the candidate.
 const MOST_MOVED: f32 = 0.02;
 
-/// ... or the view has turned by more than this, one degree.
+/// The rest ends early if the view has turned by more than the angle with this cosine, one degree.
 const MOST_TURNED_COSINE: f32 = 0.999_85;
 
-/// State of a candidate from previous frames.
+/// The state of a candidate from earlier frames.
 #[derive(Clone, Copy, Debug)]
 struct Known {
-    /// The candidate at its last measurement, from this eye and in this direction.
+    /// The candidate, the eye and the direction of view at the last measurement.
     sketch: Sketch,
     eye: Vec3,
     forward: Vec3,
-    /// Remaining frames of its rest, and the length of the rest.
+    /// Number of frames left of its rest, and the length of the rest.
     left: u8,
     length: u8,
 }
@@ -300,7 +302,8 @@ impl Known {
 fn rough_window(window: &ViewWindow, least_sr: f32) -> RoughWindow {
     let corners = window.corners();
     let side = |i: usize| corners[i].cross(corners[(i + 1) % 4]).normalize_or_zero().as_vec3();
-    // The rough score of a near, large polygon may be off by more than one half; a quarter is not. Its square needs no root.
+    // The rough score of a near, large polygon may be wrong by more than a half, but not by three quarters. The comparison
+    // of squares needs no root.
     let least = 0.25 * least_sr;
     RoughWindow {
         eye: window.eye_in_world().as_vec3(),
@@ -308,12 +311,12 @@ fn rough_window(window: &ViewWindow, least_sr: f32) -> RoughWindow {
         forward: window.forward().as_vec3(),
         near_m: window.near_m() as f32,
         least_squared: least * least,
-        // For polygons that are not quite flat.
+        // A margin for polygons that are not quite flat.
         least_bound: 0.8 * least_sr,
     }
 }
 
-/// Whether all of an occluder is in the shadow of another: it hides nothing that the other does not.
+/// Whether all of an occluder lies in the shadow of a better one, so that it hides nothing more.
 fn covers(better: &ShadowVolume, other: &ShadowVolume) -> bool {
     let corners = other.corners();
     let beyond = |normal: DVec3, distance: f64| corners.iter().all(|v| normal.dot(*v) >= distance);

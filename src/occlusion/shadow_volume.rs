@@ -8,41 +8,41 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Most sides of a shadow volume. A polygon may have one corner less: the near plane can add one.
+/// Largest number of sides of a shadow volume. A polygon may have one corner less, because the near plane can add one.
 pub const MAX_SIDES: usize = 8;
 
-/// Why a polygon casts no usable shadow from this eye. It is then no occluder, which is always safe.
+/// The reason why a polygon casts no usable shadow from this eye. It is then no occluder, which is always safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NotAnOccluder {
-    /// Fewer than 3 corners, or at least [`MAX_SIDES`].
+    /// The polygon has fewer than 3 corners, or at least [`MAX_SIDES`].
     #[error("expected 3 to 7 corners")]
     CornerCount,
     /// A corner is not finite.
     #[error("expected finite corners")]
     NotFinite,
-    /// No part of it is beyond the near plane.
+    /// No part of the polygon lies beyond the near plane.
     #[error("expected a part beyond the near plane")]
     TooNear,
-    /// It has no area, or the eye lies (almost) in its plane.
+    /// The polygon has no area, or the eye lies (almost) in its plane.
     #[error("seen edge-on, or without area")]
     EdgeOn,
-    /// An edge points at the eye, or a corner is a needle: a shadow plane would be random.
+    /// An edge points at the eye, or a corner is a needle, so that the direction of a shadow plane would be random.
     #[error("an edge seen end-on, or a needle")]
     IllConditioned,
-    /// Its outline from the eye is not convex (a bent quad). Its triangles may work.
+    /// The polygon's outline from the eye is not convex (a bent quad). Its triangles may cast shadows.
     #[error("not convex as seen from the eye")]
     NotConvex,
-    /// The near plane cuts it, and it has more than three corners. A bent polygon, if only by rounding, has a defined
-    /// border at the near plane only as triangles.
+    /// The near plane cuts the polygon, and it has more than three corners. A polygon that is bent, if only by rounding,
+    /// has a defined border at the near plane only as triangles.
     #[error("cut by the near plane, and not a triangle")]
     CutByNear,
 }
 
-/// Shadow of one occluder, with the eye as the origin: `{x : side[i] . x >= 0 for all i, and cap_normal . x >=
-/// cap_distance_m}`.
+/// The shadow of one occluder, with the eye as the origin:
+/// `{x : side[i] . x >= 0 for all i, and cap_normal . x >= cap_distance_m}`.
 ///
-/// The cap is the occluder's own plane, pushed to its farthest corner. Without it everything *between* the eye and the
-/// occluder would count as hidden.
+/// The cap is the occluder's own plane, pushed to the occluder's farthest corner. Without the cap, everything *between* the
+/// eye and the occluder would count as hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowVolume {
     len: u8,
@@ -53,10 +53,10 @@ pub struct ShadowVolume {
 }
 
 impl ShadowVolume {
-    /// The shadow of a convex polygon, world space, in either orientation. It may be slightly bent.
+    /// The shadow of a convex polygon, world space, in either orientation. The polygon may be slightly bent.
     ///
-    /// A part nearer than the window's near plane is not drawn, so it casts no shadow. A polygon with more than three
-    /// corners is drawn as a fan of triangles; around which corner does not matter.
+    /// The part in front of the window's near plane is not drawn, so it casts no shadow. The shadow is right for every fan
+    /// of triangles in which the renderer may draw a polygon with more than three corners.
     ///
     /// # Errors
     /// See [`NotAnOccluder`].
@@ -79,7 +79,7 @@ impl ShadowVolume {
         Self::of_outline(&corners[..len], cap_normal)
     }
 
-    /// Appends the shadow of a convex polygon, or the shadows of its triangles if the polygon has none.
+    /// Appends the shadow of a convex polygon. If the polygon has none, appends the shadows of its triangles.
     pub fn push_polygon(corners_in_world: &[Vec3], window: &ViewWindow, out: &mut Vec<Self>) {
         match Self::of_polygon(corners_in_world, window) {
             Ok(volume) => out.push(volume),
@@ -92,8 +92,8 @@ impl ShadowVolume {
         }
     }
 
-    /// The shadow of an outline seen from the eye, in either orientation. Its surface must not reach beyond the plane
-    /// with this normal through the outline's farthest corner.
+    /// The shadow of an outline seen from the eye, in either orientation. The surface inside the outline must not reach
+    /// beyond the plane that has the normal `cap_normal` and passes through the outline's farthest corner.
     pub(super) fn of_outline(outline: &[DVec3], cap_normal: DVec3) -> Result<Self, NotAnOccluder> {
         let len = outline.len();
         if !(3..=MAX_SIDES).contains(&len) {
@@ -138,7 +138,7 @@ impl ShadowVolume {
         &self.corners[..usize::from(self.len)]
     }
 
-    /// Unit normals of the shadow planes, pointing into the shadow; number `i` belongs to the edge from corner `i`.
+    /// Unit normals of the shadow planes, pointing into the shadow; plane `i` contains the edge that begins at corner `i`.
     pub fn sides(&self) -> &[DVec3] {
         &self.sides[..usize::from(self.len)]
     }
@@ -153,7 +153,7 @@ impl ShadowVolume {
         self.cap_distance_m
     }
 
-    /// The solid angle of its part in the window, steradians.
+    /// The solid angle of the shadow's part in the window, steradians.
     pub fn solid_angle_in(&self, window: &ViewWindow) -> f64 {
         let mut outline = [DVec3::ZERO; MAX_SIDES + 4];
         let mut len = usize::from(self.len);
@@ -173,7 +173,8 @@ impl ShadowVolume {
                 &uncut[..len],
                 |p| normal.dot(p),
                 |p| {
-                    // A convex outline gains one corner a plane; more corners come from rounding and are cut off.
+                    // Each plane adds at most one corner to a convex outline. More corners come from rounding, and are
+                    // dropped.
                     if count < outline.len() {
                         outline[count] = p;
                         count += 1;
@@ -189,8 +190,8 @@ impl ShadowVolume {
     }
 }
 
-/// Sets the side planes of a shadow volume, and checks that they are well-conditioned and make a convex cone. All sides are
-/// computed side by side, in plain loops that become vector instructions.
+/// Sets the side planes of a shadow volume, and checks that they are well-conditioned and form a convex cone. All sides are
+/// computed together in plain loops, which the compiler vectorises.
 struct RaiseSides<'a>(&'a mut ShadowVolume);
 
 impl WithKernel for RaiseSides<'_> {
@@ -203,7 +204,7 @@ impl WithKernel for RaiseSides<'_> {
         let len = usize::from(volume.len);
         let (mut from, mut to) = ([[0.0_f64; N]; 3], [[0.0_f64; N]; 3]);
         for i in 0..N {
-            // Unused lanes repeat the last one.
+            // Unused lanes repeat the last side.
             let i_or_last = i.min(len - 1);
             let next = if i_or_last + 1 == len { 0 } else { i_or_last + 1 };
             for axis in 0..3 {
@@ -214,10 +215,10 @@ impl WithKernel for RaiseSides<'_> {
         let (mut sides, mut end_on) = ([[0.0_f64; N]; 3], [0.0_f64; N]);
         for i in 0..N {
             let [x, y, z] = [from[0][i], from[1][i], from[2][i]];
-            // `from x (to - from)`: short edges lose no precision, only edges that point at the eye do.
+            // `from x (to - from)` loses precision only for edges that point at the eye, not for short edges.
             let [u, v, w] = [to[0][i] - x, to[1][i] - y, to[2][i] - z];
             let [a, b, c] = [y * w - v * z, z * u - w * x, x * v - u * y];
-            // Squares of sines: no roots needed.
+            // Squares of sines are compared, so no roots are needed.
             let area = a * a + b * b + c * c;
             end_on[i] = area / ((x * x + y * y + z * z) * (u * u + v * v + w * w));
             let length = area.sqrt();
@@ -229,8 +230,8 @@ impl WithKernel for RaiseSides<'_> {
         }
         let mut last = volume.sides[len - 1];
         for &side in &volume.sides[..len] {
-            // A straight corner is well-conditioned: its two planes are one. Only the sharp ones (a small sine and
-            // normals that point against each other) let the shadow run out of the polygon.
+            // A straight corner is well-conditioned, because its two planes are one. At sharp corners, with a small sine
+            // and normals that point against each other, the shadow would reach out of the polygon.
             let needle = if last.dot(side) < 0.0 { last.cross(side).length_squared() } else { 1.0 };
             let condition = end_on * needle;
             if condition.is_nan() || condition < END_ON_SINE * END_ON_SINE {
@@ -259,8 +260,8 @@ impl WithKernel for RaiseSides<'_> {
     }
 }
 
-/// The drawn part of a convex polygon, beyond the near plane, and whether anything is cut off. (A cut need not add a
-/// corner: the near plane may pass through two of the polygon's.)
+/// The drawn part of a convex polygon, beyond the near plane, and whether the plane cut anything off. (A cut need not add a
+/// corner, because the near plane may pass through two corners of the polygon.)
 fn clip_to_near(
     corners: &[DVec3],
     window: &ViewWindow,
@@ -269,7 +270,7 @@ fn clip_to_near(
         return Err(NotAnOccluder::NotFinite);
     }
     let far = corners.iter().map(|v| v.length()).fold(0.0, f64::max);
-    // Even without a near plane, points at the eye itself have no direction.
+    // Even without a near plane, points at the eye have no direction, so the plane stays before the eye.
     let near = window.near_m().max(1.0e-9 * far);
     let mut kept = [DVec3::ZERO; MAX_SIDES];
     let (mut len, mut is_cut, mut is_too_long) = (0, false, false);
@@ -282,7 +283,7 @@ fn clip_to_near(
                 return;
             }
             is_too_long |= len == MAX_SIDES;
-            // Two corners at one place would make an edge without direction.
+            // Two equal corners would make an edge without direction.
             if !is_too_long && (len == 0 || kept[len - 1] != p) {
                 kept[len] = p;
                 len += 1;

@@ -1,23 +1,23 @@
-//! Structure-of-arrays bounds of occluder candidates, prefiltered sixteen at a time.
+//! Bounds of occluder candidates in structures of arrays, scored roughly, sixteen at a time.
 
 use glam::Vec3;
 
 use crate::index::simd::{Backend, Kernel, WithKernel};
 
-/// Candidates side by side.
+/// Number of candidates of a block, which are scored together.
 const LANES: usize = 16;
 
-/// Bounds and area of a candidate, for the rough choice.
+/// Bounds and area of a candidate, for the rough selection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sketch {
     pub(super) center: Vec3,
     pub(super) radius_m: f32,
-    /// Normal (either side) with the area as its length, m^2; zero for a free slot.
+    /// Normal, pointing to either side, with the area as its length, m^2; zero for a free slot.
     pub(super) area_vector: Vec3,
 }
 
 impl Sketch {
-    /// Sketch of a free slot.
+    /// The sketch of a free slot.
     pub(super) const FREE: Self = Self { center: Vec3::ZERO, radius_m: 0.0, area_vector: Vec3::ZERO };
 
     pub(super) fn is_free(&self) -> bool {
@@ -25,7 +25,7 @@ impl Sketch {
     }
 }
 
-/// Sixteen sketches, one array per number: centre, radius, area vector.
+/// Sixteen sketches, a row for each number: centre, radius, area vector.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Block([[f32; LANES]; 7]);
@@ -38,7 +38,7 @@ pub(super) struct Sketches {
 }
 
 impl Sketches {
-    /// An empty list with room for this many.
+    /// An empty list with room for `sketches` sketches.
     pub(super) fn with_capacity(sketches: usize) -> Self {
         Self { blocks: Vec::with_capacity(sketches.div_ceil(LANES)), len: 0 }
     }
@@ -74,22 +74,22 @@ impl Sketches {
         (0..self.len).map(|i| self.get(i))
     }
 
-    /// Appends number, counted from `first`, and score of every candidate that may fill enough of a window.
+    /// Appends score and number, counted from `first`, of every candidate that may fill enough of a window.
     pub(super) fn score(&self, window: &RoughWindow, first: u32, out: &mut Vec<(f32, u32)>) {
         Backend::detect().run(Scoring { sketches: self, window, first, out });
     }
 }
 
-/// A window in the precision of a rough choice.
+/// A window, reduced to what the rough selection needs, in single precision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughWindow {
     pub(super) eye: Vec3,
-    /// Normals of its four sides, pointing inwards.
+    /// Normals of the window's four sides, pointing inwards.
     pub(super) sides: [Vec3; 4],
     pub(super) forward: Vec3,
     pub(super) near_m: f32,
-    /// The square of the least solid angle of a candidate, by the rough score and by the bound from its bounding
-    /// sphere.
+    /// The square of the least solid angle of a candidate by the rough score. `least_bound` is the least solid angle by the
+    /// bound from the candidate's sphere.
     pub(super) least_squared: f32,
     pub(super) least_bound: f32,
 }
@@ -109,7 +109,8 @@ impl WithKernel for Scoring<'_> {
         let Self { sketches, window, first, out } = self;
         let RoughWindow { eye, sides, forward, near_m, least_squared, least_bound } = *window;
         for (number, Block([cx, cy, cz, radius, ax, ay, az])) in sketches.blocks.iter().enumerate() {
-            // Plain loops over lanes, for vector instructions. Free slots have area 0, and NaN gets no score.
+            // These are plain loops over lanes, which the compiler vectorises. Free slots have area 0, and NaN gets no
+            // score.
             let mut scores = [0.0_f32; LANES];
             for k in 0..LANES {
                 let (x, y, z, r) = (cx[k] - eye.x, cy[k] - eye.y, cz[k] - eye.z, radius[k]);
@@ -120,7 +121,8 @@ impl WithKernel for Scoring<'_> {
                 // If the eye is inside the bounding sphere, the occluder may fill any part of the window.
                 let is_around =
                     (distance_squared <= r * r) & ((ax[k] != 0.0) | (ay[k] != 0.0) | (az[k] != 0.0));
-                // A flat occluder is no nearer than its sphere, so it fills at most this.
+                // No point of the occluder is nearer than its sphere. A flat occluder therefore fills at most this solid
+                // angle.
                 let nearest = distance_squared.sqrt() - r;
                 let is_small = facing.abs() < least_bound * (nearest * nearest * nearest);
                 let is_seen = (along(sides[0]) >= -r)

@@ -7,26 +7,26 @@ use crate::{
     view::View,
 };
 
-/// Approximate cost of offering a polygon to the pool, nanoseconds.
+/// Approximate time to offer a polygon to the pool, nanoseconds.
 const OFFER_NS: f64 = 1500.0;
 
 /// Time to read a polygon's area, nanoseconds.
 const LOOK_NS: f64 = 10.0;
 
-/// Most polygons of removed candidates that are offered again in a frame, in steps.
+/// Largest number of polygons of removed candidates that [`OcclusionStage::follow_in_steps`] offers again in a frame.
 const OFFERS_A_STEP: usize = 16;
 
-/// Most changed polygons whose size is tested one by one.
+/// Largest number of changed polygons whose size is tested one by one.
 const MOST_LOOKS: usize = 64;
 
-/// Most polygons that are offered in the frame of their arrival.
+/// Largest number of polygons that are offered in the frame of their arrival.
 const MOST_AT_ONCE: f64 = 16.0;
 
-/// Fewer offers than this wait for later frames, so that most frames have none.
+/// If fewer offers than this are possible, they wait for later frames, so that most frames make none.
 const LEAST_OFFERS: usize = 128;
 
-/// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] for all views
-/// in turn.
+/// The state of occlusion culling from frame to frame: the candidates for occluders, and a [`ViewOcclusion`] that culls all
+/// views one after the other.
 #[derive(Debug)]
 pub struct OcclusionStage {
     config: OcclusionConfig,
@@ -40,18 +40,19 @@ impl OcclusionStage {
         Self::with_culler(kind.create(config.select.occluders), config)
     }
 
-    /// A stage around any culler.
+    /// A stage with this culler.
     pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: OcclusionConfig) -> Self {
         let view = ViewOcclusion::with_culler(culler, &config);
         Self { config, pool: OccluderPool::new(config.pool), view }
     }
 
-    /// Makes room for scenes of this many polygons.
+    /// Makes room for scenes with `polygons` polygons.
     pub fn reserve(&mut self, polygons: usize) {
         self.pool.reserve(polygons);
     }
 
-    /// Changes the culler, and the most occluders of a frame, for which it has room; the candidates stay.
+    /// Replaces the culler, which has room for `occluders` occluders, and the largest number of occluders of a frame. The
+    /// candidates stay.
     pub(crate) fn set_culler(&mut self, culler: Box<dyn OcclusionCuller>, occluders: usize) {
         self.config.select.occluders = occluders;
         self.view = ViewOcclusion::with_culler(culler, &self.config);
@@ -63,18 +64,18 @@ impl OcclusionStage {
         self.view.set_cull(cull);
     }
 
-    /// Follows a frame's changes; once for every culled frame.
+    /// Applies a frame's changes to the candidates. Call it once for every culled frame.
     pub fn follow(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow(geometry, changes);
     }
 
-    /// Follows the loading of a whole model; see [`OccluderPool::join_walls`].
+    /// Applies the changes of loading a whole model; see [`OccluderPool::join_walls`].
     pub fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow(geometry, changes);
         self.pool.join_walls(geometry);
     }
 
-    /// [`OcclusionStage::load`] in parts.
+    /// Applies a part of the changes of [`OcclusionStage::load`].
     pub(crate) fn load_part(&mut self, geometry: &dyn Geometry, part: &[Change], is_last: bool) {
         self.pool.follow(geometry, part);
         if is_last {
@@ -82,19 +83,19 @@ impl OcclusionStage {
         }
     }
 
-    /// As [`OcclusionStage::follow`], but offers the polygons of removed candidates again a few at a time, in this and
-    /// later frames.
+    /// Does the same as [`OcclusionStage::follow`], but offers the polygons of removed candidates again a few at a time, in
+    /// this and later frames.
     pub(crate) fn follow_in_steps(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.pool.follow_in_steps(geometry, changes, OFFERS_A_STEP);
     }
 
-    /// Whether there are polygons that were not considered as occluders yet.
+    /// Whether some polygons have not been considered as occluders yet.
     pub(crate) fn is_behind(&self, geometry: &dyn Geometry) -> bool {
         self.pool.is_behind(geometry)
     }
 
-    /// Whether a new polygon of these changes may fill enough of a view to be an occluder, or there are too many to
-    /// test.
+    /// Whether a polygon of these changes may fill enough of a view to be an occluder. Also returns true if there are too
+    /// many changes to test.
     pub(crate) fn comes_large(&self, geometry: &dyn Geometry, changes: &[Change], views: &[View]) -> bool {
         let came = changes.iter().filter_map(|change| match *change {
             Change::Insert(id) | Change::Update(id) | Change::Repaint(id) => Some(id),
@@ -108,21 +109,24 @@ impl OcclusionStage {
             let eye = window.eye_in_world().as_vec3();
             let least_sr = least_share * window.solid_angle_sr() as f32;
             came.clone().any(|id| {
-                // The box first, which has just been inserted: a polygon is no larger than a disk of its diagonal.
+                // The box is read first, because it was just inserted and is in the cache. A polygon is no larger than a
+                // disk with the box's diagonal.
                 let bounds = geometry.bounds(id);
                 let disk_m2 = std::f32::consts::FRAC_PI_4 * bounds.extent().length_squared();
                 if disk_m2 < least_sr * bounds.distance_squared(eye) || !geometry.is_present(id) {
                     return false;
                 }
                 let Some(polygon) = geometry.occluder(id) else { return false };
-                // No less than the solid angle: the area as if it faced the eye, at its nearest point.
+                // The solid angle is at most that of a polygon with this area that faces the eye at the box's nearest
+                // point.
                 0.5 * polygon.area_vector().length() >= least_sr * bounds.distance_squared(eye)
             })
         })
     }
 
-    /// Replaces [`OcclusionStage::follow`] in a frame that is not culled. It does only the urgent work, and makes new
-    /// polygons candidates for about `budget_ns` nanoseconds. Returns about the part of the budget that it took.
+    /// Replaces [`OcclusionStage::follow`] in a frame that is not culled. It does only the urgent work, then makes new
+    /// polygons candidates for about `budget_ns` nanoseconds. Returns the approximate time that it spent of this budget,
+    /// nanoseconds.
     pub(crate) fn follow_roughly(
         &mut self,
         geometry: &dyn Geometry,
@@ -134,7 +138,7 @@ impl OcclusionStage {
         let mut spent_ns = looks_ns + self.pool.follow_roughly(geometry, changes, at_once) as f64 * OFFER_NS;
         let offers = ((budget_ns - spent_ns) / OFFER_NS) as usize;
         if offers >= LEAST_OFFERS && self.pool.is_behind(geometry) {
-            // The search itself costs time, too.
+            // The search for the polygons costs time, too.
             spent_ns += (self.pool.catch_up(geometry, offers) + 1) as f64 * OFFER_NS;
         }
         spent_ns
@@ -150,7 +154,7 @@ impl OcclusionStage {
         (&self.pool, &mut self.view)
     }
 
-    /// The candidates.
+    /// The candidates for occluders.
     pub fn pool(&self) -> &OccluderPool {
         &self.pool
     }
@@ -161,9 +165,8 @@ impl OcclusionStage {
     }
 }
 
-/// Approximate cost of a frame's occlusion culling, nanoseconds, from its work counts alone: the same on every
-/// machine. The factors were measured once, on one 2-core x86-64 machine; only their ratio to the cost of drawing
-/// matters.
+/// Approximate time of a frame's occlusion culling, nanoseconds, computed from its work counts: the same on every machine.
+/// The factors were measured once, on a 2-core x86-64 machine. Only their ratio to the cost of drawing matters.
 pub(crate) fn work_ns(select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) -> f64 {
     let of = |count: u64, ns: f64| count as f64 * ns;
     of(u64::from(select.candidates), 1.5)

@@ -1,11 +1,11 @@
-//! The tolerances of occlusion culling. All are relative: doubling the model changes no answer.
+//! The tolerances of occlusion culling. All of them are relative, so doubling the model changes no verdict.
 
-/// A volume counts as beyond a plane only by this fraction of its distance plus its size. Covers the rounding of every
-/// `f64` step between the vertices of an occluder and the answer. Larger: polygons that lie close behind their occluder
-/// are drawn though hidden.
+/// A volume counts as beyond a plane only if it is beyond by this fraction of its distance plus its size. This covers the
+/// rounding of every `f64` step between the vertices of an occluder and the verdict. If it is larger, polygons that lie
+/// close behind their occluder are drawn though hidden.
 ///
-/// A much smaller one is too small: the shadow planes have an error of 2e-16 over [`END_ON_SINE`], so of 2e-10. Omitted
-/// planes add [`IMPLIED_SINE`], outlines that count as convex 1e-10.
+/// It cannot be much smaller: the shadow planes have an error of 2e-16 over [`END_ON_SINE`], so of 2e-10. Omitted planes
+/// add [`IMPLIED_SINE`], and outlines that count as convex add 1e-10.
 pub const QUERY_SLACK: f64 = 1.0e-9;
 
 /// A splitting plane is omitted if the cell reaches behind it by at most this sine. It is the angle by which a shadow
@@ -14,18 +14,18 @@ pub const QUERY_SLACK: f64 = 1.0e-9;
 /// cut twice.
 pub const IMPLIED_SINE: f64 = 1.0e-13;
 
-/// A piece of an occluder reaches a cell if it sticks into it by this sine. The value affects only the effort: a piece
-/// only decides whether an occluder divides a cell, so lost pieces make the shadow smaller. At zero, pieces that only
-/// touch a cell are cut off first and then dropped for [`RELEVANT_AREA_SR`].
+/// A piece of an occluder reaches a cell if it extends into the cell by this sine. The value affects only the work: a piece
+/// only decides whether an occluder divides a cell, so lost pieces make the shadow smaller. At zero, pieces that only touch
+/// a cell are clipped first and then dropped because of [`RELEVANT_AREA_SR`].
 pub const RELEVANT_SINE: f64 = 1.0e-9;
 
-/// Pieces of occluders below this solid angle, steradians, are dropped (a pixel of a 4k screen is about 1e-7).
-/// Larger: less work, smaller shadows. At zero, slivers that hide no pixel divide cells.
+/// Pieces of occluders below this solid angle, steradians, are dropped (a pixel of a 4k screen is about 1e-7). If it is
+/// larger, builds take less time and shadows are smaller. At zero, slivers that hide no pixel divide cells.
 pub const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
-/// An occluder whose plane passes the eye at less than this fraction of its farthest vertex's distance is rejected: it
-/// is seen edge-on. Larger: long floors seen from low above stop occluding. Smaller: the error of its plane's depth,
-/// 4e-16 times the tangent of the direction over this, nears the resolution of a depth buffer in `f32`.
+/// An occluder is rejected as edge-on if its plane passes the eye at less than this fraction of its farthest vertex's
+/// distance. If it is larger, long floors seen from low above stop occluding. If it is smaller, the error of the plane's
+/// depth, 4e-16 times the tangent of the direction over this, nears the resolution of a depth buffer in `f32`.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 
 /// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the

@@ -1,4 +1,4 @@
-//! The tree that all shadow-volume methods share, and its queries. Only the builders differ.
+//! The tree that all shadow-volume methods share, and its queries. The methods differ only in how they build it.
 
 use glam::DVec3;
 
@@ -8,15 +8,15 @@ use crate::{
     math::{Aabb, Part, Sphere, split_convex},
 };
 
-/// Most splitting planes of a tree of this many occluders.
+/// Largest number of splitting planes of a tree for `occluders` occluders.
 pub fn node_budget(occluders: usize) -> usize {
     (occluders * 32).clamp(512, 16_384)
 }
 
-/// Largest depth of the tree; a cell that would lie deeper is not split further. Bounds the stack of a query.
+/// Largest depth of the tree; a cell that would lie deeper is not divided further. It bounds the stack of a query.
 pub const MAX_DEPTH: u32 = 256;
 
-/// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of a list of caps.
+/// A child of a node: another node, an unoccluded leaf, or a leaf in the shadow of occluders, with their caps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Child(u32);
 
@@ -30,15 +30,15 @@ impl Child {
         Self(i)
     }
 
-    /// A leaf inside the side planes of all occluders in this list of caps.
+    /// A leaf that lies inside the side planes of all occluders in this list of caps.
     pub fn leaf(caps: Caps) -> Self {
         Self(Self::LEAF | caps.0)
     }
 
-    /// The number of the node.
+    /// Returns the number of the node.
     ///
     /// # Errors
-    /// The list of caps, if it is a leaf.
+    /// The list of caps, if the child is a leaf.
     pub fn read(self) -> Result<u32, Caps> {
         if self.0 & Self::LEAF == 0 { Ok(self.0) } else { Err(Caps(self.0 & !Self::LEAF)) }
     }
@@ -46,7 +46,7 @@ impl Child {
 
 const NO_CAP: u32 = Child::LEAF - 1;
 
-/// A list of caps, newest first; lists share their tails.
+/// A list of caps, the newest first. Lists share their tails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Caps(u32);
 
@@ -62,13 +62,13 @@ pub(super) struct Cap {
     pub(super) next: Caps,
 }
 
-/// Cell of a culler in which a tested box lies: tests of boxes inside of it may begin there. It is valid until the culler
-/// is built again.
+/// The cell of a culler in which a tested box lies. Tests of boxes inside that box may begin at this cell. It is valid
+/// until the culler is built again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell(Option<Child>);
 
 impl Cell {
-    /// Anywhere.
+    /// The cell that contains all boxes.
     pub const ALL: Self = Self(None);
 }
 
@@ -77,22 +77,22 @@ impl Cell {
 pub struct Node {
     /// The plane's normal; the front is where `normal . x >= 0`.
     pub normal: DVec3,
-    /// Child in front of it.
+    /// The child in front of the plane.
     pub front: Child,
-    /// Child behind it.
+    /// The child behind the plane.
     pub back: Child,
 }
 
-/// Side of a child at its node.
+/// The side of its parent's plane on which a child lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The one in front.
+    /// In front of the plane.
     Front,
-    /// The one behind.
+    /// Behind the plane.
     Back,
 }
 
-/// Place of a child: at the top, or below a node.
+/// The position of a child: at the top, or below a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
     /// At the top.
@@ -101,14 +101,15 @@ pub enum Link {
     Below(u32, Side),
 }
 
-/// Rule by which a volume inside all side planes of a leaf is hidden.
+/// The rule by which a volume inside all side planes of a leaf is hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CapRule {
-    /// Beyond one cap of the list: each belongs to an occluder that covers the whole cell.
+    /// The volume is hidden if it lies beyond one cap of the list, because each cap belongs to an occluder that covers the
+    /// whole cell.
     Any,
-    /// Beyond all caps of the list: together they cover the cell, but each an unknown part of it.
+    /// The volume is hidden if it lies beyond all caps of the list, because their occluders cover the cell only together.
     All,
-    /// Always. Wrong for every volume before its occluder.
+    /// The volume is always hidden. This is wrong for volumes in front of their occluder.
     Ignore,
 }
 
@@ -125,7 +126,7 @@ pub struct ShadowTree {
 }
 
 impl ShadowTree {
-    /// A tree without shadows, with room for this many nodes and caps.
+    /// A tree without shadows, with room for `nodes` nodes and `caps` caps.
     pub fn new(nodes: usize, caps: usize, rule: CapRule) -> Self {
         Self {
             eye_in_world: DVec3::ZERO,
@@ -147,12 +148,12 @@ impl ShadowTree {
         self.depth = 0;
     }
 
-    /// Nodes.
+    /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Levels of nodes.
+    /// Number of levels of nodes.
     pub fn depth(&self) -> u32 {
         self.depth
     }
@@ -178,7 +179,7 @@ impl ShadowTree {
         &self.caps[caps.0 as usize]
     }
 
-    /// First child that a test from this cell reads.
+    /// The first child that a test from this cell reads.
     pub(super) fn below(&self, cell: Cell) -> Child {
         cell.0.unwrap_or(self.top)
     }
@@ -197,7 +198,8 @@ impl ShadowTree {
         }
     }
 
-    /// Appends a node with unoccluded children and attaches it at `link`, at this depth (the top has 1).
+    /// Appends a node with unoccluded children and attaches it at `link`. `depth` is its level; the top has 1. Returns its
+    /// number.
     pub fn push(&mut self, link: Link, normal: DVec3, depth: u32) -> u32 {
         let i = self.nodes.len() as u32;
         self.nodes.push(Node { normal, front: Child::OUT, back: Child::OUT });
@@ -206,13 +208,13 @@ impl ShadowTree {
         i
     }
 
-    /// Whether [`ShadowTree::add_cap`] would allocate. One cap a node and one for the top suffice, except for trees
-    /// whose cells are refined without being divided.
+    /// Whether [`ShadowTree::add_cap`] would allocate. Room for one cap a node and one for the top suffices, except for
+    /// trees whose cells get caps without being divided.
     pub fn is_full_of_caps(&self) -> bool {
         self.caps.len() == self.caps.capacity()
     }
 
-    /// The list `caps` with the cap of one more occluder.
+    /// Returns the list `caps` with the cap of one more occluder.
     pub fn add_cap(&mut self, caps: Caps, occluder: &ShadowVolume) -> Caps {
         let at = Caps(self.caps.len() as u32);
         self.caps.push(Cap {
@@ -233,7 +235,7 @@ impl ShadowTree {
         self.test(&EyeSphere::new(sphere, self.eye_in_world))
     }
 
-    /// Tests a box by its eight corners: a plane that has them on both sides ends the test.
+    /// Tests a box by its eight corners. A plane with corners on both sides ends the test.
     pub fn test_corners(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
@@ -259,7 +261,7 @@ impl ShadowTree {
         }
     }
 
-    /// Tests a box by its outline, clipped by every plane that it straddles. It is slower than
+    /// Tests a box by its outline, clipped by every plane that the box straddles. It is slower than
     /// [`ShadowTree::test_box`], but meets only leaves that the box really reaches.
     pub fn test_outline(&self, bounds: &Aabb) -> Tested {
         let volume = EyeBox::new(bounds, self.eye_in_world);
@@ -271,12 +273,12 @@ impl ShadowTree {
         query.answer()
     }
 
-    /// Tests a box inside a box whose test has ended with cell `from`; also returns the cell of the box itself.
+    /// Tests a box that lies in a box whose test ended with the cell `from`. Returns the verdict and the cell of this box.
     pub fn test_box_in(&self, bounds: &Aabb, from: Cell) -> (Tested, Cell) {
         let volume = EyeBox::new(bounds, self.eye_in_world);
         let mut query = Query { volume: &volume, met_unoccluded: false, met_shadow: false, steps: 0 };
         let mut at = self.below(from);
-        // As long as all of it lies on one side of each plane.
+        // The cell shrinks as long as the whole box lies on one side of each plane.
         while let Ok(i) = at.read() {
             let node = &self.nodes[i as usize];
             let (low, high) = volume.reach(node.normal);
@@ -299,7 +301,7 @@ impl ShadowTree {
         query.answer()
     }
 
-    /// Recurses only if the volume straddles a plane; [`MAX_DEPTH`] bounds the recursion.
+    /// Recurses only if the volume straddles a plane. [`MAX_DEPTH`] bounds the recursion.
     fn descend<V: Volume>(&self, mut at: Child, query: &mut Query<'_, V>) {
         loop {
             let node = match at.read() {
@@ -404,17 +406,17 @@ impl<V> Query<'_, V> {
 
 /// A tested volume, with the eye as the origin.
 pub trait Volume {
-    /// Its smallest and largest distance from the plane through the eye with this unit normal.
+    /// The volume's smallest and largest signed distance from the plane through the eye with this unit normal.
     fn reach(&self, normal: DVec3) -> (f64, f64);
-    /// Distance from which it counts as beyond a plane, metres.
+    /// Distance behind a plane, metres, from which on the volume counts as beyond the plane.
     fn slack(&self) -> f64;
-    /// Bound of its coordinates relative to the eye, metres.
+    /// Upper bound of the volume's coordinates relative to the eye, metres.
     fn size(&self) -> f64 {
         self.slack() / QUERY_SLACK
     }
 }
 
-/// A box seen from the eye.
+/// A box with the eye as the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeBox {
     center: DVec3,
@@ -432,10 +434,10 @@ impl EyeBox {
         Self { center, half, slack: QUERY_SLACK * (size.x + size.y + size.z) }
     }
 
-    /// The directions to the corners of its outline, in order; `None` from inside or at its border.
+    /// The directions to the corners of the box's outline, in order; `None` if the eye is inside the box or at its border.
     fn outline(&self) -> Option<Outline> {
         let (low, high) = (self.center - self.half, self.center + self.half);
-        // By axis: which of its two faces is visible, if any (true: the one with the larger coordinate).
+        // For each axis, the face that the eye sees, if any; true is the face with the larger coordinate.
         let shows = |axis: usize| {
             if low[axis] > 0.0 { Some(false) } else { (high[axis] < 0.0).then_some(true) }
         };
@@ -456,7 +458,8 @@ impl EyeBox {
             outline.directions[outline.len] = p.normalize_or_zero();
             outline.len += 1;
         };
-        // One face, two faces that share an edge along c, three that share a corner: each step changes one axis.
+        // The eye sees one face, two faces that share an edge along c, or three that share a corner. Each step along the
+        // outline changes one axis.
         match (faces[a]?, faces[b], faces[c]) {
             (a, None, _) => {
                 push(a, false, false);
@@ -507,7 +510,7 @@ impl Volume for EyeBox {
     }
 }
 
-/// A sphere seen from the eye.
+/// A sphere with the eye as the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeSphere {
     center: DVec3,
@@ -524,7 +527,7 @@ impl EyeSphere {
         Self { center, radius, slack: QUERY_SLACK * (size.x + size.y + size.z + radius) }
     }
 
-    /// The box around it.
+    /// The box around the sphere.
     pub(super) fn bounds(&self) -> EyeBox {
         EyeBox { center: self.center, half: DVec3::splat(self.radius), slack: self.slack }
     }
@@ -543,10 +546,11 @@ impl Volume for EyeSphere {
     }
 }
 
-/// Most corners of an outline that is being cut. One that would have more stays uncut, which is safe.
+/// Largest number of corners of an outline that is being clipped. An outline that would have more stays unclipped, which is
+/// safe.
 const MAX_OUTLINE: usize = 12;
 
-/// The outline of a box as directions from the eye.
+/// The outline of a box, as directions from the eye.
 #[derive(Clone, Copy, Debug)]
 struct Outline {
     len: usize,
@@ -558,7 +562,7 @@ impl Outline {
         &self.directions[..self.len]
     }
 
-    /// The part in front of a plane and up to twice [`QUERY_SLACK`] behind it.
+    /// The part of the outline in front of a plane, and up to twice [`QUERY_SLACK`] behind it.
     fn clip(&self, normal: DVec3) -> Self {
         let mut clipped = Self { len: 0, directions: [DVec3::ZERO; MAX_OUTLINE] };
         let mut is_too_long = false;

@@ -5,11 +5,11 @@ use crate::math::Aabb;
 /// Whether a volume is occluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// No part of it is visible through the window.
+    /// No part of the volume is visible through the window.
     Hidden,
-    /// No part of it is hidden by these occluders: its contents need no test.
+    /// The occluders hide no part of the volume, so its contents need no test.
     Unoccluded,
-    /// Neither of the two is certain.
+    /// Neither is certain.
     PartlyHidden,
 }
 
@@ -18,30 +18,30 @@ pub enum Verdict {
 pub struct Tested {
     /// The answer.
     pub verdict: Verdict,
-    /// Planes that the volume was tested against; for a depth buffer, the tiles that were read.
+    /// Number of planes that the volume was tested against; for a depth buffer, of tiles that were read.
     pub steps: u32,
 }
 
-/// Boxes that are tested at once.
+/// Largest number of boxes that are tested at once.
 pub(super) const TOGETHER: usize = 16;
 
-/// Result of a test of some boxes, a bit for each box.
+/// Results of a test of up to sixteen boxes, a bit for each box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TestedBoxes {
     /// Hidden boxes.
     pub hidden: u16,
     /// Boxes without a hidden part; valid only for [`Asked::Verdict`].
     pub unoccluded: u16,
-    /// Planes that each box was tested against, added up.
+    /// Number of planes that each box was tested against, summed over the boxes.
     pub steps: u32,
-    /// Planes that were read for that: one for all boxes that meet it at the same time.
+    /// Number of planes that were read. A plane is read once for all boxes that reach its node together.
     pub planes: u32,
 }
 
-/// Kind of a test of boxes.
+/// The results that a test of boxes has to find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// The hidden boxes.
+    /// The hidden boxes only.
     Hidden,
     /// The hidden boxes, and the boxes without a hidden part.
     Verdict,

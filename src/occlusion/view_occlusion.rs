@@ -14,11 +14,11 @@ use crate::{
 /// Settings of [`ViewOcclusion`] and of the pool of candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OcclusionConfig {
-    /// Configuration of the pool of candidates.
+    /// Settings of the pool of candidates.
     pub pool: PoolConfig,
-    /// Configuration of the selection of a frame's occluders.
+    /// Settings of the selection of a frame's occluders.
     pub select: SelectConfig,
-    /// Configuration of the culling of the index.
+    /// Settings of the culling of the index.
     pub cull: CullConfig,
 }
 
@@ -46,16 +46,16 @@ impl std::fmt::Debug for ViewInput<'_> {
 /// Work counts of one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewCounts {
-    /// Selecting the occluders.
+    /// Counts of the selection of occluders.
     pub select: SelectCounts,
-    /// The culler.
+    /// Counts of the culler's build.
     pub build: BuildCounts,
-    /// The tests.
+    /// Counts of the tests.
     pub cull: CullCounts,
 }
 
-/// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of
-/// the last view first. The result depends only on the current view, except among equally good occluders.
+/// Culls one view after the other with the best occluders of a pool. It reuses its memory, and tries the occluders of the
+/// last view first. The result depends only on the current view, except if occluders are equally good.
 pub struct ViewOcclusion {
     selector: Selector,
     culler: Box<dyn OcclusionCuller>,
@@ -69,13 +69,13 @@ impl std::fmt::Debug for ViewOcclusion {
 }
 
 impl ViewOcclusion {
-    /// With the culler of a method ([`Occlusion::culler`]). Without a method, [`ViewOcclusion::cull`] keeps everything in
-    /// view.
+    /// Uses the culler of a method ([`Occlusion::culler`]). For [`Occlusion::None`], [`ViewOcclusion::cull`] keeps all
+    /// polygons in view.
     pub fn new(method: Occlusion, config: &OcclusionConfig) -> Self {
         Self::with_culler(method.create(config.select.occluders), config)
     }
 
-    /// With any culler.
+    /// Uses the given culler.
     pub fn with_culler(culler: Box<dyn OcclusionCuller>, config: &OcclusionConfig) -> Self {
         let mut selector = Selector::new(config.select);
         // A pool grows to twice its capacity, plus one, before it is trimmed.
@@ -88,7 +88,7 @@ impl ViewOcclusion {
     }
 
     /// Sets `drawn` to the polygons of `input.in_view` that the occluders do not hide. A view without a window
-    /// ([`View::window`]) keeps all of them. The pool must have followed the changes of the same geometry. Takes O(pool)
+    /// ([`View::window`]) keeps all of them. The pool must have received all changes of the same geometry. Takes O(pool)
     /// and O(occluders log occluders), and the tests.
     pub fn cull(
         &mut self,
@@ -116,7 +116,7 @@ impl ViewOcclusion {
         self.selector.select(pool, geometry, window)
     }
 
-    /// Second step: builds the culler from these occluders, for the same window.
+    /// Second step: builds the culler from the selected occluders, for the same window.
     pub fn build(&mut self, window: &ViewWindow) -> BuildCounts {
         self.culler.build(window, self.selector.chosen())
     }
@@ -131,7 +131,7 @@ impl ViewOcclusion {
         remove_hidden(&*self.culler, self.cull, index, geometry, &view.frustum(), in_view, spaces, drawn)
     }
 
-    /// Forgets the occluders of the last view.
+    /// Drops the occluders of the last view.
     pub fn forget(&mut self) {
         self.selector.forget();
     }
@@ -147,8 +147,8 @@ impl ViewOcclusion {
     }
 }
 
-/// Sets `drawn` to the polygons of `in_view` that a culler does not hide, as [`ViewOcclusion::remove_hidden`] does. For
-/// callers that select the occluders themselves. The culler must be built for the view of the frustum.
+/// Sets `drawn` to the polygons of `in_view` that a culler does not hide, as [`ViewOcclusion::remove_hidden`] does. This is
+/// for callers that select the occluders themselves. The culler must be built for the view of the frustum.
 #[allow(clippy::too_many_arguments, reason = "the parts of a `ViewInput`, where there is no view")]
 pub fn remove_hidden(
     culler: &dyn OcclusionCuller,
@@ -162,8 +162,8 @@ pub fn remove_hidden(
 ) -> CullCounts {
     drawn.copy_from(in_view);
     let mut tests = Tests::new(culler, config);
-    // `thin_out` removes the hidden polygons from `drawn`. An index without it is traversed, and the visitor collects the
-    // visible ones.
+    // `thin_out` removes the hidden polygons from `drawn`. An index without this method is traversed instead, and the
+    // visitor collects the visible polygons.
     if !index.thin_out(frustum, drawn, &mut tests) {
         drawn.clear();
         let mut visitor = OcclusionVisitor::new(culler, geometry, config, drawn);

@@ -1,9 +1,9 @@
-//! Walls of many small polygons: at load, neighbouring polygons are joined across shared edges to occluders of
-//! hundreds of polygons. A [`super::patch::Patch`] has at most a few.
+//! Walls of many small polygons. When a model is loaded, neighbouring polygons are joined across shared edges to occluders
+//! of hundreds of polygons. A [`super::patch::Patch`] has at most a few.
 //!
-//! A wall grows from its largest polygon by the nearest neighbours, as long as its border stays one closed line that
-//! meets no corner twice. Then that line is the sum of the outlines, and the proof in [`super::hull`] holds for any
-//! shape of the wall. Each wall keeps the polygons that together hide most, seen along its normal.
+//! A wall grows from its largest polygon by the nearest neighbours, as long as its border stays one closed line that meets
+//! no corner twice. Such a border is the sum of the outlines, so the proof in [`super::hull`] holds for any shape of the
+//! wall. Each wall keeps the polygons that together hide most, seen along its normal.
 
 use std::{
     cmp::Reverse,
@@ -23,33 +23,33 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Most walls.
+/// Largest number of walls.
 pub(super) const MOST_WALLS: usize = 256;
 
-/// Most walls that are grown, of which the best are kept.
+/// Largest number of walls that are grown. The best of them are kept.
 const MOST_TRIES: usize = 1024;
 
-/// Most polygons of a wall.
+/// Largest number of polygons of a wall.
 const MOST_POLYGONS: usize = 512;
 
-/// Smaller groups are left to patches.
+/// Least number of polygons of a wall. Smaller groups can be patches.
 const LEAST_POLYGONS: usize = 8;
 
-/// Neighbours that turn away from the wall's first polygons by more than this cosine do not join.
+/// A neighbour does not join if the cosine between its normal and the wall's is below this.
 const TURNED_COSINE: f32 = 0.5;
 
 /// A wall hides at least this many times as much as the largest other candidate that has one of its polygons.
 const WORTH_A_WALL: f64 = 2.0;
 
-/// The hidden area of a wall is measured after each growth by this factor.
+/// The hidden area of a wall is measured each time that its number of polygons has grown by this factor.
 const MEASURED_AFTER: f64 = 1.1;
 
-/// Many polygons that share edges bit for bit: one occluder.
+/// Many polygons that share edges bit for bit, as one occluder.
 #[derive(Clone, Debug)]
 struct Wall {
     ids: Box<[PolygonId]>,
     border: Box<[Vec3]>,
-    /// Its other corners.
+    /// The corners that are not on the border.
     inner: Box<[Vec3]>,
     area_vector: Vec3,
 }
@@ -58,9 +58,9 @@ struct Wall {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walls {
     walls: Vec<Wall>,
-    /// By wall.
+    /// For each wall, its bounds.
     sketches: Sketches,
-    /// Each polygon of a wall with the number of that, in order.
+    /// Each polygon of a wall with the number of its wall, sorted by polygon.
     wall_of: Vec<(PolygonId, u32)>,
 }
 
@@ -74,7 +74,7 @@ impl Walls {
         self.walls.iter().filter(|wall| !wall.ids.is_empty()).count()
     }
 
-    /// Polygons of a wall; none if it was removed.
+    /// The polygons of a wall; none if the wall was removed.
     pub(super) fn ids(&self, wall: usize) -> &[PolygonId] {
         &self.walls[wall].ids
     }
@@ -84,7 +84,7 @@ impl Walls {
         self.wall_of.binary_search_by_key(&id, |(id, _)| *id).is_ok()
     }
 
-    /// Removes the wall of a polygon that was removed or changed, if it belongs to one.
+    /// Removes the wall that a removed or changed polygon belongs to, if it belongs to one.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         if let Ok(at) = self.wall_of.binary_search_by_key(&id, |(id, _)| *id) {
             let wall = self.wall_of[at].1 as usize;
@@ -98,14 +98,14 @@ impl Walls {
         }
     }
 
-    /// Its shadow as a whole, if it has one.
+    /// The shadow of a wall as a whole, if it has one.
     pub(super) fn shadow(&self, wall: usize, window: &ViewWindow) -> Option<ShadowVolume> {
         let Wall { border, inner, area_vector, .. } = &self.walls[wall];
         shadow_of_points(border, inner, *area_vector, window)
     }
 
-    /// Finds the walls among some polygons, in place of the former ones. `patch_m2` is, by polygon, the area that its
-    /// patch hides, or the polygon alone.
+    /// Finds the walls among some polygons, and replaces the walls found before. `patch_m2` is, for each polygon, the area
+    /// that its patch hides, or the area of the polygon if it has no patch.
     pub(super) fn build(&mut self, polygons: &[(PolygonId, ConvexPolygon)], patch_m2: &[f32]) {
         *self = Self::default();
         let mesh = Mesh::new(polygons);
@@ -142,14 +142,14 @@ impl Walls {
     }
 }
 
-/// Polygons by the numbers of their corners.
+/// Polygons with numbered corners.
 struct Mesh {
     points: Vec<Vec3>,
-    /// Corners of a triangle or quad; the last repeats in a triangle.
+    /// The corners of each triangle or quad; a triangle repeats its last corner.
     corners: Vec<[u32; 4]>,
-    /// By polygon: area times normal.
+    /// For each polygon, area times normal.
     areas: Vec<Vec3>,
-    /// Each edge's polygons; `NONE` if there is no second one, or if there are more than two.
+    /// The polygons of each edge. The second is `NONE` if there is only one; both are equal if there are more than two.
     across: HashMap<(u32, u32), [u32; 2]>,
 }
 
@@ -168,7 +168,7 @@ impl Mesh {
             let vertices = polygon.vertices();
             let mut corners = [NONE; 4];
             for (corner, p) in corners.iter_mut().zip(vertices) {
-                // Zeros of both signs are the same coordinate.
+                // +0 and -0 are the same coordinate.
                 let key = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
                 *corner = *numbers.entry(key).or_insert_with(|| {
                     mesh.points.push(*p);
@@ -191,7 +191,7 @@ impl Mesh {
                 *sides = match *sides {
                     [NONE, NONE] => [at as u32, NONE],
                     [first, NONE] if first != NONE => [first, at as u32],
-                    // A third polygon: no wall crosses the edge.
+                    // If a third polygon has the edge, no wall crosses the edge.
                     [first, _] => [first, first],
                 };
             }
@@ -212,7 +212,7 @@ impl Mesh {
 
     fn has_neighbour(&self, polygon: u32) -> bool {
         let corners = self.corners(polygon);
-        // The border of a polygon that meets a corner twice would not be a line around it.
+        // A polygon that meets a corner twice is refused, because its border would not be a closed line around it.
         if (1..corners.len()).any(|i| corners[..i].contains(&corners[i])) {
             return false;
         }
@@ -229,7 +229,7 @@ impl Mesh {
 /// Polygons that share edges, and the line around them.
 struct Region {
     members: Vec<u32>,
-    /// Corners by number, the way the first polygon turns.
+    /// The numbers of the border's corners, in the direction in which the first polygon turns.
     border: Vec<u32>,
     inner: Vec<u32>,
     area_vector: Vec3,
@@ -241,7 +241,7 @@ impl Region {
         Self { members: vec![seed], border, inner: Vec::new(), area_vector: mesh.areas[seed as usize] }
     }
 
-    /// The region around a polygon that hides most, if it is worth a wall.
+    /// The region around a polygon that hides most; `None` if it is not worth a wall.
     fn grown(mesh: &Mesh, seed: u32, taken: &[bool], patch_m2: &[f32]) -> Option<Self> {
         let mut region = Self::of(mesh, seed);
         let home = mesh.middle(seed);
@@ -253,7 +253,7 @@ impl Region {
         while let Some(Reverse((_, polygon))) = queue.pop() {
             let is_in = taken[polygon as usize] || region.members.len() >= MOST_POLYGONS;
             if is_in || !region.join(mesh, polygon) {
-                // A later neighbour may make room for it.
+                // The polygon may fit after a later neighbour has joined.
                 queued.remove(&polygon);
                 continue;
             }
@@ -270,7 +270,7 @@ impl Region {
         if best_len == 0 {
             return None;
         }
-        // Grows again in the same way, up to the best size.
+        // The region grows again in the same way, up to the best size.
         let mut kept = Self::of(mesh, seed);
         for &polygon in &region.members[1..best_len] {
             let joined = kept.join(mesh, polygon);
@@ -293,13 +293,13 @@ impl Region {
                 continue;
             };
             if queued.insert(other, ()).is_none() {
-                // The bits of non-negative floats sort in the order of their values.
+                // The bits of non-negative floats sort like their values.
                 queue.push(Reverse((mesh.middle(other).distance_squared(home).to_bits(), other)));
             }
         }
     }
 
-    /// Adds a polygon, if it shares exactly one line of edges with the border.
+    /// Adds a polygon. Returns `false` unless the polygon shares exactly one line of edges with the border.
     fn join(&mut self, mesh: &Mesh, polygon: u32) -> bool {
         let n = self.border.len();
         let mut corners = [0; 4];
@@ -307,7 +307,7 @@ impl Region {
         corners[..len].copy_from_slice(mesh.corners(polygon));
         let corners = &mut corners[..len];
         let place = |corner: u32| self.border.iter().position(|b| *b == corner);
-        // A shared edge, for the orientation.
+        // A shared edge determines the polygon's orientation.
         let find = |corners: &[u32]| {
             (0..len).find_map(|k| {
                 let at = place(corners[(k + 1) % len])?;
@@ -331,7 +331,7 @@ impl Region {
         let is_shared = |k: usize| {
             place(corners[(k + 1) % len]).is_some_and(|at| self.border[(at + 1) % n] == corners[k % len])
         };
-        // Back to the first shared edge of the line, then along it.
+        // Goes back to the first shared edge of the line, then along the line.
         let mut start = first;
         let mut steps = 0;
         while is_shared((start + len - 1) % len) && steps < len {
@@ -342,13 +342,13 @@ impl Region {
         if shared >= len || n - shared + (len - shared) > MOST_CORNERS || n <= shared + 1 {
             return false;
         }
-        // The other corners must not be on the border, either.
+        // The polygon's other corners must not be on the border, either.
         let own = |i: usize| corners[(start + shared + 1 + i) % len];
         let own_count = len - shared - 1;
         if (0..own_count).any(|i| place(own(i)).is_some()) {
             return false;
         }
-        // The border passes the line from the polygon's end of it to its beginning.
+        // The border passes the shared line from its end on the polygon to its beginning.
         let Some(entry) = place(corners[(start + shared) % len]) else { return false };
         let mut border = Vec::with_capacity(n + len);
         border.extend((0..=n - shared).map(|i| self.border[(entry + shared + i) % n]));
@@ -360,7 +360,7 @@ impl Region {
         true
     }
 
-    /// Area that it hides, seen along its normal, m^2.
+    /// Area that the region hides, seen along its normal, m^2.
     fn hull_area(&self, mesh: &Mesh) -> f64 {
         let normal = self.area_vector.as_dvec3().normalize_or(DVec3::Z);
         let x = normal.any_orthonormal_vector();
@@ -387,7 +387,7 @@ impl Region {
 mod tests {
     use super::*;
 
-    /// The squares of a grid of so many columns, 1 m wide, without those that are missing.
+    /// The squares of a grid of `columns` columns, 1 m wide, without the squares `missing`.
     fn squares(columns: u32, missing: &[u32]) -> Vec<(PolygonId, ConvexPolygon)> {
         let is_there = |i: &u32| !missing.contains(i);
         let square = |i: u32| {
@@ -402,14 +402,14 @@ mod tests {
         let border = &region.border;
         assert!((1..border.len()).all(|i| !border[..i].contains(&border[i])), "{context}: {border:?}");
         let flat: Vec<_> = border.iter().map(|&i| mesh.points[i as usize].truncate().as_dvec2()).collect();
-        // The area that a line winds around is the sum of those of the outlines that it is the sum of.
+        // A line that is the sum of outlines winds around the sum of their areas.
         let area = crate::occlusion::hull::area(&flat);
         assert!((area - region.members.len() as f64).abs() < 1.0e-9, "{context}: {area} of {border:?}");
     }
 
     #[test]
     fn a_ring_of_squares_does_not_close() {
-        // In order around the missing one.
+        // The squares join in order around the missing one.
         let polygons = squares(3, &[4]);
         let mesh = Mesh::new(&polygons);
         let mut region = Region::of(&mesh, 0);
@@ -417,7 +417,7 @@ mod tests {
             assert!(region.join(&mesh, next), "{next}");
             check(&region, &mesh, "an open ring");
         }
-        // It shares an edge with either end, and between them a corner would be met twice.
+        // The square shares an edge with either end of the ring, and the border would meet a corner twice.
         assert!(!region.join(&mesh, 3));
         check(&region, &mesh, "the last one refused");
     }

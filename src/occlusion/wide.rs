@@ -1,8 +1,8 @@
-//! Sixteen boxes at once against the cells of a shadow tree. Neighbours go the same way, so one plane is read, and one
-//! instruction tests it, for all boxes that reach its cell. Each box meets the planes that [`ShadowTree::test_box`] would meet,
-//! in the same arithmetic, so the same boxes are hidden. A box that is before a cap by less than its slack counts as partly
-//! hidden here and as unoccluded there. If only hidden boxes are needed, the test of a box ends at the first leaf that does not
-//! hide it.
+//! Tests sixteen boxes at once against the cells of a shadow tree. Neighbouring boxes take the same way through the tree,
+//! so one plane is read, and one instruction tests it, for all boxes that reach its node. Each box meets the planes that
+//! [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. A box before a cap by less
+//! than its slack counts as partly hidden here, and as unoccluded in that test. If only hidden boxes are needed, the test
+//! of a box ends at the first leaf that does not hide it.
 
 use super::{
     Asked, QUERY_SLACK, TestedBoxes,
@@ -14,12 +14,12 @@ use crate::{
     math::Aabb,
 };
 
-/// The deepest tree that is walked by sixteen boxes at once; most have 20 to 30 levels. Every test reserves a place
-/// for each level.
+/// Depth of the deepest tree that is walked by sixteen boxes at once. Most trees have 20 to 30 levels. Every test reserves
+/// an entry for each level.
 const DEEPEST: usize = 63;
 
 impl ShadowTree {
-    /// Tests at most sixteen boxes, all inside a box whose test has ended with this cell.
+    /// Tests at most sixteen boxes. All of them lie in a box whose test ended with the cell `from`.
     pub fn test_boxes(&self, boxes: &[Aabb], from: Cell, asked: Asked) -> TestedBoxes {
         if self.depth() as usize > DEEPEST {
             return one_by_one(boxes, |bounds| self.test_box_in(bounds, from).0);
@@ -45,7 +45,7 @@ impl WithKernel for TestBoxes<'_> {
         let eye_boxes = EyeBoxes::new(boxes, tree.eye_in_world(), QUERY_SLACK);
         let (mut lit, mut shadowed) = (0, if asked == Asked::Hidden { all } else { 0 });
         let (mut steps, mut planes) = (0, 0);
-        // No recursion: it would not be compiled for the instruction set.
+        // A loop replaces recursion, because a recursive function would not be compiled for the instruction set.
         let mut waiting = [(Child::OUT, 0_u32); DEEPEST + 1];
         let mut count = 0;
         let (mut at, mut lanes) = (tree.below(from), all);
@@ -100,7 +100,7 @@ impl WithKernel for TestBoxes<'_> {
     }
 }
 
-/// Positions of boxes relative to the caps of a leaf.
+/// Positions of boxes relative to the caps of a leaf, a bit for each box.
 struct Leaf {
     beyond_one: u32,
     beyond_all: u32,
