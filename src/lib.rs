@@ -1,5 +1,5 @@
-//! osp keeps a growing, hand-made 3D model drawable in real time. Every frame inserts the polygons of a tracked hand into
-//! a spatial index without a rebuild, and finds the polygons that a view may see.
+//! osp is a spatial index and culler for 3D models that grow while somebody draws them. Every frame inserts the new
+//! polygons into the index without a rebuild, and finds the polygons that a view may see.
 //!
 //! # In an engine
 //!
@@ -63,10 +63,10 @@
 //!
 //! # Below the culler
 //!
-//! An engine whose polygons move in groups, or that has another index, takes the layer below: it gives each object an id,
+//! An engine whose polygons move in groups, or that uses another index, calls the layer below: it gives each object an id,
 //! implements [`Geometry`](polygon::Geometry) for these ids, and passes the changes of each frame to a
-//! [`Pipeline`](frame::Pipeline). [`Pipeline::draw_list`](frame::Pipeline::draw_list) then returns the visible ids in blocks of
-//! sixteen.
+//! [`Pipeline`](frame::Pipeline). [`Pipeline::draw_list`](frame::Pipeline::draw_list) then returns the visible ids in
+//! blocks of sixteen.
 //!
 //! ```
 //! use osp::{
@@ -129,8 +129,8 @@
 //! assert!(!culler.draw_list().contains(PolygonId(51)), "hidden behind the wall");
 //! ```
 //!
-//! `examples/engine.rs` continues from here: things come and go, keys are the engine's own. `examples/cull_boxes.rs` takes the
-//! index alone, `examples/culler.rs` the culler.
+//! `examples/engine.rs` continues from here with objects that come and go and the engine's own keys.
+//! `examples/cull_boxes.rs` uses the index alone, `examples/culler.rs` the culler.
 //!
 //! # Layers
 //!
@@ -147,16 +147,16 @@
 //! | [`frame`] | one frame: apply changes, cull, leave out what is hidden |
 //! | [`Culler`] | the engine's keys, cameras and occluders on top of all that |
 //!
-//! The program `osp` consists of more crates. Each depends only on those before it: `osp-session` (recordings, brushes, scenes),
-//! `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle, benchmarks), `osp-net` (authors, walls,
-//! worlds), `osp-app` (window), `osp-cli`.
+//! The program `osp` consists of more crates. Each depends only on crates before it in this list: `osp-session`
+//! (recordings, brushes, scenes), `osp-rivals` (every other index and culler), `osp-render` (wgpu), `osp-lab` (oracle,
+//! benchmarks), `osp-net` (authors, walls, worlds), `osp-app` (window), `osp-cli`.
 //!
 //! # Vocabulary
 //!
-//! *Polygon*: convex and planar, three or four corners; a
-//! twisted quad is two triangles. *Index*: a spatial structure of *nodes*. *View*: an *eye* and what its *screen* shows.
-//! *Draw list*: the polygons that a frame has to draw. *Occluder*: a polygon that hides others. *Conservative*: never
-//! culls what is visible. *Space*: polygons that move as a whole, such as a dragged group; they lie in an index of their own.
+//! *Polygon*: convex and planar, with three or four corners; a twisted quad is two triangles. *Index*: a spatial structure
+//! of *nodes*. *View*: an *eye* and the part of the world that its *screen* shows. *Draw list*: the polygons that a frame
+//! has to draw. *Occluder*: a polygon that hides others. A *conservative* method culls no visible polygon. *Space*: a
+//! coordinate system with polygons that move as a whole, such as a dragged group; they have an index of their own.
 //!
 //! World space is right-handed, +y up, -z forward, in metres; names carry units and spaces. Vectors are those of `glam`
 //! 0.34, re-exported as [`glam`]; its `From<[f32; 3]>` takes plain arrays.
@@ -165,9 +165,9 @@
 //!
 //! * **Conservative.** A query may return hidden polygons, but never omits a visible one. Undecided polygons count as visible.
 //! * **Each id once.** A query reports every polygon at most once.
-//! * **Nothing is lost.** Polygons outside the root cube, over-sized or coincident are kept and found.
-//! * **Deterministic.** Same changes, same views: the same ids in every frame on every machine. Every
-//!   box test is the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
+//! * **Nothing is lost.** Polygons that lie outside the root cube, are very large or coincide are kept and found.
+//! * **Deterministic.** With the same changes and views, every frame has the same ids on every machine. Every box test is
+//!   the same `f32` expression (see [`math`]), so all indexes agree bit for bit.
 //! * **No allocation.** A frame allocates nothing once its lists have reached full size and the polygons fit the
 //!   [capacity](index::IndexConfig::capacity) of the index.
 //! * **No panic.** The index refuses invalid boxes and ids. [`IndexConfig`](index::IndexConfig) bounds capacity and root.

@@ -9,36 +9,36 @@ use crate::{
 /// Mask of all layers.
 pub const ALL_LAYERS: u32 = u32::MAX;
 
-/// Largest slope of a near plane against the direction of view that counts as rounding of the matrix to `f32`. With a
-/// larger limit the error of the window's near plane would exceed its margin.
+/// Largest slope of a near plane against the direction of view that counts as rounding of the matrix to `f32`. If it were
+/// larger, the error of the window's near plane would exceed the window's margin.
 const MOST_INCLINED: f64 = 5.0e-6;
 
 /// Range of depths in clip space, after the division by w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// 0 at the near plane, 1 at the far one: WebGPU, Vulkan, Direct3D, Metal.
+    /// 0 at the near plane, 1 at the far plane: WebGPU, Vulkan, Direct3D, Metal.
     ZeroToOne,
-    /// 1 at the near plane, 0 at the far one or at infinity: reversed depth.
+    /// 1 at the near plane, 0 at the far plane or at infinity: reversed depth.
     OneToZero,
-    /// -1 at the near plane, 1 at the far one: OpenGL.
+    /// -1 at the near plane, 1 at the far plane: OpenGL.
     MinusOneToOne,
 }
 
-/// Why a matrix defines no camera.
+/// The reason why a matrix defines no camera.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CameraError {
     /// A number is infinite or NaN.
     #[error("clip_from_world: expected finite numbers, found {found} in column {column}, row {row}")]
     NotFinite {
-        /// From 0 on.
+        /// Column of the number, from 0 on.
         column: usize,
-        /// From 0 on.
+        /// Row of the number, from 0 on.
         row: usize,
         /// The number.
         found: f64,
     },
-    /// It maps space to a plane, or to less.
+    /// The matrix has no inverse: it maps space to a plane, a line or a point.
     #[error("clip_from_world: expected a matrix that has an inverse")]
     Singular,
 }
@@ -63,7 +63,7 @@ pub enum CameraError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     frustum: Frustum,
-    /// Window for occlusion culling; none for a parallel projection.
+    /// The window for occlusion culling; `None` for a parallel projection.
     window: Option<ViewWindow>,
     world_from_clip: DMat4,
     /// Depths of the near and the far plane.
@@ -74,12 +74,13 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera of a matrix from world space to clip space, columns one after the other, x and y from -w to w: perspective or
-    /// parallel, on-axis or off-axis, mirrored, y up or down, with an oblique near plane, with a far plane or without. An `f64`
-    /// matrix counts as exact, however far from the origin the eye is. For a perspective, `depth` may have the wrong direction.
+    /// The camera of a matrix from world space to clip space, columns one after the other, with x and y from -w to w. The
+    /// projection may be perspective or parallel, on-axis or off-axis, mirrored, with y up or down, with an oblique near
+    /// plane, with or without a far plane. An `f64` matrix counts as exact, however far from the origin the eye is. For a
+    /// perspective, `depth` may have the wrong direction.
     ///
     /// # Errors
-    /// [`CameraError`]: a number is not finite, or there is no inverse.
+    /// [`CameraError`]: a number is not finite, or the matrix has no inverse.
     pub fn from_matrix<N: Into<f64> + Copy>(
         clip_from_world: [N; 16],
         depth: Depth,
@@ -98,7 +99,8 @@ impl Camera {
             Depth::OneToZero => (1.0, 0.0, ClipDepth::ZeroToOne),
             Depth::MinusOneToOne => (-1.0, 1.0, ClipDepth::MinusOneToOne),
         };
-        // A perspective matrix itself decides which plane is nearer: nearer points have a larger w in world space.
+        // A perspective matrix itself determines which plane is nearer, because nearer points have a larger w in world
+        // space.
         let w_of = |depth| (world_from_clip * DVec4::new(0.0, 0.0, depth, 1.0)).w;
         let is_turned = w_of(near) < w_of(far) * (1.0 - 1.0e-9);
         let (near, far) = if is_turned { (far, near) } else { (near, far) };
@@ -114,21 +116,21 @@ impl Camera {
         })
     }
 
-    /// The same camera with occlusion culling. It has no effect with a parallel projection, an oblique near plane or a
-    /// sheared screen.
+    /// The same camera with occlusion culling. Occlusion culling has no effect with a parallel projection, an oblique near
+    /// plane or a sheared screen.
     #[must_use]
     pub fn hide_by_occluders(self) -> Self {
         Self { hides: true, ..self }
     }
 
-    /// The same camera, limited to objects on one of these layers, a bit each. The default is [`ALL_LAYERS`].
+    /// The same camera, limited to objects on at least one of these layers, a bit for each. The default is [`ALL_LAYERS`].
     #[must_use]
     pub fn on_layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
 
-    /// The ray through a point of the screen, from -1 to 1 as in the matrix. It starts at the near plane; its
-    /// parameter is the distance from there, metres.
+    /// The ray through a point of the screen, with coordinates from -1 to 1 as in the matrix. The ray starts at the near
+    /// plane. Its parameter is the distance from this plane, metres.
     pub fn ray(&self, x: f32, y: f32) -> Ray {
         let at = |depth| self.world_from_clip * DVec4::new(f64::from(x), f64::from(y), depth, 1.0);
         let (near, far) = (at(self.near), at(self.far));
@@ -137,12 +139,12 @@ impl Camera {
         Ray::new(start.as_vec3(), along.normalize_or_zero().as_vec3())
     }
 
-    /// Its six planes, world space.
+    /// The six planes, world space.
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
     }
 
-    /// Window for the selection of occluders; `None` without occlusion culling.
+    /// The window for the selection of occluders; `None` without occlusion culling.
     pub(super) fn hiding_window(&self) -> Option<&ViewWindow> {
         self.window.as_ref().filter(|_| self.hides)
     }
@@ -162,7 +164,7 @@ impl Camera {
 }
 
 impl From<&View> for Camera {
-    /// The camera of a view: on all layers, without occlusion culling.
+    /// The camera of a view, on all layers, without occlusion culling.
     fn from(view: &View) -> Self {
         Self {
             frustum: view.frustum(),
@@ -176,7 +178,7 @@ impl From<&View> for Camera {
     }
 }
 
-/// Whether the near plane is perpendicular to the direction of view, as that of a window is.
+/// Whether the near plane is perpendicular to the direction of view, as the near plane of a window is.
 fn has_square_near_plane(clip_from_world: &DMat4) -> bool {
     let (depth, distance) = (clip_from_world.row(2).truncate(), clip_from_world.row(3).truncate());
     let Some(forward) = distance.try_normalize() else { return false };

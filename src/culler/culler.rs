@@ -18,35 +18,35 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Most refusals that are stored from one frame to the next.
+/// Largest number of refusals that are stored from one frame to the next.
 const MOST_REFUSED: usize = 4096;
 
-/// Why a culler left an object, or its occluder, out.
+/// The reason why a culler left out an object or its occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The box is empty, infinite or NaN. The object is left out until it gets another one.
+    /// The box is empty, infinite or NaN. The object is left out until it gets a valid box.
     #[error("bounds: expected finite corners with min <= max, found {0:?}")]
     Bounds([[f32; 3]; 2]),
-    /// A [`Dense`](super::Dense) number is too large, or there are too many keys.
+    /// A [`Dense`](super::Dense) number is too large, or the culler has too many keys.
     #[error("key: expected a number below {limit}, and at most as many objects", limit = PolygonId::LIMIT)]
     Key,
-    /// All occluders together have too many polygons. The object has no occluder.
+    /// The occluders of all objects have too many polygons together. The object has no occluder.
     #[error("occluder: expected at most {limit} polygons of all occluders together", limit = PolygonId::LIMIT)]
     Occluder,
 }
 
-/// A culler of an engine's objects; each has a key of the engine's and a box.
+/// A culler of an engine's objects. Each object has a key that the engine chooses, and a box.
 ///
-/// Neither capacity nor limits of the world are set: both grow. Objects come, move and go at any time; nothing is ever
-/// rebuilt. See the [crate](crate) for an example.
+/// The caller sets neither a capacity nor limits of the world, because both grow. Objects come, move and go at any time,
+/// and nothing is rebuilt. See the [crate](crate) for an example.
 ///
-/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After that no query finds a removed
+/// Changes take effect with the next [`Culler::cull`] or [`Culler::commit`]. After this call no query finds a removed
 /// object. Several threads may run queries at once. No call panics, and nothing visible is ever left out.
 ///
-/// Costs: `set` and `remove` O(1) until the commit. The commit takes O(changes), and O(log world) for each object that
-/// comes or leaves its neighbourhood. A camera takes O(objects in view), and with occluders O(candidates), at most
-/// some thousand.
+/// Costs: `set` and `remove` take O(1). The commit takes O(changes), and O(log world) for each object that comes or leaves
+/// its neighbourhood. A camera takes O(objects in view); with occluders also O(candidates), which are at most some
+/// thousand.
 pub struct Culler<K: Key> {
     keys: K::Places,
     waiting: Waiting,
@@ -54,7 +54,7 @@ pub struct Culler<K: Key> {
     layers: Layers,
     /// Created with the first occluder.
     hiding: Option<Box<Hiding>>,
-    /// Refusals of the last frame and since.
+    /// Refused changes before the last call of `cull`; `refused_since` has those after it.
     refused: Vec<(K, Refusal)>,
     refused_since: Vec<(K, Refusal)>,
     frusta: Vec<Frustum>,
@@ -89,11 +89,11 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Inserts an object, or moves it. The box goes from the least corner to the largest, world space, metres; it
-    /// should be tight around everything that is drawn of the object. A box that is empty or not finite is
-    /// [refused](Culler::refused), and the object left out.
+    /// Inserts an object, or moves it. The box is given as its least and its largest corner, world space, metres. It should
+    /// be tight around everything that is drawn of the object. If the box is empty or not finite, it is
+    /// [refused](Culler::refused), and the object is left out.
     ///
-    /// An object that moves leaves its occluder behind, unless the new box contains the former one. Set the
+    /// An object that moves loses its occluder, unless the new box contains the former one. Set the
     /// [occluder](Culler::set_occluder) again at the new place.
     pub fn set<P: Into<[f32; 3]>>(&mut self, key: K, bounds: [P; 2]) {
         let [min, max] = bounds.map(Into::into);
@@ -107,17 +107,17 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Removes an object, with its occluder and its layers. Does nothing if there is none.
+    /// Removes an object with its occluder and its layers. A key without an object has no effect.
     pub fn remove(&mut self, key: K) {
         let Some(slot) = self.keys.take(key) else { return };
         self.take_box(slot);
         self.layers.forget(slot);
     }
 
-    /// Sets an object's occluder, in place of the former one. The occluder is in world space: it stays in place until
-    /// the object moves or goes. It has to be drawn itself, or lie inside of a drawn object.
+    /// Sets an object's occluder, in place of the former one. The occluder is in world space, and stays in place until the
+    /// object moves or goes. It has to be drawn itself, or lie inside a drawn object.
     ///
-    /// A key without a box may have an occluder: it hides, and is never drawn.
+    /// A key without a box may have an occluder. Such an occluder hides objects, and is never drawn.
     pub fn set_occluder(&mut self, key: K, occluder: Occluder) {
         let Some(slot) = self.slot(key) else { return };
         let bounds = self.bounds_of(slot);
@@ -127,14 +127,14 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Removes an object's occluder. Does nothing if there is none.
+    /// Removes an object's occluder. An object without an occluder stays unchanged.
     pub fn remove_occluder(&mut self, key: K) {
         if let (Some(hiding), Some(slot)) = (&mut self.hiding, self.keys.slot(key)) {
             hiding.remove(slot);
         }
     }
 
-    /// Puts an object on layers, a bit each: a camera sees it if both share a layer ([`Camera::on_layers`]). By
+    /// Puts an object on layers, a bit for each. A camera sees the object if they share a layer ([`Camera::on_layers`]). By
     /// default an object is on the first layer, the mask 1. An object on no layer is never seen.
     pub fn set_layers(&mut self, key: K, layers: u32) {
         if let Some(slot) = self.slot(key) {
@@ -152,19 +152,19 @@ impl<K: Key> Culler<K> {
         self.len() == 0
     }
 
-    /// The box of an object, as set last.
+    /// The last accepted box of an object, as min and max.
     pub fn bounds(&self, key: K) -> Option<[[f32; 3]; 2]> {
         let bounds = self.bounds_of(self.keys.slot(key)?)?;
         Some([bounds.min.into(), bounds.max.into()])
     }
 
-    /// Refused changes between the last two calls of [`Culler::cull`], with reasons; only the first ones if there are
-    /// very many.
+    /// The changes that were refused between the last two calls of [`Culler::cull`], with reasons. If there are very many,
+    /// only the first ones are stored.
     pub fn refused(&self) -> impl Iterator<Item = (K, Refusal)> {
         self.refused.iter().copied()
     }
 
-    /// Applies all changes, so that queries find them. [`Culler::cull`] does it, too.
+    /// Applies all changes, so that queries find them. [`Culler::cull`] calls this, too.
     pub fn commit(&mut self) {
         if !self.waiting.is_empty() {
             self.views.begin(0);
@@ -177,9 +177,9 @@ impl<K: Key> Culler<K> {
         }
     }
 
-    /// Finds the objects that may be on the screen of each camera. A camera with
-    /// [occluders](Camera::hide_by_occluders) omits the objects behind them. One walk culls for all cameras: two eyes,
-    /// a camera and its lights, or the sides of a cube.
+    /// Finds the objects that may be on the screen of each camera. A camera with [occluders](Camera::hide_by_occluders)
+    /// omits the objects behind them. One walk culls for all cameras: two eyes, a camera and its lights, or the sides of a
+    /// cube.
     pub fn cull(&mut self, cameras: &[Camera]) -> Frame<'_, K> {
         self.commit();
         std::mem::swap(&mut self.refused, &mut self.refused_since);
@@ -204,9 +204,9 @@ impl<K: Key> Culler<K> {
         self.frame()
     }
 
-    /// For each box, whether it is hidden from a camera: out of view, or behind the occluders of a camera that [uses
-    /// them](Camera::hide_by_occluders). The boxes need not be in the culler: sounds, characters, triggers. An empty
-    /// or non-finite box is not hidden. Applies all changes, as [`Culler::cull`] does.
+    /// Returns for each box whether it is hidden from a camera: out of view, or behind the occluders of a camera that [uses
+    /// them](Camera::hide_by_occluders). The boxes need not be in the culler: sounds, characters, triggers. An empty or
+    /// non-finite box is not hidden. Applies all changes, as [`Culler::cull`] does.
     pub fn are_hidden<P: Into<[f32; 3]> + Copy>(&mut self, camera: &Camera, boxes: &[[P; 2]]) -> Vec<bool> {
         self.commit();
         let corner = |corner: P| corner.into().into();
@@ -219,8 +219,8 @@ impl<K: Key> Culler<K> {
         hidden
     }
 
-    /// Results of the last [`Culler::cull`], for use beside queries. It has no camera after a [`Culler::commit`] of
-    /// changes.
+    /// The results of the last [`Culler::cull`] once more, to read them while queries run. After a [`Culler::commit`] of
+    /// changes, the frame has no camera.
     pub fn frame(&self) -> Frame<'_, K> {
         let views = self.views.iter().enumerate().map(|(camera, (in_view, drawn, is_thinned))| {
             let hiding = self.hiding.as_ref().filter(|_| is_thinned);
@@ -229,23 +229,24 @@ impl<K: Key> Culler<K> {
         Frame::new(&self.keys, views)
     }
 
-    /// The nearest object that a ray meets, and the distance. `hit` returns the distance to an object itself, in lengths of the
-    /// ray's direction, or `None` for a miss. It is called for objects whose boxes the ray enters, in any order.
+    /// The nearest object that a ray meets, and its distance. `hit` is the exact test: it returns the distance to the
+    /// object itself, in lengths of the ray's direction, or `None` for a miss. It is called for objects whose boxes the ray
+    /// enters, in any order.
     pub fn pick(&self, ray: Ray, mut hit: impl FnMut(K, &Ray) -> Option<f32>) -> Option<(K, f32)> {
         let mut meet = |number| hit(self.key(number)?, &ray);
         let (number, t) = self.filed.index().ray_nearest(&ray, f32::INFINITY, &mut meet)?;
         Some((self.key(number)?, t))
     }
 
-    /// The objects whose boxes a ray enters, the nearest first, and the ray parameter of each entry: 0 from inside, at
-    /// most `t_max`, in lengths of its direction. An engine that tests the objects themselves may stop at the first
-    /// box behind its nearest hit.
+    /// The objects whose boxes a ray enters, the nearest first, and the ray parameter of each entry: 0 if the ray starts
+    /// inside, at most `t_max`, in lengths of its direction. An engine that tests the objects themselves may stop at the
+    /// first box behind its nearest hit.
     pub fn on_ray(&self, ray: Ray, t_max: f32) -> impl Iterator<Item = (K, f32)> {
         let mut entered = Vec::new();
         let mut note = |number| {
             let t = ray.enter_box(&self.filed.get(number)?, t_max)?;
             entered.push((t, number));
-            // Nothing is hit, so the walk continues.
+            // The walk continues, because no hit is reported.
             None
         };
         self.filed.index().ray_nearest(&ray, t_max, &mut note);
@@ -253,7 +254,7 @@ impl<K: Key> Culler<K> {
         entered.into_iter().filter_map(|(t, number)| Some((self.key(number)?, t)))
     }
 
-    /// The objects whose boxes share a point with a box, touching included, in any order.
+    /// The objects whose boxes share a point with `bounds`, in any order. Boxes that touch share a point.
     pub fn in_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> impl Iterator<Item = K> {
         let [min, max] = bounds.map(|corner| corner.into().into());
         let mut found = Vec::new();
@@ -273,14 +274,14 @@ impl<K: Key> Culler<K> {
         found.into_iter().filter_map(|number| self.key(number))
     }
 
-    /// The `count` objects whose boxes are nearest to a point, the nearest first, and their distances from it, metres:
-    /// 0 from inside.
+    /// The `count` objects whose boxes are nearest to a point, the nearest first, with their distances from it, metres. The
+    /// distance from a box that contains the point is 0.
     pub fn nearest<P: Into<[f32; 3]>>(&self, point: P, count: usize) -> impl Iterator<Item = (K, f32)> {
         let point = point.into().into();
         let mut distance_m = |number| {
             let is_there = self.key(number).is_some();
             let bounds = self.filed.get(number).filter(|_| is_there);
-            // Removed objects are left out.
+            // A distance of NaN leaves a removed object out.
             bounds.map_or(f32::NAN, |bounds| bounds.distance_squared(point).sqrt())
         };
         let mut found = Vec::new();
@@ -302,7 +303,7 @@ impl<K: Key> Culler<K> {
         slot
     }
 
-    /// The box of an object, as set last.
+    /// The last accepted box of the object in a slot.
     fn bounds_of(&self, slot: Slot) -> Option<Aabb> {
         let waits = self.waiting.waits(slot);
         waits.or_else(|| self.filed.get(self.keys.number(slot)?)).filter(|bounds| !bounds.is_empty())

@@ -7,31 +7,32 @@ use crate::{
     polygon::{BLOCK, ConvexPolygon, Geometry, PolygonId},
 };
 
-/// Moving objects that the index updates together: their boxes are still in the cache.
+/// Largest number of moving objects that the index updates together, so that their boxes are still in the cache.
 const MOST_TOGETHER: usize = 256;
 
-/// With fewer coming objects, their numbers are in order of arrival.
+/// With fewer new objects than this, they get numbers in order of arrival.
 const LEAST_SORTED: usize = 32;
 
-/// The index is built again if at least this many objects come together, and [`MANY_TIMES`] as many as it has. Smaller:
-/// more often.
+/// The index is built again if at least this number of objects come together, and [`MANY_TIMES`] times as many as it has.
+/// If these are smaller, it is built more often.
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
-/// Blocks of objects in order of arrival may be this many times as large as blocks in the order of space. Larger: more
-/// boxes that contain much of the world. Smaller: objects that move together have numbers far apart.
+/// New objects get numbers in order of arrival if the boxes around their blocks are at most this many times as large as in
+/// spatial order. If it is larger, more blocks extend through much of the world. If it is smaller, more objects that move
+/// together get numbers far apart.
 const MOST_LARGER: f64 = 8.0;
 
-/// Cells along an axis in which objects that come together are sorted, as a power of two.
+/// Number of cells along an axis in which new objects are sorted, as a power of two.
 const CELL_BITS: u32 = 10;
 
-/// The index, and buffers for the next commit, reused for their memory.
+/// The index, and buffers for the next commit, kept for their memory.
 #[derive(Debug)]
 pub(super) struct Filed {
     index: Osp,
     moving: Vec<(PolygonId, Aabb)>,
     coming: Vec<(Slot, Aabb)>,
-    /// Position of each coming object on a curve through space, and its place among them.
+    /// For each new object, its position on a curve through space, and its index in `coming`.
     order: Vec<(u32, u32)>,
     refused: Vec<IndexError>,
 }
@@ -46,17 +47,17 @@ impl Filed {
         &self.index
     }
 
-    /// The box of a number.
+    /// The box of the object with this number; `None` if it is not in the index.
     pub(super) fn get(&self, number: PolygonId) -> Option<Aabb> {
         self.index.bounds(number)
     }
 
-    /// Takes changes, only the last one of each object; [`Filed::commit`] ends the batch.
+    /// Applies changes, only the last one of each object. [`Filed::commit`] ends the batch.
     pub(super) fn take_all<K: Key>(&mut self, keys: &mut K::Places, changes: &[(Slot, Aabb)]) {
         let mut left = changes;
         while let Some((&(slot, bounds), behind)) = left.split_first() {
             if !K::Places::ARE_NUMBERED {
-                // Slots are numbers: moved objects are passed on as they are.
+                // Slots are numbers, so moved objects are passed on without conversion.
                 let moves = |change: &&(Slot, Aabb)| !change.1.is_empty() && keys.number(change.0).is_some();
                 let count = left.iter().take(MOST_TOGETHER).take_while(moves).count();
                 if count > 0 {
@@ -73,7 +74,7 @@ impl Filed {
     fn take<K: Key>(&mut self, keys: &mut K::Places, slot: Slot, bounds: Aabb) {
         match keys.number(slot) {
             Some(number) if bounds.is_empty() => {
-                // No error is possible: an object with a number is in the index.
+                // This returns no error, because an object with a number is in the index.
                 let _ = self.index.remove(number);
                 keys.free(slot);
             }
@@ -91,7 +92,7 @@ impl Filed {
     pub(super) fn commit<K: Key>(&mut self, keys: &mut K::Places) {
         self.move_all();
         self.insert::<K>(keys);
-        // No valid box is refused, whether its number is in the index or not.
+        // The index refuses no valid box, whether its number is in the index or not.
         debug_assert!(self.refused.is_empty(), "{:?}", self.refused);
         self.refused.clear();
         self.index.commit();
@@ -117,8 +118,8 @@ impl Filed {
         self.coming.clear();
     }
 
-    /// Builds the index again if the coming objects are many more than the present ones: neither the world's size nor
-    /// the number of objects is known beforehand.
+    /// Builds the index again if the new objects are many more than the present ones. This is necessary because neither the
+    /// size of the world nor the number of objects is known beforehand.
     fn expect_many(&mut self) {
         let mut there = DrawList::new();
         self.index.frustum_cull(&Frustum::everything(), &mut there);
@@ -131,8 +132,8 @@ impl Filed {
         self.refused.extend(there.iter().filter_map(|(id, bounds)| self.index.insert(*id, bounds).err()));
     }
 
-    /// Sorts coming objects in the order of space: sixteen objects with consecutive numbers are tested together if
-    /// they lie side by side. Returns false if their order of arrival has this property already.
+    /// Sorts new objects in spatial order, because sixteen objects with consecutive numbers are tested together if they lie
+    /// side by side. Returns false if their order of arrival has this property already.
     fn sort(&mut self) -> bool {
         let around = self.coming.iter().fold(Aabb::EMPTY, |around, (_, bounds)| around.union(bounds));
         let root = Aabb::cube(around.center(), around.extent().max_element());
@@ -152,12 +153,12 @@ impl Filed {
         };
         let as_they_come = size(&mut (0..self.coming.len()));
         let sorted = size(&mut self.order.iter().map(|(_, i)| *i as usize));
-        // An engine's own order also shows which objects move together.
+        // An engine's own order is preferred, because it also shows which objects move together.
         as_they_come > sorted * MOST_LARGER
     }
 }
 
-/// Objects consist of their boxes only.
+/// For the index, an object consists of its box.
 impl Geometry for Filed {
     fn id_end(&self) -> usize {
         PolygonId::LIMIT as usize
@@ -180,8 +181,8 @@ impl Geometry for Filed {
     }
 }
 
-/// Position of a point on a curve through all cells of a cube, on which neighbours are close: the interleaved bits of
-/// its cell (Morton, 1966).
+/// Position of a point on a curve through all cells of a cube, on which neighbouring cells are mostly close: the
+/// interleaved bits of the point's cell (Morton, 1966).
 fn place_in_order(point: Vec3, cube: &Aabb) -> u32 {
     let cells = (point - cube.min) / cube.extent() * (1 << CELL_BITS) as f32;
     let spread = |cell: f32| {

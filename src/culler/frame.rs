@@ -10,15 +10,15 @@ use crate::{
     polygon::{PolygonId, VisibleBlocks},
 };
 
-/// Cameras whose results a frame holds without allocating.
+/// Number of cameras whose results a frame holds without allocation.
 const FEW: usize = 8;
 
 static NOTHING: VisibleBlocks = VisibleBlocks::new();
 
-/// Results of the cameras, in their order: `frame[0]` belongs to the first one.
+/// The results of all cameras, in their order: `frame[0]` belongs to the first camera.
 ///
 /// # Panics
-/// Indexing panics beyond the last camera, as a slice does; [`Frame::get`] does not.
+/// Indexing beyond the last camera panics, as in a slice; [`Frame::get`] does not.
 #[derive(Clone, Debug)]
 pub struct Frame<'a, K: Key> {
     first: [Seen<'a, K>; FEW],
@@ -26,18 +26,18 @@ pub struct Frame<'a, K: Key> {
     len: usize,
 }
 
-/// Result of one camera: the objects to draw, each once, in no particular order.
+/// The result of one camera: the objects to draw, each once, in no particular order.
 pub struct Seen<'a, K: Key> {
     in_view: &'a VisibleBlocks,
     drawn: &'a VisibleBlocks,
     keys: &'a K::Places,
-    /// Only for a camera that hides by occluders, if any of them are in view.
+    /// The culler of a camera that hides by occluders; `None` if no occluder is in view.
     culler: Option<&'a dyn OcclusionCuller>,
 }
 
 impl<'a, K: Key> Frame<'a, K> {
-    /// For each camera: its objects in view, the remaining ones if occluders hide some, and the culler for further
-    /// tests.
+    /// `views` has for each camera its objects in view, the objects that are left if occluders hide some, and the culler
+    /// for further tests.
     pub(super) fn new(
         keys: &'a K::Places,
         views: impl IntoIterator<Item = (&'a VisibleBlocks, &'a VisibleBlocks, Option<&'a dyn OcclusionCuller>)>,
@@ -55,7 +55,7 @@ impl<'a, K: Key> Frame<'a, K> {
         frame
     }
 
-    /// Cameras.
+    /// Number of cameras.
     pub fn len(&self) -> usize {
         self.len
     }
@@ -65,7 +65,7 @@ impl<'a, K: Key> Frame<'a, K> {
         self.len == 0
     }
 
-    /// The result of a camera.
+    /// The result of a camera; `None` beyond the last camera.
     pub fn get(&self, camera: usize) -> Option<&Seen<'a, K>> {
         self.first[..self.len.min(FEW)].get(camera).or_else(|| self.more.get(camera.checked_sub(FEW)?))
     }
@@ -94,7 +94,7 @@ impl<'a, K: Key> Seen<'a, K> {
         self.drawn.ids().filter_map(move |number| keys.key(number))
     }
 
-    /// Objects to draw.
+    /// Number of objects to draw.
     pub fn len(&self) -> usize {
         self.drawn.len()
     }
@@ -104,12 +104,12 @@ impl<'a, K: Key> Seen<'a, K> {
         self.drawn.is_empty()
     }
 
-    /// Objects in view that are left out, because occluders hide them.
+    /// Number of objects in view that are left out, because occluders hide them.
     pub fn hidden(&self) -> usize {
         self.in_view.len() - self.drawn.len()
     }
 
-    /// Whether an object is to be drawn.
+    /// Whether an object has to be drawn.
     pub fn contains(&self, key: K) -> bool {
         self.number(key).is_some_and(|number| self.drawn.contains(number))
     }
@@ -119,9 +119,9 @@ impl<'a, K: Key> Seen<'a, K> {
         self.number(key).is_some_and(|number| self.in_view.contains(number))
     }
 
-    /// Whether the occluders of this frame certainly hide all of a box in view: `false` means that it may be visible.
-    /// The box, world space, metres, need not be an object's: it may be a light, a sound or a placeholder of something
-    /// that is not loaded. A box that is not finite is never hidden. O(log occluders).
+    /// Whether the occluders of this frame certainly hide all of a box in view. `false` means that the box may be visible.
+    /// The box, world space, metres, need not belong to an object; it may be that of a light, a sound or something that is
+    /// not loaded yet. A box that is not finite is never hidden. O(log occluders).
     ///
     /// Always `false` for a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).
     pub fn hides_box<P: Into<[f32; 3]>>(&self, bounds: [P; 2]) -> bool {
@@ -129,7 +129,8 @@ impl<'a, K: Key> Seen<'a, K> {
         self.culler.is_some_and(|culler| hides_box(culler, &Aabb::new(min, max)))
     }
 
-    /// [`Seen::hides_box`] for a sphere. A sphere with a negative radius, or that is not finite, is never hidden.
+    /// Does the test of [`Seen::hides_box`] for a sphere. A sphere that is not finite or has a negative radius is never
+    /// hidden.
     pub fn hides_sphere<P: Into<[f32; 3]>>(&self, center: P, radius_m: f32) -> bool {
         let sphere = Sphere { center: center.into().into(), radius_m };
         let is_finite = sphere.center.is_finite() && radius_m.is_finite() && radius_m >= 0.0;
@@ -141,7 +142,7 @@ impl<'a, K: Key> Seen<'a, K> {
         self.keys.number(self.keys.slot(key)?)
     }
 
-    /// The objects to draw as masks of sixteen: with [`Dense`](super::Dense) keys these are the keys.
+    /// The numbers of the objects to draw, as masks of sixteen. With [`Dense`](super::Dense) keys the numbers are the keys.
     pub fn blocks(&self) -> &'a VisibleBlocks {
         self.drawn
     }
@@ -161,12 +162,12 @@ impl<K: Key> fmt::Debug for Seen<'_, K> {
     }
 }
 
-/// Results of the cameras of a frame; reused for their memory.
+/// The results of the cameras of a frame, kept for their memory.
 #[derive(Debug, Default)]
 pub(super) struct Views {
     pub(super) in_view: Vec<VisibleBlocks>,
     pub(super) drawn: Vec<VisibleBlocks>,
-    /// By camera: whether occluders hide some of the objects in view.
+    /// For each camera, whether occluders hide some of the objects in view.
     pub(super) is_thinned: Vec<bool>,
     spare: VisibleBlocks,
 }
@@ -180,7 +181,7 @@ impl Views {
         self.is_thinned.resize(cameras, false);
     }
 
-    /// Removes the objects that a camera does not see.
+    /// Removes the objects that a camera does not see from its results.
     pub(super) fn keep(&mut self, camera: usize, is_seen: impl Fn(PolygonId) -> bool) {
         let sets = [&mut self.in_view[camera], &mut self.drawn[camera]];
         for set in sets.into_iter().take(1 + usize::from(self.is_thinned[camera])) {
@@ -190,7 +191,7 @@ impl Views {
         }
     }
 
-    /// By camera: the objects in view, the objects to draw, and whether occluders hide some.
+    /// For each camera: the objects in view, the objects to draw, and whether occluders hide some.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&VisibleBlocks, &VisibleBlocks, bool)> {
         let drawn = self.in_view.iter().zip(&self.drawn).zip(&self.is_thinned);
         drawn.map(|((in_view, drawn), &is_thinned)| {

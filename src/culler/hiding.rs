@@ -11,10 +11,10 @@ use crate::{
     view::ViewWindow,
 };
 
-/// Most changes that wait for the next frame.
+/// Largest number of changes that wait for the next frame.
 const MOST_WAITING: usize = 1 << 16;
 
-/// The occluders of all objects, and the cullers made from them. Their polygons have numbers of their own.
+/// The occluders of all objects, and the cullers built from them. The polygons of occluders have numbers of their own.
 #[derive(Debug)]
 pub(super) struct Hiding {
     surfaces: Surfaces,
@@ -23,20 +23,20 @@ pub(super) struct Hiding {
     changes: Vec<Change>,
     pool: OccluderPool,
     config: OcclusionConfig,
-    /// The first one for [`Culler::are_hidden`](super::Culler::are_hidden), the others by camera of a frame.
+    /// The first culler is for [`Culler::are_hidden`](super::Culler::are_hidden), the others for the cameras of a frame.
     views: Vec<ViewOcclusion>,
 }
 
-/// Occluders of an object.
+/// The occluder of an object.
 #[derive(Debug, Default)]
 struct Own {
-    /// The numbers of its polygons.
+    /// The numbers of the occluder's polygons.
     numbers: Vec<PolygonId>,
     /// The object's box, if it has one.
     bounds: Option<Aabb>,
 }
 
-/// The polygons would exceed the limit.
+/// Error: the polygons would exceed the limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NoRoom;
 
@@ -54,8 +54,8 @@ impl Hiding {
         }
     }
 
-    /// Follows an object with a new box. Its occluders stay at the old place, so it hides nothing any more, unless it
-    /// has grown.
+    /// Applies the new box of an object. Its occluder stays at the old place, so the occluder is removed unless the new box
+    /// contains the former one.
     #[inline]
     pub(super) fn follow_object(&mut self, object: Slot, bounds: &Aabb) {
         if !self.has_occluder.get(object) {
@@ -68,7 +68,7 @@ impl Hiding {
         }
     }
 
-    /// Sets the occluder of an object with this box, in place of the former one.
+    /// Sets the occluder of an object, in place of the former one. `bounds` is the object's box, if it has one.
     pub(super) fn set(
         &mut self,
         object: Slot,
@@ -115,7 +115,7 @@ impl Hiding {
         }
     }
 
-    /// Makes new occluders candidates; called before the views of a frame.
+    /// Makes new occluders candidates. Called before the views of a frame.
     pub(super) fn follow(&mut self) {
         self.pool.follow(&self.surfaces, &self.changes);
         self.changes.clear();
@@ -126,8 +126,8 @@ impl Hiding {
         self.views.get(camera + 1).map(ViewOcclusion::culler)
     }
 
-    /// Sets `drawn` to the visible part of `in_view`, if anything is hidden. Hides nothing if these layers omit an
-    /// occluder: the objects behind it would be missing.
+    /// Sets `drawn` to the visible part of `in_view`; returns false, without effect, if nothing is hidden. If these layers
+    /// omit an occluder, nothing is hidden, because the objects behind it would be missing.
     pub(super) fn cull(
         &mut self,
         filed: &Filed,
@@ -141,7 +141,7 @@ impl Hiding {
         true
     }
 
-    /// Selects occluders for a view and builds the culler with this number; none if nothing hides.
+    /// Selects occluders for a view, and builds the culler with this number; `None` if no occluder is in view.
     fn build(
         &mut self,
         number: usize,
@@ -153,7 +153,7 @@ impl Hiding {
             return None;
         }
         if self.views.len() <= number {
-            // Large walls hide most, and drawing an object costs many times as much as a test: every box is tested.
+            // Every box is tested, because large walls hide most, and drawing an object costs many times as much as a test.
             self.views.resize_with(number + 1, || ViewOcclusion::new(Occlusion::Msvbsp, &self.config));
         }
         let view = &mut self.views[number];
@@ -165,7 +165,7 @@ impl Hiding {
         Some(view.culler())
     }
 
-    /// Sets `hidden` for boxes that a view hides.
+    /// Sets `hidden` for the boxes that the view's occluders hide.
     pub(super) fn mark_hidden(
         &mut self,
         seen: (&Layers, u32),
@@ -193,7 +193,7 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    /// Number of further polygons within the limit.
+    /// Number of polygons that can be added.
     fn room(&self) -> usize {
         PolygonId::LIMIT as usize - self.polygons.len() + self.free.len()
     }

@@ -1,4 +1,4 @@
-//! Maps a key to the slot of its object in the culler's lists, and to its number in the index.
+//! Maps a key to the slot of its object in the culler's lists, and to the object's number in the index.
 
 use std::{
     collections::HashMap,
@@ -8,26 +8,26 @@ use std::{
 
 use crate::polygon::{PolygonId, bits};
 
-/// The place of an object in the culler's own lists. It has the type of a number of the index, because both use the
-/// same lists.
+/// The position of an object in the culler's own lists. It has the type of a number of the index, because both use the same
+/// kinds of lists.
 pub(super) type Slot = PolygonId;
 
-/// The engine's name of an object: anything `Copy + Eq + Hash`, at the cost of a map lookup for each call, or
-/// [`Dense`] numbers, without a map.
+/// The engine's name of an object: anything `Copy + Eq + Hash`, which costs a map lookup in each call, or [`Dense`]
+/// numbers, which need no map.
 ///
-/// Objects that come together get numbers in the order of space, the best order for the index. [`Dense`] numbers are
-/// chosen by the engine.
+/// Objects that come together get numbers in spatial order, the best order for the index. The engine itself chooses
+/// [`Dense`] numbers.
 pub trait Key: Copy {
-    /// Store of the keys of all objects.
+    /// The map from the keys of all objects.
     #[doc(hidden)]
     type Places: Places<Self>;
 }
 
 /// A number as a key. Small numbers without gaps cost least. Objects that are drawn together should have neighbouring
-/// numbers, because sixteen consecutive ones make a block of the index. Numbers from [`PolygonId::LIMIT`] on are
+/// numbers, because sixteen consecutive numbers make a block of the index. Numbers from [`PolygonId::LIMIT`] on are
 /// refused.
 ///
-/// It does not implement `Hash`, because it needs no map.
+/// The type does not implement `Hash`, because it needs no map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Dense(pub u32);
 
@@ -39,44 +39,44 @@ impl<K: Copy + Eq + Hash> Key for K {
     type Places = Map<K>;
 }
 
-/// Maps keys to slots and to numbers; see [`Key::Places`]. An object has a slot while the engine has it, and a number
-/// while it is in the index.
+/// A map from keys to slots and to numbers; see [`Key::Places`]. An object has a slot while the engine has the object, and
+/// a number while the object is in the index.
 pub trait Places<K>: Default {
     /// Whether [`Places::give_number`] chooses the numbers.
     const ARE_NUMBERED: bool;
 
-    /// The slot of a key.
+    /// The slot of a key, if it has one.
     fn slot(&self, key: K) -> Option<Slot>;
 
-    /// The slot of a key, a new one if it has none; none if no slot is left.
+    /// The slot of a key, or a new slot if the key has none; `None` if no slot is left.
     fn slot_or_new(&mut self, key: K) -> Option<Slot>;
 
-    /// Takes away the slot of a key. No other key gets it before [`Places::settle`].
+    /// Takes the slot of a key away. No other key gets this slot before [`Places::settle`].
     fn take(&mut self, key: K) -> Option<Slot>;
 
-    /// Notes that the index has followed all changes: slots that were taken away may be reused.
+    /// Records that the index contains all changes, so that slots that were taken away can be used again.
     fn settle(&mut self);
 
-    /// The number of the object in a slot, if it may be in the index.
+    /// The number of the object in a slot, if the object may be in the index.
     fn number(&self, slot: Slot) -> Option<PolygonId>;
 
     /// Gives the object in a slot a number for the index.
     fn give_number(&mut self, slot: Slot) -> PolygonId;
 
-    /// Announces the number of objects that come together: the next numbers ascend, if sorting them is cheap.
+    /// Announces `coming` new objects. The numbers given next ascend if sorting the free numbers is cheap.
     fn sort_numbers(&mut self, coming: usize);
 
-    /// Takes away the number of the object in a slot, which leaves the index.
+    /// Takes away the number of the object in a slot. The object leaves the index.
     fn free(&mut self, slot: Slot);
 
-    /// The key with a number; none if its slot was taken away.
+    /// The key of the object with this number; `None` if its slot was taken away.
     fn key(&self, number: PolygonId) -> Option<K>;
 
-    /// The slot with a number.
+    /// The slot of the object with this number.
     fn slot_of(&self, number: PolygonId) -> Option<Slot>;
 }
 
-/// A number is its own slot.
+/// The map of [`Dense`] keys: each number is its own slot.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
     /// A bit for each number in the index.
@@ -135,23 +135,23 @@ impl Places<Dense> for Numbers {
     }
 }
 
-/// No slot, and no number.
+/// The value that stands for no slot and no number.
 const NONE: PolygonId = PolygonId(u32::MAX);
 
-/// Free numbers are sorted if they are at most this many times as many as the coming objects. Larger: frames with few
-/// coming objects take longer. Smaller: objects that come after many removals lie in more blocks.
+/// Free numbers are sorted if they are at most this many times as many as the new objects. If it is larger, frames with few
+/// new objects take longer. If it is smaller, objects that come after many removals lie in more blocks.
 const FREE_TO_COMING: usize = 8;
 
-/// Keys, their slots, and their numbers.
+/// The map of hashed keys, with their slots and numbers.
 #[derive(Clone, Debug)]
 pub struct Map<K> {
     slots: HashMap<K, Slot, BuildHasherDefault<KeyHasher>>,
-    /// By slot: the key, and the number, or [`NONE`].
+    /// For each slot, the key, and the number or [`NONE`].
     objects: Vec<(Option<K>, PolygonId)>,
     free_slots: Vec<Slot>,
-    /// Slots taken away since the index was last updated.
+    /// Slots that were taken away since the index was last updated.
     taken: Vec<Slot>,
-    /// By number: the key, none if its slot was taken away, and the slot.
+    /// For each number, the key and its slot; `None` if the slot was taken away.
     keys: Vec<Option<(K, Slot)>>,
     free_numbers: Vec<PolygonId>,
 }
@@ -225,7 +225,7 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
 
     fn sort_numbers(&mut self, coming: usize) {
         if self.free_numbers.len() <= coming.saturating_mul(FREE_TO_COMING) {
-            // The last one is given first.
+            // The last number of the list is given first.
             self.free_numbers.sort_unstable_by(|a, b| b.cmp(a));
         }
     }
@@ -247,12 +247,12 @@ impl<K: Copy + Eq + Hash> Places<K> for Map<K> {
     }
 }
 
-/// Hashes keys of some bytes: a product for every eight bytes, whose two halves are mixed. It is much faster than the
-/// hash of the standard library, which also withstands keys chosen by an attacker.
+/// Hashes keys of some bytes: it multiplies each eight bytes and mixes the two halves of the product. This is much faster
+/// than the hash of the standard library, which also withstands keys chosen by an attacker.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct KeyHasher(u64);
 
-/// Odd, and without a pattern: 2^64 divided by the golden ratio.
+/// 2^64 divided by the golden ratio: an odd number without a pattern.
 const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;
 
 impl Hasher for KeyHasher {

@@ -9,9 +9,9 @@ const FIRST_LAYER: u32 = 1;
 #[derive(Debug)]
 pub(super) struct Layers {
     masks: ById<u32>,
-    /// Objects on other layers than [`FIRST_LAYER`].
+    /// Number of objects on other layers than [`FIRST_LAYER`].
     elsewhere: usize,
-    /// Objects on no layer.
+    /// Number of objects on no layer.
     unseen: usize,
 }
 

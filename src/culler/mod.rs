@@ -1,8 +1,8 @@
 //! The culler for engines, with the engine's own keys, boxes, occluders and cameras.
 //!
-//! [`Culler`] provides the data that [`Geometry`](crate::polygon::Geometry), [`Pipeline`](crate::frame::Pipeline) and
-//! the structures of [`occlusion`](crate::occlusion) need. Use those directly for polygons in your own form, for
-//! groups that move as a whole, or for another index. Depends on all other modules but [`frame`](crate::frame).
+//! [`Culler`] implements [`Geometry`](crate::polygon::Geometry) and does the work of a [`Pipeline`](crate::frame::Pipeline)
+//! with [`occlusion`](crate::occlusion). Use those types directly for polygons in your own form, for groups that move as a
+//! whole, or for another index. Depends on all other modules except [`frame`](crate::frame).
 
 mod camera;
 #[expect(clippy::module_inception, reason = "a culler is a culler")]

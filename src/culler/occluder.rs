@@ -6,7 +6,7 @@ use crate::{
     polygon::ConvexPolygon,
 };
 
-/// Why a shape cannot be an occluder.
+/// The reason why a shape cannot be an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum OccluderError {
@@ -18,13 +18,13 @@ pub enum OccluderError {
         "corners: expected a flat, convex quad, its corners in order around it; `Occluder::mesh` takes other shapes"
     )]
     NotFlatAndConvex,
-    /// The number of indices is no multiple of three.
+    /// The number of indices is not a multiple of three.
     #[error("indices: expected three for each triangle, found {0}")]
     NotTriangles(usize),
     /// An index is out of range.
     #[error("indices[{at}]: expected less than {vertices}, found {found}")]
     NoVertex {
-        /// Its place.
+        /// Position of the index.
         at: usize,
         /// The index.
         found: u32,
@@ -38,7 +38,7 @@ pub enum OccluderError {
 
 /// A surface that hides objects behind it, world space, metres: opaque, and seen from both sides.
 ///
-/// It is a drawn surface, or an undrawn one inside of a drawn opaque object, which then hides the same objects. A few
+/// The surface is drawn itself, or lies undrawn inside a drawn opaque object, which then hides the same objects. A few
 /// large polygons hide more in less time than many small ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluder(Shape);
@@ -50,7 +50,7 @@ enum Shape {
 }
 
 impl Occluder {
-    /// A flat, convex quad; its corners in order around it, in either direction.
+    /// A flat, convex quad, with its corners in order around it, in either direction.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NotFlatAndConvex`].
@@ -63,10 +63,11 @@ impl Occluder {
         Ok(Self(Shape::Polygon(ConvexPolygon::quad(corners))))
     }
 
-    /// A mesh of triangles, three indices each. Triangles without area are left out.
+    /// A mesh of triangles, with three indices for each. Triangles without area are left out.
     ///
     /// # Errors
-    /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`], [`OccluderError::NoArea`].
+    /// [`OccluderError::NotTriangles`], [`OccluderError::NotFinite`], [`OccluderError::NoVertex`],
+    /// [`OccluderError::NoArea`].
     pub fn mesh<P: Into<[f32; 3]> + Copy>(vertices: &[P], indices: &[u32]) -> Result<Self, OccluderError> {
         let (triangles, rest) = indices.as_chunks::<3>();
         if !rest.is_empty() {
@@ -82,7 +83,7 @@ impl Occluder {
         Self::of_polygons(corners.map(|[a, b, c]| ConvexPolygon::triangle(a, b, c)))
     }
 
-    /// The six sides of a box, `[min, max]`, such as the inside of a house.
+    /// The six sides of a box, `[min, max]`, such as a box inside a house.
     ///
     /// # Errors
     /// [`OccluderError::NotFinite`], [`OccluderError::NoArea`].

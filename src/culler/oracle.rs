@@ -8,35 +8,35 @@ use crate::{
     polygon::PolygonId,
 };
 
-/// Distance from a point, as a share of the ray to it, within which another surface does not count: the point may lie
-/// on touching surfaces.
+/// Distance from a tested point, as a fraction of the ray's length. Another object up to this distance behind the point
+/// hides the point, because surfaces may touch. A surface of the same object this close before the point does not.
 const TOUCHES: f64 = 1.0e-5;
 
-/// A ray that misses a triangle by at most this share of the triangle's size counts as a hit.
+/// A ray that misses a triangle by at most this fraction of the triangle's size counts as a hit.
 const BESIDE: f64 = 1.0e-6;
 
-/// Boxes are enlarged by this share of the largest coordinate.
+/// Boxes are enlarged by this fraction of the largest coordinate.
 const ROUNDING: f32 = 4.0e-6;
 
-/// Points nearer to the edge of the screen than this share are not tested.
+/// Points closer than this to the edge of the screen are not tested; 1 is half the screen.
 const EDGE: f64 = 1.0e-4;
 
-/// Why a triangle was refused.
+/// The reason why a triangle was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum OracleError {
     /// A coordinate is infinite or NaN.
     #[error("triangle {triangle}: expected finite coordinates, found {found:?}")]
     NotFinite {
-        /// Its place among the triangles of the call.
+        /// Position of the triangle in the call.
         triangle: usize,
-        /// Its corners.
+        /// The triangle's corners.
         found: [[f32; 3]; 3],
     },
-    /// There are too many.
+    /// The oracle has too many triangles.
     #[error("triangle {triangle}: expected at most {limit} triangles", limit = PolygonId::LIMIT)]
     Full {
-        /// Its place among the triangles of the call.
+        /// Position of the triangle in the call.
         triangle: usize,
     },
 }
@@ -50,28 +50,12 @@ pub struct Missing {
     pub point_m: [f32; 3],
 }
 
-/// Tests the draw list of any culler, this crate's or another one, by rays: no ray from the camera may reach a point
-/// of an object that was left out. Every error that it reports is real. It may miss errors, because it tests only
-/// sample points.
-///
-/// ```
-/// use osp::{Camera, Depth, Oracle};
-///
-/// let wall = [[-2.0, -2.0, -4.0], [2.0, -2.0, -4.0], [0.0, 2.0, -4.0_f32]];
-/// let behind = [[-0.1, 0.0, -6.0], [0.1, 0.0, -6.0], [0.0, 0.1, -6.0_f32]];
-/// let mut oracle = Oracle::new();
-/// oracle.add(0, [wall])?;
-/// oracle.add(1, [behind])?;
-/// let clip_from_world = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.1, 0.0_f32];
-/// let camera = Camera::from_matrix(clip_from_world, Depth::OneToZero)?;
-/// assert!(oracle.missing(&camera, |object| object == 0, 16).is_empty()); // The wall hides the other.
-/// assert_eq!(oracle.missing(&camera, |object| object == 1, 16)[0].object, 0); // The wall is missing.
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// Tests the draw list of any culler, of this crate or another, by rays: no ray from the camera may reach a point of an
+/// object that was left out. Every error that it reports is real. It may miss errors, because it tests only sample points.
 #[derive(Clone, Debug, Default)]
 pub struct Oracle {
     triangles: Vec<[DVec3; 3]>,
-    /// By triangle.
+    /// For each triangle, its object.
     objects: Vec<u32>,
 }
 
@@ -81,10 +65,11 @@ impl Oracle {
         Self::default()
     }
 
-    /// Adds opaque triangles of an object, seen from both sides; corners in world space, metres. Omit transparent objects.
+    /// Adds opaque triangles of an object, seen from both sides, with corners in world space, metres. Omit transparent
+    /// objects.
     ///
     /// # Errors
-    /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. The triangles before it were
+    /// [`OracleError`]: a coordinate is not finite, or there are too many triangles. The triangles before the error were
     /// added.
     pub fn add(
         &mut self,
@@ -104,9 +89,9 @@ impl Oracle {
         Ok(())
     }
 
-    /// For each object that the camera shows although it is not drawn, a visible point. Tests the middle and other
-    /// points of each triangle, `points` in all. Takes O(triangles log triangles), and O(triangles of undrawn objects
-    /// x `points` x log triangles).
+    /// Finds a visible point of each object that the camera shows although the object is not drawn. Tests `points` points
+    /// of each triangle: its middle, and others. Takes O(triangles log triangles), and O(triangles of undrawn objects x
+    /// `points` x log triangles).
     pub fn missing(&self, camera: &Camera, is_drawn: impl Fn(u32) -> bool, points: u32) -> Vec<Missing> {
         let clip_from_world = camera.world_from_clip().inverse();
         let world = World::new(&self.triangles);
@@ -150,7 +135,7 @@ impl Oracle {
         !self.is_hidden(world, triangle, start, point - start)
     }
 
-    /// Whether a surface lies between the start of a ray and its end, on a triangle.
+    /// Whether a surface lies between the start of a ray and its end on a triangle.
     fn is_hidden(&self, world: &World, triangle: usize, start: DVec3, way: DVec3) -> bool {
         let object = self.objects[triangle];
         world.any_along(start, way, |other| {
@@ -162,7 +147,7 @@ impl Oracle {
     }
 }
 
-/// All triangles by their boxes, which are enlarged by the rounding to `f32`.
+/// All triangles by their boxes, enlarged by the rounding to `f32`.
 struct World {
     index: Osp,
     bounds: Aabb,
@@ -177,16 +162,17 @@ impl World {
         for (number, corners) in triangles.iter().enumerate() {
             let Aabb { min, max } = box_of(corners);
             let bounds = Aabb::new(min - margin_m, max + margin_m);
-            // A triangle whose box overflows hides nothing.
+            // A triangle whose box overflows is left out, so it hides nothing.
             _ = index.insert(PolygonId(number as u32), &bounds);
         }
         index.commit();
         Self { index, bounds: Aabb::new(around.min - margin_m, around.max + margin_m) }
     }
 
-    /// Whether `is_met` holds for a triangle near a ray, up to a little behind its end.
+    /// Whether `is_met` holds for a triangle near a ray. The search reaches a little beyond the ray's end.
     fn any_along(&self, start: DVec3, way: DVec3, mut is_met: impl FnMut(usize) -> bool) -> bool {
-        // From the ray's entry into the world on, its coordinates are no larger than those of the boxes.
+        // The ray is shortened to begin at its entry into the world, so that its coordinates are no larger than those of
+        // the boxes.
         let (min, max) = (self.bounds.min.as_dvec3(), self.bounds.max.as_dvec3());
         let (to_min, to_max) = ((min - start) / way, (max - start) / way);
         let enters = to_min.min(to_max).max_element();
@@ -198,7 +184,7 @@ impl World {
     }
 }
 
-/// A point of a triangle: its middle, and then others that fill it evenly (Martin Roberts's R2 sequence).
+/// A point of a triangle: number 0 is its middle; further points fill it evenly (Martin Roberts's R2 sequence).
 fn point_of([a, b, c]: &[DVec3; 3], number: u32) -> DVec3 {
     if number == 0 {
         return (*a + *b + *c) / 3.0;

@@ -1,27 +1,27 @@
 use super::keys::Slot;
 use crate::{math::Aabb, polygon::ById};
 
-/// State of an object that the index does not store.
+/// The state of an object beside its box in the index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    /// The place of its change, if its slot has one.
+    /// Position of the object's waiting change in the list, if it has one.
     change: u32,
-    /// Whether it has a box, by the last change.
+    /// Whether the object has a box after its last change.
     has_box: bool,
 }
 
 /// State of a slot without an object.
 const VACANT: State = State { change: u32::MAX, has_box: false };
 
-/// The changes that wait for the next commit: the last one of each object.
+/// The changes that wait for the next commit, the last change of each object.
 #[derive(Debug)]
 pub(super) struct Waiting {
     states: ById<State>,
-    /// The new box of an object; [`Aabb::EMPTY`] for a removed one.
+    /// The new box of each object; [`Aabb::EMPTY`] for a removed object.
     changes: Vec<(Slot, Aabb)>,
     /// Number of changes that remove an object.
     gone: usize,
-    /// Objects with a box.
+    /// Number of objects with a box.
     count: usize,
 }
 
@@ -58,12 +58,12 @@ impl Waiting {
         }
     }
 
-    /// Stores the change of an object and returns its place.
+    /// Stores the change of an object; returns its position in the list.
     #[inline]
     fn put(&mut self, before: State, slot: Slot, bounds: Aabb) -> u32 {
         match self.changes.get_mut(before.change as usize) {
             Some(waiting) if waiting.0 == slot => {
-                // It was removed, and comes again.
+                // The object was removed, and comes again.
                 self.gone -= usize::from(waiting.1.is_empty());
                 waiting.1 = bounds;
                 before.change
@@ -85,7 +85,7 @@ impl Waiting {
         change.filter(|waiting| waiting.0 == slot).map(|(_, bounds)| *bounds)
     }
 
-    /// Objects with a box.
+    /// Number of objects with a box.
     pub(super) fn count(&self) -> usize {
         self.count
     }
@@ -94,7 +94,7 @@ impl Waiting {
         self.changes.is_empty()
     }
 
-    /// Passes on all changes, in the order of their first ones.
+    /// Passes on all changes, in the order in which their objects first changed.
     pub(super) fn take_all(&mut self, take: impl FnOnce(&[(Slot, Aabb)])) {
         take(&self.changes);
         if self.gone > 0 {

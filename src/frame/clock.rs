@@ -3,7 +3,7 @@ use std::time::Instant;
 #[cfg(target_arch = "wasm32")]
 use web_time::Instant;
 
-/// The clock of the crate's stages: time, and allocations if the caller counts them.
+/// The clock that measures the stages of a frame: time, and allocations if the caller counts them.
 #[derive(Clone, Copy, Debug)]
 pub struct StageClock {
     allocations: fn() -> u64,
@@ -21,7 +21,7 @@ pub struct Reading {
 pub struct Stage {
     /// Time, nanoseconds.
     pub ns: u64,
-    /// Allocations of this thread; 0 if the clock does not count them.
+    /// Number of allocations of this thread; 0 if the clock does not count them.
     pub allocations: u64,
 }
 
@@ -32,13 +32,13 @@ impl std::ops::AddAssign for Stage {
     }
 }
 
-/// Steps of the clock that [`StageClock::step_ns`] measures.
+/// Number of clock steps that [`StageClock::step_ns`] measures.
 const STEPS: u32 = 16;
-/// Most readings, so that a clock that stands still blocks nothing.
+/// Largest number of readings, so that the measurement ends if the clock stands still.
 const MOST_READINGS: u32 = 1_000_000;
 
 impl StageClock {
-    /// A clock that reads the number of allocations so far from `allocations` (of the calling thread).
+    /// A clock that counts allocations. `allocations` returns the number of allocations of the calling thread so far.
     pub fn counting(allocations: fn() -> u64) -> Self {
         Self { allocations }
     }
@@ -48,9 +48,8 @@ impl StageClock {
         Reading { allocations: (self.allocations)(), at: Instant::now() }
     }
 
-    /// The step in which the clock advances, nanoseconds: the shortest of 16 between readings that differ. Browsers
-    /// round their clocks to 5 to 1000 µs; elsewhere this is about the duration of a reading. 0 if the clock stands
-    /// still.
+    /// The step in which the clock advances, nanoseconds: the least of 16 differences between readings. Browsers round
+    /// their clocks to 5 to 1000 µs; elsewhere this is about the duration of a reading. 0 if the clock stands still.
     pub fn step_ns(&self) -> u64 {
         let start = Instant::now();
         shortest_step_ns(STEPS, || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX))
@@ -70,7 +69,7 @@ impl Default for StageClock {
     }
 }
 
-/// The shortest of the first `most` steps of a clock, by its readings in nanoseconds; 0 if it stands still.
+/// The shortest of the first `most` steps of a clock that `read` reads in nanoseconds; 0 if the clock stands still.
 pub fn shortest_step_ns(most: u32, mut read: impl FnMut() -> u64) -> u64 {
     let (mut last, mut shortest, mut steps) = (read(), u64::MAX, 0);
     for _ in 0..MOST_READINGS {

@@ -1,4 +1,4 @@
-//! One frame: the pipeline updates the index, culls by the frustum of each view, and removes occluded polygons by a [`Pass`].
+//! One frame: the pipeline updates the index, culls by the frustum of each view, and removes hidden polygons by a [`Pass`].
 //!
 //! [`Pipeline::frame`] runs all stages and returns their times in a [`FrameRecord`]. Depends on
 //! [`polygon`](crate::polygon), [`index`](crate::index), [`view`](crate::view) and [`occlusion`](crate::occlusion).

@@ -10,35 +10,36 @@ use crate::{
     view::{View, ViewWindow},
 };
 
-/// Most changes of an ordinary frame: more come from a jump in a replay, or from opening a file.
+/// Largest number of changes of an ordinary frame. More changes come from a jump in a replay, or from opening a file.
 const FEW_CHANGES: usize = 1024;
 
-/// Measure by which [`Occlusion::Auto`] finds the cheapest method.
+/// The measure by which [`Occlusion::Auto`] selects the cheapest method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AutoBasis {
-    /// Measured times: it adapts to the machine.
+    /// Measured times, which adapt to the machine.
     #[default]
     Time,
-    /// Work counts: it decides the same on every machine.
+    /// Work counts, which are the same on every machine.
     Work,
 }
 
 /// Settings of an [`OcclusionPass`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassConfig {
-    /// The method.
+    /// The method of occlusion culling.
     pub choice: Occlusion,
-    /// Most occluders of a frame. `None` is 64, or 16 for [`Occlusion::Auto`] if a polygon costs less than 640 ns.
+    /// Largest number of occluders of a view. `None` means 64, or 16 for [`Occlusion::Auto`] if drawing a polygon costs
+    /// less than 640 ns.
     pub occluders: Option<usize>,
-    /// Cost of drawing one polygon, nanoseconds. A test counts as 100 ns, and a test pays if it may save four times
-    /// that. So from 400 ns on, polygons are tested one by one. At 10 ns, only nodes of the index with 40 polygons and
-    /// more are tested.
+    /// Time to draw one polygon, nanoseconds. A test counts as 100 ns, and pays if it may save four times this time. So
+    /// from 400 ns on, polygons are tested one by one. At 10 ns, only nodes of the index with at least 40 polygons are
+    /// tested.
     pub polygon_ns: f64,
-    /// Measure that [`Occlusion::Auto`] compares.
+    /// The measure that [`Occlusion::Auto`] compares.
     pub basis: AutoBasis,
     /// The bounding volume of a node that is tested.
     pub node_test: NodeTest,
-    /// Score by which occluders are selected.
+    /// The score by which occluders are selected.
     pub score: Score,
 }
 
@@ -50,8 +51,8 @@ impl Default for PassConfig {
 }
 
 impl PassConfig {
-    /// A method with its own number of occluders, for an engine whose "polygons" are meshes: drawing one costs 10
-    /// microseconds, so each is tested.
+    /// Settings for an engine whose "polygons" are meshes: drawing one costs 10 µs, so each is tested. The number of
+    /// occluders is the method's own.
     pub fn new(choice: Occlusion) -> Self {
         Self {
             choice,
@@ -63,7 +64,7 @@ impl PassConfig {
         }
     }
 
-    /// The same for the polygons of strokes, which are drawn by the thousand: each costs 10 ns.
+    /// Settings for the polygons of strokes, which are drawn by the thousand: drawing one costs 10 ns.
     pub fn for_strokes(choice: Occlusion) -> Self {
         Self { polygon_ns: AutoConfig::default().polygon_ns, ..Self::new(choice) }
     }
@@ -73,60 +74,62 @@ impl PassConfig {
         CullConfig { node_test: self.node_test, ..CullConfig::for_drawing(self.polygon_ns) }
     }
 
-    /// Most occluders of a frame.
+    /// Largest number of occluders of a view.
     fn occluders(&self) -> usize {
         self.occluders.unwrap_or(match self.choice {
-            // The first few hide most: more of them pay for their selection only if a polygon costs much.
+            // The first few occluders hide most. Further occluders pay for their selection only if drawing a polygon costs
+            // much.
             Occlusion::Auto if self.polygon_ns < MANY_OCCLUDERS_NS => 16,
             _ => SelectConfig::default().occluders,
         })
     }
 }
 
-/// Cost of drawing a mesh, nanoseconds: a draw call, and some thousand vertices.
+/// Time to draw a mesh, nanoseconds: a draw call, and some thousand vertices.
 const MESH_NS: f64 = 10_000.0;
 
-/// If drawing a polygon costs at least so many nanoseconds, [`Occlusion::Auto`] takes as many occluders as the other methods.
+/// If drawing a polygon costs at least this, nanoseconds, [`Occlusion::Auto`] selects as many occluders as the other
+/// methods.
 const MANY_OCCLUDERS_NS: f64 = 640.0;
 
-/// Frames without use after which the visible polygons of the last used frame are forgotten; then all polygons in view
-/// take their place.
+/// Number of frames without the previous-frame method after which its visible polygons are dropped, so that all polygons in
+/// view take their place.
 const LONGEST_MEMORY: u32 = 8;
 
-/// Occlusion culling by the largest occluders, as the pass of a [`super::Pipeline`], with its state from frame to
-/// frame. [`super::Pipeline::with_occlusion`] makes one.
+/// Occlusion culling as the pass of a [`super::Pipeline`], with its state from frame to frame.
+/// [`super::Pipeline::with_occlusion`] makes one.
 #[derive(Debug)]
 pub struct OcclusionPass {
     config: PassConfig,
     make: MakeCuller,
-    /// Most occluders of a view in a frame.
+    /// Largest number of occluders of a view.
     occluders: usize,
     stage: OcclusionStage,
     switch: Option<AutoSwitch>,
-    /// Idle backoff; used only without a switch.
+    /// Pauses after frames without hidden polygons; used only without a switch.
     rest: Rest,
-    /// Whether many polygons came while occluders were not selected: the best may not have been considered yet.
+    /// Whether many polygons came while no occluders were selected, so that the best occluders may not be candidates yet.
     came_unseen: bool,
-    /// The switch's other method, if it can ever pay.
+    /// The switch's method [`Occlusion::PreviousFrame`], if it can ever pay.
     last: Option<PreviousFramePass>,
-    /// Frames since `last` was used.
+    /// Number of frames since `last` was used.
     since_last: u32,
     /// Whether the last frame was culled by `last`.
     by_last: bool,
-    /// Remaining polygons of each view.
+    /// The polygons to draw in each view.
     drawn: Vec<VisibleBlocks>,
-    /// Number of polygons that each of these sets has room for.
+    /// Number of polygons that each set of `drawn` has room for.
     capacity: usize,
 }
 
 impl OcclusionPass {
-    /// A pass before its first frame, with room for this many polygons.
+    /// A pass before its first frame, with room for `capacity` polygons.
     pub fn new(config: PassConfig, capacity: usize) -> Self {
         Self::with_culler(config.choice.culler(), config, capacity)
     }
 
-    /// The same with the caller's own cullers: [`Occlusion::Auto`] chooses among none, such a culler and
-    /// [`Occlusion::PreviousFrame`]; every other choice always uses such a culler.
+    /// A pass with the caller's own cullers, which `make` creates. [`Occlusion::Auto`] selects among none, such a culler
+    /// and [`Occlusion::PreviousFrame`]. Every other choice always uses such a culler.
     pub fn with_culler(make: MakeCuller, config: PassConfig, capacity: usize) -> Self {
         let select =
             SelectConfig { score: config.score, occluders: config.occluders(), ..SelectConfig::default() };
@@ -159,39 +162,40 @@ impl OcclusionPass {
         &self.config
     }
 
-    /// Most occluders of a view in a frame.
+    /// Largest number of occluders of a view.
     pub fn most_occluders(&self) -> usize {
         self.occluders
     }
 
-    /// The shadows of the occluders of the first view, best first, with the eye as the origin. They are those of the
-    /// last frame that used occlusion culling.
+    /// The shadows of the first view's occluders, the best first, with the eye as the origin. They belong to the last frame
+    /// that used occlusion culling.
     pub fn shadows(&self) -> &[ShadowVolume] {
         self.stage.view().selector().chosen()
     }
 
-    /// Whether the occluders of the last frame were the polygons visible in the frame before.
+    /// Whether the occluders of the last frame were the polygons that were visible in the frame before.
     pub fn is_by_last(&self) -> bool {
         self.by_last
     }
 
-    /// Passes every change to the previous-frame culler, also in frames that do not use it.
+    /// Passes every change to the previous-frame method, also in frames that do not use it.
     fn follow_last(&mut self, changes: &[Change]) {
         if let Some(last) = &mut self.last {
             last.follow(changes);
         }
     }
 
-    /// Approximate part of the time for candidates that this has taken, nanoseconds, by work counts.
+    /// Updates the candidates within the time saved for this. Returns the time spent, nanoseconds, estimated from work
+    /// counts.
     fn follow_roughly(&mut self, geometry: &dyn Geometry, changes: &[Change]) -> f64 {
         let budget_ns = self.switch.as_ref().map_or(0.0, AutoSwitch::idle_budget_ns);
         self.stage.follow_roughly(geometry, changes, budget_ns)
     }
 
-    /// Subtracts a frame's use of the time for candidates.
+    /// Subtracts the time that a frame spent on candidates from the saved time.
     fn spend_idle(&mut self, counted_ns: f64, measured_ns: u64) {
         if let Some(switch) = &mut self.switch {
-            // Without work on candidates, the time is that of any frame.
+            // Without work on candidates, the measured time is that of any frame.
             let is_measured = self.config.basis == AutoBasis::Time && counted_ns > 0.0;
             switch.spend_idle(if is_measured { counted_ns.max(measured_ns as f64) } else { counted_ns });
         }
@@ -208,7 +212,8 @@ impl OcclusionPass {
         }
     }
 
-    /// Selects occluders, builds the culler and culls for one view; returns the cost by work counts, nanoseconds.
+    /// Selects occluders, builds the culler and culls for one view. Returns the cost, nanoseconds, computed from work
+    /// counts.
     fn cull(
         &mut self,
         frame: &PassInput<'_>,
@@ -269,7 +274,7 @@ impl Pass for OcclusionPass {
             && changes.is_empty()
             && !switch.can_pay(seen)
         {
-            // Reading the clock would take longer than the rest. New candidates wait.
+            // The frame ends here, because reading the clock would take longer than the rest. New candidates wait.
             switch.decide(seen);
             self.since_last = self.since_last.saturating_add(1);
             self.by_last = false;
@@ -295,7 +300,7 @@ impl Pass for OcclusionPass {
         let is_by_last = !is_off && self.switch.is_some() && decided == Occlusion::PreviousFrame;
         self.since_last = self.since_last.saturating_add(1);
         self.by_last = false;
-        // A try uses only the candidates so far.
+        // A method on trial uses the candidates as they are.
         let spent_ns = match self.switch.as_ref().is_none_or(|switch| switch.kept() == Occlusion::Msvbsp) {
             true if !is_off && !is_by_last => {
                 self.stage.follow_in_steps(geometry, changes);
@@ -322,7 +327,7 @@ impl Pass for OcclusionPass {
         }
         self.drawn.resize_with(views.len(), || VisibleBlocks::with_capacity(self.capacity));
         let mut work_cost_ns = 0.0;
-        // The first view last, so that the stage keeps the first view's state.
+        // The first view comes last, so that the stage keeps its state.
         for (i, view) in views.iter().enumerate().rev() {
             let Some(window) = view.window() else {
                 self.drawn[i].copy_from(&in_view[i]);
@@ -357,7 +362,7 @@ impl Pass for OcclusionPass {
         switch.set_polygon_ns(polygon_ns);
         self.config.polygon_ns = polygon_ns;
         self.stage.set_cull(self.config.cull());
-        // Never fewer: a measured cost goes up and down.
+        // The number never falls, because a measured cost goes up and down.
         if self.config.occluders() > self.occluders {
             self.occluders = self.config.occluders();
             self.stage.set_culler((self.make)(self.occluders), self.occluders);

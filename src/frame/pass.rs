@@ -7,41 +7,42 @@ use crate::{
     view::View,
 };
 
-/// A method that culls after the frustum: the one place in a [`super::Pipeline`] for occlusion culling of any kind. The
-/// pipeline calls `load`, or `load_part` for each part, at most once and then, for each frame, `frame` or `skip`.
+/// A method that culls after the frustum. It is the one place in a [`super::Pipeline`] for occlusion culling of any kind.
+/// The pipeline calls `load`, or `load_part` for each part, at most once, and then `frame` or `skip` for each frame.
 pub trait Pass: Any + Debug + Send + Sync {
-    /// Takes a whole model, before the first frame.
+    /// Receives a whole model before the first frame.
     fn load(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Loads a part of a whole model: `part` follows the part of the last call. A pass that cannot load in parts loads
-    /// everything with the last one.
+    /// Receives a part of a whole model before the first frame. `part` continues the part of the last call. A pass that
+    /// cannot load in parts loads the whole model with the last part.
     fn load_part(&mut self, geometry: &dyn Geometry, all: &[Change], part: Range<usize>) {
         if part.end == all.len() {
             self.load(geometry, all);
         }
     }
 
-    /// Follows the changes of a frame that is not drawn.
+    /// Receives the changes of a frame that is not drawn.
     fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]);
 
-    /// Follows the changes of a frame and culls its views.
+    /// Receives the changes of a frame, and culls its views.
     fn frame(&mut self, frame: &PassInput<'_>) -> OcclusionRecord;
 
-    /// The polygons to draw in each view, after the last frame whose record had [`OcclusionRecord::used`] set. After any other
-    /// frame the pipeline draws everything in the frustum.
+    /// The polygons to draw in each view, after the last frame whose record had [`OcclusionRecord::used`] set. After any
+    /// other frame the pipeline draws all polygons in the frustum.
     fn drawn(&self) -> &[VisibleBlocks];
 
-    /// Sets the most occluders of a view; `None` is the method's own number. A method without occluders ignores it.
+    /// Sets the largest number of occluders of a view; `None` is the method's own number. A method without occluders
+    /// ignores it.
     fn set_occluders(&mut self, _occluders: Option<usize>) {}
 
-    /// Sets the cost of drawing a polygon, nanoseconds, for a method that culls only if that pays.
+    /// Sets the time to draw a polygon, nanoseconds, for a method that culls only if culling pays.
     fn set_polygon_ns(&mut self, _polygon_ns: f64) {}
 }
 
 /// The input of [`Pass::frame`].
 #[derive(Clone, Copy)]
 pub struct PassInput<'a> {
-    /// The index, up to date.
+    /// The index, after all changes.
     pub index: &'a dyn SpatialIndex,
     /// The polygons.
     pub geometry: &'a dyn Geometry,
@@ -49,12 +50,12 @@ pub struct PassInput<'a> {
     pub changes: &'a [Change],
     /// The views.
     pub views: &'a [View],
-    /// The polygons that the frustum of each view may contain.
+    /// For each view, the polygons that its frustum may contain.
     pub in_view: &'a [VisibleBlocks],
-    /// The polygons of `in_view` that are not in `index`, because they move with a space. One entry for each view; empty if
-    /// the geometry has no spaces.
+    /// The polygons of `in_view` that are not in `index`, because they move with a space. It has an entry for each view, or
+    /// is empty if the geometry has no spaces.
     pub spaces: &'a [SpacesInView],
-    /// The clock for the stages.
+    /// The clock that measures the stages.
     pub clock: &'a StageClock,
 }
 

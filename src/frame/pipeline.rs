@@ -20,39 +20,39 @@ static NOTHING: VisibleBlocks = VisibleBlocks::new();
 /// Number of changes that are announced to the index together.
 const ANNOUNCED: usize = 16;
 
-/// Polygons that a step of loading inserts: a multiple of [`ANNOUNCED`], so that the same changes are announced
-/// together.
+/// Number of polygons that a step of loading inserts. It is a multiple of [`ANNOUNCED`], so that the same changes are
+/// announced together.
 const LOADED_AT_ONCE: usize = 64 * ANNOUNCED;
 
-/// Most updates that the index gets together, and fewest: fewer are passed one by one.
+/// Largest and least number of updates that the index gets together. Fewer updates are passed one by one.
 const MOST_TOGETHER: usize = 256;
 const LEAST_TOGETHER: usize = 4;
 
-/// An index with everything it needs from frame to frame. Nothing here allocates once the draw list has grown.
+/// An index with everything that it needs from frame to frame. No frame allocates once the draw lists have grown.
 pub struct Pipeline {
     index: Box<dyn SpatialIndex>,
-    /// The polygons in spaces that move as a whole, which the index does not have.
+    /// The polygons in spaces that move as a whole. They are not in the index.
     spaces: Spaces,
-    /// Polygons of these spaces in view.
+    /// For each view, the polygons of these spaces in its frustum.
     in_spaces: Vec<SpacesInView>,
-    /// The frustum of each view, kept for its memory.
+    /// The frustum of each view; kept for its memory.
     frusta: Vec<Frustum>,
-    /// Polygons in the frustum of each view.
+    /// For each view, the polygons in its frustum.
     in_view: Vec<VisibleBlocks>,
-    /// Upper bound of the polygon numbers that each of these sets has room for.
+    /// Number of polygons that each of these sets has room for.
     capacity: usize,
     pass: Option<Box<dyn Pass>>,
-    /// Whether the last frame was culled by occlusion.
+    /// Whether occlusion culling ran in the last frame.
     occluded: bool,
     clock: StageClock,
-    /// Updates that go to the index together, and the refused ones; reused for their memory.
+    /// Updates that go to the index together; kept for their memory. `not_taken` has the refused ones.
     together: Vec<(PolygonId, Aabb)>,
     not_taken: Vec<IndexError>,
     refused: u64,
     frame: u64,
 }
 
-/// The polygons for [`Pipeline::load_some`], and its progress.
+/// The polygons of a load in steps, and its progress; see [`Pipeline::load_some`].
 #[derive(Debug)]
 pub struct Loading {
     all: Vec<Change>,
@@ -69,11 +69,12 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around an empty index. The lists have room for `capacity` polygons, at most [`IndexConfig::MOST_RESERVED`].
-    /// While all numbers lie below twice that, no list grows after the first frame with its view. More polygons are accepted, too.
-    /// The clock measures the stages of a frame; most callers use [`StageClock::default`].
+    /// A pipeline around an empty index. The lists have room for `capacity` polygons, at most
+    /// [`IndexConfig::MOST_RESERVED`]. While all numbers lie below twice this capacity, the list of a view does not grow
+    /// after the view's first frame. More polygons are accepted, too. The clock measures the stages of a frame; most
+    /// callers use [`StageClock::default`].
     pub fn new(index: Box<dyn SpatialIndex>, capacity: usize, clock: StageClock) -> Self {
-        // If polygons come and go, some numbers are unused.
+        // The room is twice the capacity, because some numbers are unused if polygons come and go.
         let capacity = 2 * capacity.min(IndexConfig::MOST_RESERVED);
         Self {
             index,
@@ -92,14 +93,14 @@ impl Pipeline {
         }
     }
 
-    /// The pipeline with the caller's own pass after the frustum, in place of the former one; before the first frame.
+    /// Sets the caller's own pass, which replaces the former pass. Call it before the first frame.
     #[must_use]
     pub fn with_pass(mut self, pass: impl Pass) -> Self {
         self.pass = Some(Box::new(pass));
         self
     }
 
-    /// The pipeline with occlusion culling after the frustum; before the first frame.
+    /// Adds occlusion culling after the frustum. Call it before the first frame.
     #[must_use]
     pub fn with_occlusion(self, config: PassConfig) -> Self {
         let capacity = self.capacity;
@@ -112,22 +113,22 @@ impl Pipeline {
         }
     }
 
-    /// The same with the caller's own cullers ([`OcclusionPass::with_culler`]).
+    /// Adds occlusion culling with the caller's own cullers ([`OcclusionPass::with_culler`]).
     #[must_use]
     pub fn with_culler(self, make: MakeCuller, config: PassConfig) -> Self {
         let capacity = self.capacity;
         self.with_pass(OcclusionPass::with_culler(make, config, capacity))
     }
 
-    /// One frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
-    /// [`Pipeline::draw_list`]. `changes` are the changes since the previous frame, in their order. `geometry` must
-    /// already have made all of them: the index reads the boxes there.
+    /// Runs one frame: applies the changes, culls by the frustum and by occlusion, and leaves the polygons to draw in
+    /// [`Pipeline::draw_list`]. `changes` are the changes since the previous frame, in their order. `geometry` must already
+    /// contain all of them, because the index reads the boxes from it.
     pub fn frame(&mut self, geometry: &dyn Geometry, changes: &[Change], view: &View) -> FrameRecord {
         self.frame_of_views(geometry, changes, std::slice::from_ref(view))
     }
 
-    /// A frame with several views (screens, eyes), each culled for itself. [`Pipeline::draw_lists`] has a list for each; the
-    /// record sums them up. Some indexes cull the two eyes of a head in one walk.
+    /// Runs a frame with several views (screens, eyes), each culled separately. [`Pipeline::draw_lists`] has a list for
+    /// each view; the record is the sum over the views. Some indexes cull the two eyes of a head in one walk.
     pub fn frame_of_views(
         &mut self,
         geometry: &dyn Geometry,
@@ -182,7 +183,7 @@ impl Pipeline {
         work
     }
 
-    /// Follows the changes of a frame that is not drawn: nothing is measured or culled.
+    /// Applies the changes of a frame that is not drawn. Nothing is measured or culled.
     pub fn skip(&mut self, geometry: &dyn Geometry, changes: &[Change]) {
         self.apply(geometry, changes, &mut FrameRecord::default());
         if let Some(pass) = &mut self.pass {
@@ -191,9 +192,9 @@ impl Pipeline {
         self.frame += 1;
     }
 
-    /// Inserts all present polygons, before the first frame and outside of any frame's time. Unlike single inserts, it
-    /// also joins small polygons to large occluders
-    /// ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls), up to 130 ms).
+    /// Inserts all present polygons before the first frame, outside of any frame's time. Unlike single inserts, it also
+    /// joins small polygons to large occluders ([`OccluderPool::join_walls`](crate::occlusion::OccluderPool::join_walls),
+    /// up to 130 ms).
     pub fn load(&mut self, geometry: &dyn Geometry) {
         let all = present(geometry);
         self.apply(geometry, &all, &mut FrameRecord::default());
@@ -202,8 +203,8 @@ impl Pipeline {
         }
     }
 
-    /// [`Pipeline::load`] on two threads, one for the index and one for the pass; one after the other if the system
-    /// starts no thread.
+    /// Does the work of [`Pipeline::load`] on two threads, one for the index and one for the pass. If the system starts no
+    /// thread, both run one after the other.
     pub fn load_on_threads(&mut self, geometry: &(dyn Geometry + Sync)) {
         if cfg!(target_arch = "wasm32") {
             self.load(geometry);
@@ -240,7 +241,7 @@ impl Pipeline {
         Loading { all: present(geometry), at: 0 }
     }
 
-    /// Inserts the next polygons. Returns whether there are more.
+    /// Inserts the next polygons of a load in steps. Returns whether polygons are left.
     pub fn load_some(&mut self, geometry: &dyn Geometry, loading: &mut Loading) -> bool {
         let Loading { all, at } = loading;
         let part = *at..all.len().min(*at + LOADED_AT_ONCE);
@@ -252,8 +253,8 @@ impl Pipeline {
         *at < all.len()
     }
 
-    /// Passes the changes to the index. A polygon whose box is not finite (it cannot be drawn) is refused, counted,
-    /// and inserted once its box is finite again.
+    /// Passes the changes to the index. A polygon whose box is not finite cannot be drawn. It is refused, counted, and
+    /// inserted once its box is finite again.
     fn apply(&mut self, geometry: &dyn Geometry, changes: &[Change], record: &mut FrameRecord) {
         let (mut at, mut announced) = (0, 0);
         while let Some(&change) = changes.get(at) {
@@ -283,7 +284,7 @@ impl Pipeline {
                     let outcome =
                         if self.spaces.holds(id) { self.spaces.remove(id) } else { self.index.remove(id) };
                     match outcome {
-                        // It was refused when it came.
+                        // The polygon was refused when it came.
                         Err(IndexError::Unknown(_)) => Ok(()),
                         outcome => outcome,
                     }
@@ -323,7 +324,7 @@ impl Pipeline {
 
     fn follow(&mut self, geometry: &dyn Geometry, id: PolygonId) -> Result<(), IndexError> {
         if let Some(space) = geometry.space(id) {
-            // It may have been in the index.
+            // The polygon may have been in the index before.
             if !self.spaces.holds(id) {
                 let _ = self.index.remove(id);
             }
@@ -336,7 +337,7 @@ impl Pipeline {
         match self.index.update(id, &bounds) {
             Err(IndexError::Unknown(_)) => self.index.insert(id, &bounds),
             Err(refusal) => {
-                // At its old place it would still be drawn.
+                // The polygon is removed, because it would still be drawn at its old place.
                 self.index.remove(id)?;
                 Err(refusal)
             }
@@ -344,7 +345,7 @@ impl Pipeline {
         }
     }
 
-    /// The polygons to draw in each view, as the last frame left them.
+    /// The polygons to draw in each view, after the last frame.
     pub fn draw_lists(&self) -> &[VisibleBlocks] {
         self.pass.as_ref().filter(|_| self.occluded).map_or(&self.in_view, |pass| pass.drawn())
     }
@@ -354,7 +355,7 @@ impl Pipeline {
         self.draw_lists().first().unwrap_or(&NOTHING)
     }
 
-    /// The polygons in the frustum of each view, hidden or not, as the last frame left them.
+    /// The polygons in the frustum of each view, hidden or not, after the last frame.
     pub fn in_view_lists(&self) -> &[VisibleBlocks] {
         &self.in_view
     }
@@ -364,44 +365,44 @@ impl Pipeline {
         self.in_view.first().unwrap_or(&NOTHING)
     }
 
-    /// Sets the most occluders of a frame, if the pipeline culls by occlusion; `None` is the method's own number.
+    /// Sets the largest number of occluders of a view, if the pipeline culls by occlusion; `None` is the method's own
+    /// number.
     pub fn set_occluders(&mut self, occluders: Option<usize>) {
         if let Some(pass) = &mut self.pass {
             pass.set_occluders(occluders);
         }
     }
 
-    /// Sets the cost of drawing a polygon, nanoseconds. After the first frame only [`Occlusion::Auto`] follows a new
-    /// cost.
+    /// Sets the time to draw a polygon, nanoseconds. After the first frame only [`Occlusion::Auto`] adapts to a new value.
     pub fn set_polygon_ns(&mut self, polygon_ns: f64) {
         if let Some(pass) = &mut self.pass {
             pass.set_polygon_ns(polygon_ns);
         }
     }
 
-    /// Whether the last frame was culled by occlusion.
+    /// Whether occlusion culling ran in the last frame.
     pub fn is_occluded(&self) -> bool {
         self.occluded
     }
 
-    /// The pass, if it is one that culls by the largest occluders.
+    /// The pass, if it is an [`OcclusionPass`].
     pub fn occlusion(&self) -> Option<&OcclusionPass> {
         let pass: &dyn Any = self.pass.as_deref()?;
         pass.downcast_ref()
     }
 
-    /// Number of polygons: in the index, and in spaces that move as a whole.
+    /// Number of polygons in the index and in spaces that move as a whole.
     pub fn polygon_count(&self) -> usize {
         self.index.len() + self.spaces.len()
     }
 
-    /// Memory of these, bytes.
+    /// Memory of the index and the spaces, bytes.
     pub fn bytes(&self) -> usize {
         self.index.bytes() + self.spaces.bytes()
     }
 
     /// The nearest polygon that a ray meets, as [`SpatialIndex::ray_nearest`] finds it, also in spaces that move as a
-    /// whole. `geometry` returns the present places of the spaces.
+    /// whole. `geometry` must return the current places of the spaces.
     pub fn ray_nearest(
         &self,
         geometry: &dyn Geometry,
@@ -418,15 +419,15 @@ impl Pipeline {
         }
     }
 
-    /// Appends the polygons whose boxes share a point with a box, as [`SpatialIndex::box_query`] finds them, in spaces that move
-    /// as a whole, too.
+    /// Appends the polygons whose boxes share a point with `bounds`, as [`SpatialIndex::box_query`] finds them, also in
+    /// spaces that move as a whole.
     pub fn box_query(&self, geometry: &dyn Geometry, bounds: &Aabb, out: &mut Vec<PolygonId>) {
         self.index.box_query(bounds, out);
         self.spaces.box_query(geometry, bounds, out);
     }
 
-    /// Appends the polygons in a sphere that `is_in` accepts, as [`SpatialIndex::sphere_query`] finds them, in spaces that move
-    /// as a whole, too.
+    /// Appends the polygons in a sphere that `is_in` accepts, as [`SpatialIndex::sphere_query`] finds them, also in spaces
+    /// that move as a whole.
     pub fn sphere_query(
         &self,
         geometry: &dyn Geometry,
@@ -452,26 +453,26 @@ impl Pipeline {
         &*self.index
     }
 
-    /// The clock that its stages are read from.
+    /// The clock that measures the stages.
     pub fn clock(&self) -> &StageClock {
         &self.clock
     }
 
-    /// Changes that the index refused since the beginning: the box was empty, infinite or NaN, the number was inserted
-    /// twice or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because
-    /// its box was empty by then; that does no harm.
+    /// Number of changes that the index has refused: the box was empty, infinite or NaN, or the number was inserted twice
+    /// or is not below [`PolygonId::LIMIT`]. A polygon that came and went within one frame may count, too, because its box
+    /// was empty by then; this does no harm.
     pub fn refused(&self) -> u64 {
         self.refused
     }
 }
 
-/// All present polygons, as changes.
+/// All present polygons, as insertions.
 fn present(geometry: &dyn Geometry) -> Vec<Change> {
     let ids = (0..geometry.id_end() as u32).map(PolygonId);
     ids.filter(|&id| geometry.is_present(id)).map(Change::Insert).collect()
 }
 
-/// Number of updates at the beginning of the changes, up to the most that an index gets together.
+/// Number of updates at the beginning of the changes, up to the number that an index gets together.
 fn leading_updates(changes: &[Change]) -> usize {
     changes.iter().take(MOST_TOGETHER).take_while(|change| matches!(change, Change::Update(_))).count()
 }

@@ -4,17 +4,17 @@ use crate::{
     polygon::{Change, Geometry, VisibleBlocks},
 };
 
-/// Culling by the polygons visible in the last frame ([`PreviousFrameOccluders`]) as a stage of a [`super::Pipeline`].
+/// Culling by the polygons visible in the last frame ([`PreviousFrameOccluders`]), as the pass of a [`super::Pipeline`].
 #[derive(Debug)]
 pub struct PreviousFramePass {
     culling: PreviousFrameOccluders,
     drawn: Vec<VisibleBlocks>,
-    /// Number of polygons that each of these sets has room for.
+    /// Number of polygons that each set of `drawn` has room for.
     capacity: usize,
 }
 
 impl PreviousFramePass {
-    /// A stage before its first frame, with room for this many polygons.
+    /// A pass before its first frame, with room for `capacity` polygons.
     pub fn new(capacity: usize) -> Self {
         let drawn = vec![VisibleBlocks::with_capacity(capacity)];
         Self {
@@ -29,12 +29,12 @@ impl PreviousFramePass {
         self.culling.follow(changes);
     }
 
-    /// Forgets the hidden polygons of the last frame; called before a frame.
+    /// Drops the hidden polygons of the last frame. Called before a frame.
     pub(super) fn forget(&mut self, views: usize) {
         (0..views).for_each(|view| self.culling.forget(view));
     }
 
-    /// Returns the record of a frame, and its approximate cost by work counts, nanoseconds.
+    /// Culls all views. Returns the record of the frame, and its cost, nanoseconds, estimated from work counts.
     pub(super) fn cull(&mut self, frame: &PassInput<'_>) -> (OcclusionRecord, f64) {
         let PassInput { index, geometry, views, in_view, spaces, clock, .. } = *frame;
         let mut work_ns = 0.0;

@@ -6,20 +6,20 @@ const LONGEST: u32 = 32;
 /// Cosine of the turn of the view that ends the pause, 10 degrees.
 const TURN_COSINE: f32 = 0.985;
 
-/// Change of the number of polygons in view that ends the pause: this fraction's denominator.
+/// The pause ends if the number of polygons in view changes by 1 / `CHANGED_PART`.
 const CHANGED_PART: u64 = 8;
 
-/// Idle backoff of occlusion culling: after a frame that found no hidden polygon it skips one frame, then two, four, and so on.
-/// Skipped frames draw everything in view, which is conservative.
+/// Pauses of occlusion culling. After a frame that found no hidden polygon it skips one frame, then two, four, and so on.
+/// Skipped frames draw all polygons in view, which is conservative.
 ///
-/// It depends on counts and views alone, so every machine decides the same.
+/// The pauses depend on counts and views alone, so they are the same on every machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rest {
-    /// Frames still to skip.
+    /// Number of frames still to skip.
     left: u32,
-    /// Frames skipped after the last test.
+    /// Number of frames skipped after the last test.
     length: u32,
-    /// Polygons in view, number of views, and the first view, at the last test.
+    /// Number of polygons in view, number of views, and the first view, at the last test.
     seen: u64,
     views: usize,
     view: Option<View>,
@@ -46,7 +46,7 @@ impl Rest {
             return false;
         }
         if comes_large() {
-            // Tests at once. If that finds nothing again, the next pause grows as usual.
+            // The next frame is tested. If the test finds no hidden polygon again, the next pause grows as usual.
             self.left = 0;
             return false;
         }
@@ -54,7 +54,7 @@ impl Rest {
         true
     }
 
-    /// Stores the number of polygons that a test found hidden.
+    /// Records the number of polygons that a test found hidden.
     pub(super) fn note(&mut self, found: u64, seen: u64, views: &[View]) {
         if found > 0 {
             *self = Self::default();
@@ -76,7 +76,7 @@ mod tests {
         View::look_at(Vec3::ZERO, target, Projection::symmetric(60.0, 1.0, 0.01, 100.0))
     }
 
-    /// Runs this many frames, each with this number of hidden polygons, and counts the tests.
+    /// Runs `frames` frames, each with `found` hidden polygons, and counts the tests.
     fn looks(rest: &mut Rest, frames: u32, found: u64) -> u32 {
         let views = [view(Vec3::NEG_Z)];
         let mut looks = 0;

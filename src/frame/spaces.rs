@@ -1,13 +1,13 @@
 //! Polygons in spaces that move as a whole.
 //!
-//! An index stores polygons by their boxes in the world. Dragging a group of a hundred thousand polygons would cost a
-//! hundred thousand updates a frame. Here each space has its own index, by the boxes of its polygons in that space. If
-//! the space moves, one box changes: the box around it, in the index of all spaces.
+//! An index stores polygons by their boxes in the world. To drag a group of a hundred thousand polygons would cost a
+//! hundred thousand updates a frame. Here each space has its own index, with the boxes of its polygons in that space. If
+//! the space moves, only one box changes: the box around the space, in an index of all spaces.
 //!
-//! A query returns the same set as an index of world boxes, bit for bit. It tests two frusta in the space. The *outer* one
-//! contains all candidates: it is wider than the view's by the rounding and the turn of boxes. The *inner* one contains only
-//! certain hits. Polygons between them, in a strip as wide as the largest polygon of the space, are tested by their boxes in
-//! the world.
+//! A query returns the same set as an index of world boxes, bit for bit. It tests two frusta in the space. The *outer*
+//! frustum contains all candidates: it is wider than the view's frustum by the rounding and the rotation of boxes. The
+//! *inner* frustum contains only certain hits. Polygons between the two, in a strip as wide as the largest polygon of the
+//! space, are tested by their boxes in the world.
 
 use std::collections::HashMap;
 
@@ -22,7 +22,7 @@ use crate::{
     },
 };
 
-/// Rounding error of a kernel that tests a box against a plane, relative to its input numbers.
+/// Rounding error of a kernel's test of a box against a plane, relative to the input numbers.
 const KERNEL_ROUNDING: f64 = PLACE_ROUNDING;
 
 /// A space with its polygons. In `mesh`, a polygon's number is `slot * 16 + id % 16`, where `blocks[slot]` is `id / 16`, so
@@ -35,10 +35,10 @@ struct Space {
     masks: Vec<u16>,
     slots: HashMap<u32, u32>,
     polygons: usize,
-    /// Half the largest extent of a polygon along each axis, so far.
+    /// Half the largest extent of a polygon along each axis, over all polygons so far.
     largest_half_m: Vec3,
     place: SpacePlace,
-    /// The box around its polygons in the world, as of the last commit.
+    /// The box around the space's polygons in the world, after the last commit.
     world_bounds: Aabb,
     has_changed: bool,
 }
@@ -59,7 +59,7 @@ impl Space {
         }
     }
 
-    /// The number of a polygon in the mesh, if its block has one.
+    /// The number of a polygon in the mesh, if its block has a slot.
     fn number(&self, id: PolygonId) -> Option<PolygonId> {
         let slot = *self.slots.get(&(id.0 / BLOCK as u32))?;
         Some(PolygonId(slot * BLOCK as u32 + id.0 % BLOCK as u32))
@@ -92,12 +92,12 @@ impl Space {
         Ok(())
     }
 
-    /// The present polygons of each block.
+    /// The present polygons, as pairs of block and mask.
     fn all(&self) -> impl Iterator<Item = (usize, u16)> + '_ {
         self.blocks.iter().zip(&self.masks).map(|(block, mask)| (*block as usize, *mask))
     }
 
-    /// The frusta that contain more, and less, than the view's; see [`self`](crate::frame::spaces).
+    /// The outer and the inner frustum, in the space; see [`self`](crate::frame::spaces).
     fn outer_and_inner(&self, frustum: &Frustum) -> [Frustum; 2] {
         let matrix = self.place.world_from_space.matrix3;
         let half = self.largest_half_m.as_dvec3();
@@ -109,7 +109,7 @@ impl Space {
             let exact: DVec3 = matrix.transpose() * in_world;
             let normal = exact.as_vec3();
             let d = in_world.dot(self.place.world_from_space.translation) + f64::from(plane.d);
-            // Extent of the largest box along the normal: in the space, and as its box in the world.
+            // Extent of the largest box along the normal: of the box in the space, and of its box in the world.
             let reach_m = exact.abs().dot(half);
             let world_reach_m = in_world.abs().dot(abs_matrix(&matrix) * half);
             let rounding_m = rounding_m * in_world.abs().element_sum()
@@ -125,7 +125,7 @@ impl Space {
     }
 }
 
-/// Scratch memory of queries, reused from frame to frame.
+/// Working memory of queries, kept from frame to frame.
 #[derive(Debug, Default)]
 struct Scratch {
     tops: VisibleBlocks,
@@ -137,9 +137,9 @@ struct Scratch {
 pub(super) struct Spaces {
     spaces: Vec<Space>,
     numbers: HashMap<SpaceId, u32>,
-    /// The spaces by their boxes in the world.
+    /// An index of the spaces by their boxes in the world.
     tops: Option<Osp>,
-    /// For each polygon, one more than the number of its space; 0 without a space.
+    /// For each polygon, one more than the index of its space in `spaces`; 0 without a space.
     filed: ById<u32>,
     polygons: usize,
     changed: Vec<u32>,
@@ -159,7 +159,7 @@ impl Spaces {
         }
     }
 
-    /// Polygons in spaces.
+    /// Number of polygons in spaces.
     pub(super) fn len(&self) -> usize {
         self.polygons
     }
@@ -174,7 +174,7 @@ impl Spaces {
         self.filed.get(id) != 0
     }
 
-    /// Inserts or updates a polygon in a space, by its box there.
+    /// Inserts or updates a polygon in a space, by its box in that space.
     pub(super) fn set(
         &mut self,
         geometry: &dyn Geometry,
@@ -197,7 +197,7 @@ impl Spaces {
                 self.filed.set(id, number + 1);
                 self.note_changed(number);
             }
-            // At its old place it would still be found.
+            // The polygon is removed, because queries would still find it at its old place.
             Err(_) if self.holds(id) => self.remove(id)?,
             Err(_) => {}
         }
@@ -212,7 +212,7 @@ impl Spaces {
         self.spaces[number as usize].remove(id)
     }
 
-    /// Follows the move of a space.
+    /// Applies the move of a space.
     pub(super) fn place(&mut self, geometry: &dyn Geometry, space: SpaceId) {
         // The place of an unused space is read when a polygon comes.
         if let Some(&number) = self.numbers.get(&space) {
@@ -247,7 +247,7 @@ impl Spaces {
             let _ = tops.remove(id);
             if space.polygons > 0 {
                 space.world_bounds = space.place.world_box(space.mesh.bounds());
-                // Its box is finite, so it is accepted.
+                // The index accepts the box, because it is finite.
                 let _ = tops.insert(id, &space.world_bounds);
             }
         }
@@ -304,7 +304,8 @@ impl Spaces {
                 continue;
             }
             found.clear();
-            // A polygon whose box touches lies within the box's extent from there.
+            // If the world box of a polygon touches `bounds`, the polygon lies within the extent of the largest polygon
+            // from `bounds`.
             let largest_m =
                 abs_matrix(&place.world_from_space.matrix3) * space.largest_half_m.as_dvec3() * 2.0;
             let beside_m = (largest_m + 4.0 * place.rounding_of(space.mesh.bounds())).as_vec3();
@@ -315,7 +316,8 @@ impl Spaces {
         }
     }
 
-    /// The nearest polygon that a ray meets in a space, with the exact test `hit` in the world; see [`SpatialIndex::ray_nearest`].
+    /// The nearest polygon in a space that a ray meets, with the exact test `hit` in the world; see
+    /// [`SpatialIndex::ray_nearest`].
     pub(super) fn ray_nearest(
         &self,
         geometry: &dyn Geometry,
@@ -333,7 +335,7 @@ impl Spaces {
             let origin = space_from_world.transform_point3(ray.origin.as_dvec3()).as_vec3();
             let direction = space_from_world.transform_vector3(ray.direction.as_dvec3()).as_vec3();
             if !origin.is_finite() || !direction.is_finite() {
-                // The space has shrunk to a plane or a point.
+                // The space is scaled to a plane or a point, so all its polygons are tested.
                 for id in space.all().flat_map(|(block, mask)| ids_of(block, mask)) {
                     if let Some(t) = hit(id).filter(|t| *t <= t_max)
                         && nearest.is_none_or(|(first, at)| (t, id) < (at, first))

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-/// An axis-aligned box in world space, metres. Empty while `min > max` on an axis ([`Aabb::EMPTY`]).
+/// An axis-aligned box in world space, metres. The box is empty if `min > max` on an axis ([`Aabb::EMPTY`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Smallest corner.
@@ -10,7 +10,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box without points; the neutral element of [`Aabb::union`].
+    /// The empty box, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The box with these corners.
@@ -24,12 +24,12 @@ impl Aabb {
         Self { min: center - half, max: center + half }
     }
 
-    /// The tight box of some points; [`Aabb::EMPTY`] for none.
+    /// The tight box around some points; [`Aabb::EMPTY`] for no points.
     pub fn from_points(points: &[Vec3]) -> Self {
         points.iter().fold(Self::EMPTY, |bounds, &p| Self { min: bounds.min.min(p), max: bounds.max.max(p) })
     }
 
-    /// The smallest box that contains both.
+    /// The smallest box that contains both boxes.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
@@ -40,22 +40,22 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether all six numbers are finite and `min <= max`: an index accepts only such boxes.
+    /// Whether all six numbers are finite and `min <= max`. An index accepts only valid boxes.
     pub fn is_valid(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && !self.is_empty()
     }
 
-    /// Whether `other` lies wholly inside (borders count as inside).
+    /// Whether `other` lies wholly inside this box; borders count as inside.
     pub fn contains(&self, other: &Self) -> bool {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
     }
 
-    /// Whether the two boxes share a point (touching counts).
+    /// Whether the two boxes share a point. Boxes that touch share one.
     pub fn intersects(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// Centre. Computed so that it does not overflow for huge boxes.
+    /// The centre. The computation does not overflow for huge boxes.
     pub fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -74,7 +74,7 @@ impl Aabb {
         2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
     }
 
-    /// The eight corners; bit 0, 1, 2 of the position chooses max on x, y, z.
+    /// The eight corners. Bits 0, 1, 2 of a corner's position select max on x, y, z.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, lo: f32, hi: f32| if i >> bit & 1 == 1 { hi } else { lo };
@@ -86,7 +86,7 @@ impl Aabb {
         })
     }
 
-    /// Squared distance from a point to the box, 0 inside.
+    /// Squared distance from a point to the box; 0 for a point inside.
     pub fn distance_squared(&self, p: Vec3) -> f32 {
         p.clamp(self.min, self.max).distance_squared(p)
     }

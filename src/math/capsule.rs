@@ -16,8 +16,8 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A capsule around some points, along the longest of their principal axes. It is not the smallest one. If the sphere
-    /// around the points is narrower, the capsule is that sphere. `None` where [`Obb::from_points`] is `None`. O(n).
+    /// A capsule around some points, along the longest of their principal axes. It is not the smallest capsule. If a sphere
+    /// around the points is narrower, the capsule is that sphere. Returns `None` if [`Obb::from_points`] does. O(n).
     pub fn from_points(points: &[Vec3]) -> Option<Self> {
         let obb = Obb::from_points(points)?;
         let axis = obb.axes()[obb.half_sides_m().max_position()].as_dvec3();
@@ -39,13 +39,14 @@ impl Capsule {
         }
         let end = |along: f64| (center + axis * along).as_vec3();
         let along_axis = Self::around(end(low), end(high), points);
-        // The centre of a few points' box may be far off their axis.
+        // The centre of a box around few points may be far from their axis, so a sphere around the centre of their
+        // axis-aligned box is tried, too.
         let middle = Sphere::from_points(points).center;
         let ball = Self::around(middle, middle, points);
         Some(if ball.radius_m < along_axis.radius_m { ball } else { along_axis })
     }
 
-    /// The narrowest capsule about a segment that contains the points. Distances count from the rounded ends.
+    /// The narrowest capsule around a segment that contains the points, with its rounded ends.
     fn around(from: Vec3, to: Vec3, points: &[Vec3]) -> Self {
         let line = Self { from, to, radius_m: 0.0 };
         let far = points.iter().map(|p| line.distance(*p)).fold(0.0, f64::max);
@@ -60,7 +61,7 @@ impl Capsule {
         p.as_dvec3().distance(from + by * part)
     }
 
-    /// Whether a point lies in it.
+    /// Whether a point lies in the capsule.
     pub fn contains(&self, p: Vec3) -> bool {
         self.distance(p) <= f64::from(self.radius_m)
     }
@@ -80,20 +81,20 @@ impl Volume for Capsule {
     }
 }
 
-/// Part of a ray inside of a convex volume: the `t` of entry and exit.
+/// The part of a ray inside a convex volume: the `t` of entry and of exit.
 type Span = Option<(f64, f64)>;
 
 impl Ray {
-    /// The `t` at which the ray enters the sphere (0 if it starts inside), if that is at most `t_max`.
+    /// The `t` at which the ray enters the sphere (0 if the ray starts inside), if it is at most `t_max`.
     ///
     /// Eric Haines, Johannes Günther and Tomas Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray
-    /// Tracing Gems, 2019; in `f64`, since small spheres are far away.
+    /// Tracing Gems, 2019. It is computed in `f64`, because `f32` fails for small spheres far away.
     pub fn enter_sphere(&self, sphere: &Sphere, t_max: f32) -> Option<f32> {
         entry(self.in_ball(sphere.center, sphere.radius_m), t_max)
     }
 
-    /// The `t` at which the ray enters the capsule (0 if it starts inside), if that is at most `t_max`: the first of its
-    /// cylinder and the spheres at its ends.
+    /// The `t` at which the ray enters the capsule (0 if the ray starts inside), if it is at most `t_max`. It is the first
+    /// entry into the cylinder and the spheres at its ends.
     pub fn enter_capsule(&self, capsule: &Capsule, t_max: f32) -> Option<f32> {
         let Capsule { from, to, radius_m } = *capsule;
         let parts = [self.in_cylinder(capsule), self.in_ball(from, radius_m), self.in_ball(to, radius_m)];
@@ -117,7 +118,7 @@ impl Ray {
         Some((nearest - half, nearest + half))
     }
 
-    /// The span in the cylinder around the segment, without the half spheres.
+    /// The part of the ray inside the cylinder around the segment, without the half spheres.
     fn in_cylinder(&self, capsule: &Capsule) -> Span {
         let (origin, direction) =
             (self.origin.as_dvec3() - capsule.from.as_dvec3(), self.direction.as_dvec3());
@@ -143,7 +144,7 @@ impl Ray {
         } else if off.length_squared() > radius_squared {
             return None;
         }
-        // Between the planes through the ends.
+        // The cylinder lies between the planes through its ends.
         let (height, climb) = (origin.dot(axis), direction.dot(axis));
         if climb != 0.0 {
             let (a, b) = (-height / climb, (length - height) / climb);

@@ -2,14 +2,14 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// Side on which a corner of [`split_convex`] lies.
+/// The side of a plane on which a corner reported by [`split_convex`] lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// It is a corner of the polygon, in front of the plane or on it.
+    /// A corner of the polygon in front of the plane or on it.
     Front,
-    /// It is a corner of the polygon, behind the plane.
+    /// A corner of the polygon behind the plane.
     Back,
-    /// It is new: an edge crosses the plane there. It belongs to both parts.
+    /// A new corner, at which an edge crosses the plane. It belongs to both parts.
     Crossing,
 }
 
@@ -26,7 +26,7 @@ impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P
         Self { from: last, distance }
     }
 
-    /// The point at which the edge to the next corner crosses the plane, if any, and the side of that corner.
+    /// The point at which the edge to the next corner crosses the plane, if it does, and the side of the next corner.
     #[inline]
     pub(crate) fn next(&mut self, to: P, distance: f64) -> (Option<P>, Part) {
         let (from, a, b) = (self.from, self.distance, distance);
@@ -36,8 +36,8 @@ impl<P: Copy + Add<Output = P> + Sub<Output = P> + Mul<f64, Output = P>> Edges<P
     }
 }
 
-/// Reports, in order, the corners of both parts into which a plane divides a convex polygon: at most two for each corner.
-/// `distance` is a corner's signed distance from the plane, in any unit, positive in front of it.
+/// Divides a convex polygon by a plane. Reports the corners of both parts in order, at most two for each corner of the
+/// polygon. `distance` is a corner's signed distance from the plane, in any unit, positive in front of the plane.
 #[inline]
 pub fn split_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut report: impl FnMut(Part, P))
 where
@@ -54,7 +54,8 @@ where
     }
 }
 
-/// Reports, in order, the corners of the part of a convex polygon in front of a plane; see [`split_convex`].
+/// Clips a convex polygon by a plane. Reports the corners of the part in front of the plane, in order; see
+/// [`split_convex`].
 #[inline]
 pub fn clip_convex<P>(corners: &[P], distance: impl Fn(P) -> f64, mut keep: impl FnMut(P))
 where

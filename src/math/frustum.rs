@@ -5,21 +5,21 @@ use super::{Aabb, Plane};
 pub enum Containment {
     /// Wholly behind at least one plane: not visible.
     Outside,
-    /// Not decided: may be visible.
+    /// Possibly visible: the planes do not decide.
     Intersects,
     /// Wholly inside every plane.
     Inside,
 }
 
-/// The planes that are still to be tested, one bit each. If a box lies wholly inside a plane, that plane is masked off
-/// for everything in the box.
+/// The planes that are still to be tested, a bit for each. If a box lies wholly inside a plane, this plane need not be
+/// tested for the contents of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneMask(u8);
 
 impl PlaneMask {
     /// All six planes.
     pub const ALL: Self = Self(0b11_1111);
-    /// No plane is left: everything inside the box is inside the frustum.
+    /// No plane: all contents of the box are inside the frustum.
     pub const NONE: Self = Self(0);
 
     /// Whether no plane is left to test.
@@ -37,7 +37,7 @@ impl PlaneMask {
         self.0
     }
 
-    /// A mask from bits; bits above the sixth are dropped.
+    /// A mask from bits; bits above the sixth are ignored.
     pub fn from_bits(bits: u8) -> Self {
         Self(bits & Self::ALL.0)
     }
@@ -55,7 +55,7 @@ impl Frustum {
         Self { planes }
     }
 
-    /// The frustum that contains every box: planes without a normal have everything on their inner side.
+    /// The frustum that contains every box. Every point lies on the inner side of a plane without a normal.
     pub fn everything() -> Self {
         Self::new([Plane { normal: glam::Vec3::ZERO, d: 0.0 }; 6])
     }
@@ -65,14 +65,14 @@ impl Frustum {
         &self.planes
     }
 
-    /// The three-outcome test of a box. Conservative: a box outside of the frustum but behind no single plane counts as
-    /// [`Containment::Intersects`]. Every caller gets the same answer, bit for bit (see [`crate::math`]).
+    /// Tests the position of a box. The test is conservative: a box outside the frustum that is not behind a single plane
+    /// counts as [`Containment::Intersects`]. Every caller gets the same result, bit for bit (see [`crate::math`]).
     pub fn classify(&self, bounds: &Aabb) -> Containment {
         self.classify_masked(bounds, PlaneMask::ALL).0
     }
 
-    /// [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for boxes inside this one, and the
-    /// number of tested planes.
+    /// Does the test of [`Frustum::classify`] against the planes of `mask` only. Returns the outcome, the mask for boxes
+    /// inside this box, and the number of tested planes.
     pub fn classify_masked(&self, bounds: &Aabb, mask: PlaneMask) -> (Containment, PlaneMask, u32) {
         let mut left = mask.0;
         let mut tested = 0;
@@ -92,12 +92,10 @@ impl Frustum {
         (outcome, PlaneMask(left), tested)
     }
 
-    /// Whether the box may be visible: not wholly behind any plane. Fingerprints are of exactly this set.
+    /// Whether the box may be visible: it does not lie wholly behind any plane. Fingerprints are of exactly this set.
     #[inline]
     pub fn may_see(&self, bounds: &Aabb) -> bool {
-        // `>= 0
-        //
-        // NaN` is "not behind": undecided boxes count as visible.
+        // A distance of NaN is not negative, so undecided boxes count as visible.
         !self.planes.iter().any(|plane| plane.signed_distance(plane.positive_vertex(bounds)) < 0.0)
     }
 }

@@ -2,9 +2,9 @@
 //!
 //! World space is right-handed, +y up, -z forward, in metres.
 //!
-//! **Exactness.** Every box test of the crate evaluates a plane as `((n.x*x + n.y*y) + n.z*z) + d` in `f32`,
-//! in this order and without fused multiply-add. Each step of the sum rounds monotonically. A test result for a box
-//! therefore holds exactly for every box inside it, and all indexes report the same set.
+//! **Exactness.** Every box test of the crate computes the distance to a plane as `((n.x*x + n.y*y) + n.z*z) + d` in `f32`,
+//! in this order and without fused multiply-add. Each step of the sum rounds monotonically. So the result for a box holds
+//! exactly for every box inside it, and all indexes report the same set.
 //!
 //! Depends on `glam` and on no other module of the crate.
 

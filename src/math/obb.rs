@@ -2,29 +2,29 @@ use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use super::Aabb;
 
-/// Half sides grow by this fraction of the longest one, because `f32` axes are unit and perpendicular only
-/// approximately.
+/// Half sides are enlarged by this fraction of the longest one, because axes in `f32` are only approximately unit vectors
+/// and perpendicular.
 const GROWTH: f64 = 1.0e-6;
 
-/// Sweeps of the Jacobi method; for three by three numbers five or six suffice.
+/// Number of sweeps of the Jacobi method. Five or six are enough for a 3 x 3 matrix.
 const SWEEPS: usize = 12;
 
-/// A box with axes of its own ("oriented"), metres: all points `center + x * axis 0 + y * axis 1 + z * axis 2` with
-/// `|x|`, `|y|`, `|z|` at most the half sides.
+/// An oriented box, world space, metres: all points `center + x * axis 0 + y * axis 1 + z * axis 2` with `|x|`, `|y|`,
+/// `|z|` at most the half sides.
 ///
 /// Stefan Gottschalk, Ming Lin and Dinesh Manocha, "OBBTree: A Hierarchical Structure for Rapid Interference Detection"
-/// (1996): fitted along the principal axes of its points, intersected by separating axes. Differences: the axes are those of the
-/// points, not of their convex hull, and an axis-aligned box of less surface replaces the fitted one.
+/// (1996): the box is fitted along the principal axes of its points, and intersected by separating axes. Differences: the
+/// axes are those of the points, not of their convex hull. An axis-aligned box of less surface replaces the fitted box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obb {
     center: Vec3,
-    /// Columns of unit length.
+    /// Unit vectors, as columns.
     axes: Mat3,
     half: Vec3,
 }
 
 impl Obb {
-    /// A box around some points, fitted along their principal axes. `None` for no point or one that is not finite.
+    /// A box around some points, fitted along their principal axes. `None` if there is no point, or a point is not finite.
     pub fn from_points(points: &[Vec3]) -> Option<Self> {
         let bounds = Aabb::from_points(points);
         if !bounds.is_valid() || points.iter().any(|p| !p.is_finite()) {
@@ -42,7 +42,7 @@ impl Obb {
         Some(if fitted.surface() < aligned.surface() { fitted } else { aligned })
     }
 
-    /// The same box with the axes of the world.
+    /// The same box as an oriented box with the world's axes.
     pub fn from_aabb(bounds: &Aabb) -> Self {
         Self::along(Mat3::IDENTITY, &[bounds.min, bounds.max])
     }
@@ -56,7 +56,7 @@ impl Obb {
             (low, high) = (low.min(p), high.max(p));
         }
         let center = (axes.as_dmat3() * (low * 0.5 + high * 0.5)).as_vec3();
-        // Relative to the rounded centre.
+        // The extents are measured from the rounded centre.
         let reach = |far: DVec3, p: &Vec3| far.max((turned * (p.as_dvec3() - center.as_dvec3())).abs());
         let half = points.iter().fold(DVec3::ZERO, reach);
         let half = (half + DVec3::splat(half.max_element() * GROWTH)).as_vec3();
@@ -78,7 +78,7 @@ impl Obb {
         self.half
     }
 
-    /// The eight corners; bit 0, 1, 2 of the position chooses the far end of axis 0, 1, 2.
+    /// The eight corners. Bits 0, 1, 2 of a corner's position select the far end of axis 0, 1, 2.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -86,7 +86,7 @@ impl Obb {
         })
     }
 
-    /// An eighth of the surface; in `f64` because squares of large sides overflow.
+    /// An eighth of the surface area. It is computed in `f64`, because squares of large sides overflow `f32`.
     fn surface(&self) -> f64 {
         let half = self.half.as_dvec3();
         half.x * half.y + half.y * half.z + half.z * half.x
@@ -99,14 +99,15 @@ impl Obb {
         along.abs().cmple(half + DVec3::splat(half.max_element() * GROWTH)).all()
     }
 
-    /// Whether two boxes share a point; touching counts. They do, unless one of fifteen directions separates them: the
-    /// axes of both and the cross products of these. Boxes that share a point are never reported as separate.
+    /// Whether two boxes share a point; touching counts. Two boxes are separate if one of fifteen directions separates
+    /// them: the axes of both, and the cross products of these axes. Boxes that share a point are never reported as
+    /// separate.
     pub fn intersects(&self, other: &Self) -> bool {
         let apart = other.center.as_dvec3() - self.center.as_dvec3();
         let (mine, others) = (self.axes().map(|a| a.as_dvec3()), other.axes().map(|a| a.as_dvec3()));
         let separates = |direction: DVec3| {
             let reach = self.reach(direction) + other.reach(direction);
-            // Two parallel sides have no common perpendicular: all these numbers are then nearly zero.
+            // Two parallel sides have no common perpendicular, so all these numbers are nearly zero.
             let rounding = 1.0e-12 * (apart.length() + self.size() + other.size());
             apart.dot(direction).abs() > reach + rounding
         };
@@ -114,12 +115,12 @@ impl Obb {
         !mine.iter().chain(&others).copied().chain(crossed).any(separates)
     }
 
-    /// [`Obb::intersects`] with an axis-aligned box.
+    /// Does the test of [`Obb::intersects`] with an axis-aligned box.
     pub fn intersects_aabb(&self, other: &Aabb) -> bool {
         self.intersects(&Self::from_aabb(other))
     }
 
-    /// Largest distance from its centre along a direction, times the direction's length.
+    /// Largest distance of the box's points from its centre along a direction, times the direction's length.
     fn reach(&self, direction: DVec3) -> f64 {
         let [a, b, c] = self.axes().map(|axis| axis.as_dvec3().dot(direction).abs());
         let half = self.half.as_dvec3();

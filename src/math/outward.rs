@@ -1,17 +1,18 @@
-//! Conservative planes in `f32`: with any rounding of the box test, no point of the frustum lies behind them.
+//! Conservative planes in `f32`: no rounding of the box test can put a point of the frustum behind them.
 //!
-//! **The bound.** The test of a box ([`crate::math`]) computes `s = ((n.x*x + n.y*y) + n.z*z) + d` at the box's corner
-//! that lies farthest along `n`. Let `p` be a point of the box that must not be lost. Take `q`, `p` with each coordinate
-//! rounded along `n`: its coordinates are `f32`, and it lies in the box, because the box's corners are. Each step of the
-//! sum is monotone, so `s` is no less than it would be at `q`, and `n.q >= n.p`. With `u = 2^-24`, at `q`
-//! * a product and two sums are rounded on the way of each axis: at most `3 u |n_i q_i|`, and less than the smallest normal
-//!   number where something underflows;
+//! **The bound.** The test of a box ([`crate::math`]) computes `s = ((n.x*x + n.y*y) + n.z*z) + d` at the corner of the box
+//! that lies farthest along `n`. Let `p` be a point of the box that must not be lost. Let `q` be `p` with each coordinate
+//! rounded along `n`. The coordinates of `q` are `f32`, and `q` lies in the box, because the corners of the box are `f32`,
+//! too. Each step of the sum is monotone, so `s` is not less than the sum at `q`, and `n.q >= n.p`. With `u = 2^-24`, at
+//! `q`
+//! * a product and two sums are rounded for each axis: by at most `3 u |n_i q_i|`, and by less than the smallest normal
+//!   number if something underflows;
 //! * the last sum costs nothing, because only its sign is used, which rounding never changes.
 //!
-//! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, but for terms in `u^2`. The left side is linear in
-//! `p` and the right one convex: it holds in all of a frustum if it holds at its eight corners. This determines `d`. Far
-//! corners need a larger `d` than near ones. Therefore the normal is first turned outwards by as much as the bound grows
-//! with depth.
+//! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, except for terms in `u^2`. The left side is linear
+//! in `p` and the right side convex, so this holds in all of a frustum if it holds at the frustum's eight corners. The
+//! corners determine `d`. Far corners need a larger `d` than near ones. Therefore the normal is first turned outwards by as
+//! much as the bound grows with depth.
 
 use glam::{DVec3, DVec4};
 
@@ -20,32 +21,33 @@ use super::Plane;
 /// Half a unit in the last place of 1, `u`.
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 
-/// Largest error of the box test, in `u` times the sum of its terms' sizes: three, and a little for squares of `u`. A
-/// longer proof shows that slightly more than half of this is enough: rounding the plane's distance up compensates for the
-/// rounding of the final sum.
+/// Largest error of the box test, in `u` times the sum of the sizes of its terms: three, and a little for squares of `u`. A
+/// longer proof shows that slightly more than half of this is enough, because rounding the plane's distance up compensates
+/// for the rounding of the final sum.
 const ROUNDED: f64 = 3.001 * UNIT;
 
-/// Turn of a normal, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the
-/// rounding of the normal, one to spare. Smaller: planes lie farther out near the eye. Larger: farther out in the distance.
+/// Turn of a normal, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the rounding of
+/// the normal, one to spare. If it is smaller, planes lie farther out near the eye. If it is larger, they lie farther out
+/// in the distance.
 const TURNED: f64 = 5.0 * UNIT;
 
-/// A plane that has everything on its inner side.
+/// A plane with all points on its inner side.
 pub(super) const EVERYTHING: Plane = Plane { normal: glam::Vec3::ZERO, d: 0.0 };
 
-/// The exact frustum that the planes must contain: the hull of these corners.
+/// The exact frustum, which all planes must contain: the hull of eight corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corners {
-    /// Homogeneous: divided by `w`, or a direction where `w` is 0. In the same order as those of `far`.
+    /// Homogeneous coordinates: divided by `w` a point, or a direction where `w` is 0. `far` has the same order.
     pub(crate) near: [DVec4; 4],
     pub(crate) far: [DVec4; 4],
-    /// A function `xyz . p + w` that grows with the distance from the eye, or is the same everywhere.
+    /// A function `xyz . p + w` that grows with the distance from the eye, or is constant.
     pub(crate) depth: DVec4,
 }
 
 impl Corners {
     /// The plane `side.xyz . p + side.w = 0`, moved outwards until no box test excludes a box that shares a point with the
-    /// corners' hull. Its inner side must hold the corners but for rounding. [`EVERYTHING`] if it is no plane, or not
-    /// finite.
+    /// corners' hull. The corners must lie on its inner side, except for rounding. Returns [`EVERYTHING`] if `side` is no
+    /// plane or not finite.
     pub(crate) fn plane(&self, side: DVec4) -> Plane {
         let Some(unit) = side.truncate().try_normalize() else { return EVERYTHING };
         let growth = (0..4).map(|i| (unit * self.ray(i)).abs().element_sum()).fold(0.0, f64::max);
@@ -59,14 +61,14 @@ impl Corners {
             if corner.w > 0.0 && !missing.is_nan() {
                 least = least.max(missing / corner.w);
             } else if missing > 0.0 || missing.is_nan() {
-                return EVERYTHING; // It cuts the hull far out, or nobody knows.
+                return EVERYTHING; // The plane cuts the hull far out, or the depth is not known.
             }
         }
         let d = round_up(least + f64::from(f32::MIN_POSITIVE));
         if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
     }
 
-    /// Movement of a point from a near to a far corner while the depth grows by one; zero if it does not grow.
+    /// Movement of a point from a near to a far corner while the depth grows by one; zero if the depth does not grow.
     fn ray(&self, i: usize) -> DVec3 {
         let (near, far) = (self.near[i], self.far[i]);
         let deeper = self.depth.dot(far) * near.w - self.depth.dot(near) * far.w;
@@ -75,7 +77,7 @@ impl Corners {
     }
 }
 
-/// The least `f32` that is no less.
+/// The least `f32` that is not less than `v`.
 pub(super) fn round_up(v: f64) -> f32 {
     let nearest = v as f32;
     if f64::from(nearest) < v { nearest.next_up() } else { nearest }
@@ -88,13 +90,13 @@ mod tests {
     use super::*;
     use crate::math::{Aabb, Frustum};
 
-    /// Steps of a linear congruential generator (Knuth), as numbers from -1 to 1.
+    /// A step of Knuth's linear congruential generator, as a number from -1 to 1.
     fn next(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A hull of one point: the margin is all that is left of the plane's distance, and it is needed.
+    /// The hull is one point. The margin is all that is left of the plane's distance, and it is needed.
     #[test]
     fn a_plane_through_a_point_excludes_no_box_around_it() {
         let mut state = 1;
@@ -104,8 +106,8 @@ mod tests {
             let scale = [1.0, 1.0, 1.0e3, 1.0e6, 1.0e12, 1.0e-38, 1.0e-43][i % 7];
             let (mut p, mut normal) = (vector(scale).as_vec3(), vector(1.0));
             if i % 7 == 0 {
-                // Products just above a half, whose sum is 1 but for a few last bits: nothing is rounded by more, and
-                // the plane's distance by less.
+                // The products are just above a half, and their sum is 1 except for a few last bits. No sum is rounded by
+                // more, and no plane's distance by less.
                 normal = DVec3::new(1.0, 1.0, 0.0) + normal * DVec3::new(1.0e-3, 1.0e-3, 1.0e-3);
                 let n = normal.normalize().as_vec3().as_dvec3();
                 let (x, z) = (std::f32::consts::FRAC_1_SQRT_2 + 1.0e-3 * p.x, p.z * 1.0e-3);
@@ -117,7 +119,7 @@ mod tests {
             let plane = corners.plane(normal.extend(-normal.dot(p.as_dvec3())));
             let bounds = Aabb::new(p, p);
             assert!(Frustum::new([plane; 6]).may_see(&bounds), "{p} {plane:?}");
-            // How much of the margin was used.
+            // The part of the margin that was used.
             let terms = (plane.normal.as_dvec3() * p.as_dvec3()).abs().element_sum();
             if scale >= 1.0 {
                 nearest = nearest.min(f64::from(plane.signed_distance(p)) / (terms * ROUNDED));
@@ -126,8 +128,8 @@ mod tests {
         assert!(nearest < 0.34, "a smaller margin would do: {nearest} is left of it");
     }
 
-    /// If the terms cancel, the plane's distance is near zero. Rounding it up then adds almost nothing, so the test needs
-    /// half of the margin.
+    /// If the terms cancel, the plane's distance is near zero. Rounding this distance up then adds almost nothing, so the
+    /// test needs half of the margin.
     #[test]
     fn where_terms_cancel_a_plane_needs_half_of_its_margin() {
         let mut state = 3;
@@ -149,8 +151,8 @@ mod tests {
         assert!(nearest < 0.53, "a smaller margin would do: {nearest} is left of it");
     }
 
-    /// Points of the clip space of a matrix in `f64`, in the smallest boxes around them. The same matrix in `f32` has
-    /// another view if the eye is far away.
+    /// Points of the clip space of a matrix in `f64`, in the smallest boxes around them. If the eye is far away, the same
+    /// matrix in `f32` has another view.
     #[test]
     fn the_frustum_of_a_double_matrix_holds_what_the_matrix_shows() {
         let mut state = 2;
@@ -175,7 +177,7 @@ mod tests {
             let world_from_clip = clip_from_world.inverse();
             for side in 0..40 {
                 let mut clip = vector(1.0);
-                // On the sides, where rounding decides; inside by what `f64` may be wrong.
+                // The points lie on the sides, where rounding decides, inside by the possible error of `f64`.
                 clip[side % 2] = clip[side % 2].signum() * (1.0 - 1.0e-9);
                 clip.z = 1.0 - (1.0 - lowest) * clip.z.abs();
                 let p = world_from_clip.project_point3(clip);

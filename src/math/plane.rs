@@ -2,22 +2,23 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// An oriented plane `normal . x + d = 0`; inside, the sum is not negative.
+/// An oriented plane `normal . x + d = 0`. On its inner side, this sum is not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// Points to the inside. Distances are in metres only if it has unit length.
+    /// The normal, pointing to the inner side. Distances are in metres only if its length is 1.
     pub normal: Vec3,
     /// Signed distance of the origin, metres (for a unit normal).
     pub d: f32,
 }
 
 impl Plane {
-    /// The plane through `point` with this normal, rounded: far from the origin it can pass beside the point.
+    /// The plane through `point` with this normal. Because of rounding, the plane of a point far from the origin may pass
+    /// beside the point.
     pub fn from_point_normal(point: Vec3, normal: Vec3) -> Self {
         Self { normal, d: -(normal.x * point.x + normal.y * point.y + normal.z * point.z) }
     }
 
-    /// Signed distance of a point: the one expression of the crate (see [`crate::math`]).
+    /// Signed distance of a point. All tests of the crate compute this one expression (see [`crate::math`]).
     #[inline]
     pub fn signed_distance(&self, p: Vec3) -> f32 {
         ((self.normal.x * p.x + self.normal.y * p.y) + self.normal.z * p.z) + self.d

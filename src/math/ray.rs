@@ -2,18 +2,18 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// A ray from `origin` along `direction`, with parameter `t` in units of `direction`'s length.
+/// A ray from `origin` along `direction`. Its parameter `t` counts in lengths of `direction`.
 ///
-/// A ray without direction enters only boxes that contain its origin, at 0, and meets no triangle. A component that is
-/// NaN excludes nothing from a box test, and such a ray meets no triangle.
+/// A ray without direction enters only boxes that contain its origin, at 0, and meets no triangle. If a component is NaN,
+/// the box test ignores its axis, and the ray meets no triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Start, world space.
     pub origin: Vec3,
     /// Direction, any length.
     pub direction: Vec3,
-    /// Component-wise reciprocal of the direction, kept for the slab test. It is infinite if it would be zero or has
-    /// lost bits, so that no product with it is finite.
+    /// Component-wise reciprocal of the direction, for the slab test. It is infinite if it would be zero or has lost bits,
+    /// so that no product with it is finite.
     inverse: Vec3,
 }
 
@@ -25,14 +25,15 @@ impl Ray {
         Self { origin, direction, inverse }
     }
 
-    /// See the field.
+    /// Component-wise reciprocal of the direction; infinite if it would be zero or subnormal.
     #[inline]
     pub(crate) fn inverse(&self) -> Vec3 {
         self.inverse
     }
 
-    /// The slab test: the `t` at which the ray enters the box (0 if it starts inside), if that is at most `t_max`. Faces,
-    /// edges and corners belong to the box, and it may be flat. A decision for a box holds for every box inside it.
+    /// The slab test: the `t` at which the ray enters the box (0 if the ray starts inside), if it is at most `t_max`.
+    /// Faces, edges and corners belong to the box, and the box may be flat. A result for a box holds for every box inside
+    /// it.
     pub fn enter_box(&self, bounds: &Aabb, t_max: f32) -> Option<f32> {
         let mut near = 0.0f32;
         let mut far = t_max;
@@ -62,12 +63,13 @@ impl Ray {
             if inverse.is_finite() { v * inverse } else { v / self.direction[along] }
         };
         let (shear_x, shear_y) = (over_length(self.direction[x]), over_length(self.direction[y]));
-        // The ray becomes the third axis: the remaining question is whether the origin lies in a flat triangle.
+        // The ray becomes the third axis, so that the test is whether the origin lies in a flat triangle.
         let [a, b, c] = corners.map(|corner| {
             let p = corner - self.origin;
             (p[x] - shear_x * p[along], p[y] - shear_y * p[along], over_length(p[along]))
         });
-        // For a shared edge both triangles compute the same number except for its sign; glam and rustc fuse nothing.
+        // For a shared edge both triangles compute the same number except for its sign, because glam and rustc fuse no
+        // operations.
         let side = |from: (f32, f32, f32), to: (f32, f32, f32)| to.0 * from.1 - to.1 * from.0;
         let (u, v, w) = (side(b, c), side(c, a), side(a, b));
         let is_between = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
@@ -80,7 +82,7 @@ impl Ray {
     }
 }
 
-/// Whether `near` is at most `far`, within rounding: a few units in the last place, or the smallest normal number.
+/// Whether `near` is at most `far`, within rounding: four units in the last place, and the smallest normal number.
 pub(crate) fn is_no_later(near: f32, far: f32) -> bool {
     near <= latest(far)
 }
@@ -91,12 +93,12 @@ pub(crate) fn latest(far: f32) -> f32 {
     far * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
 }
 
-/// The `t` at which a ray enters and leaves the space between two planes perpendicular to an axis; `None` if it passes
-/// outside. Covers the cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal,
+/// The `t` at which a ray enters and leaves the space between two planes perpendicular to an axis; `None` if the ray passes
+/// outside. This covers the cases in which `f32` fails: a direction of zero, a direction without a finite reciprocal,
 /// differences or products that overflow.
 ///
-/// A box may need this path for a large coordinate while a smaller box inside it does not. The interval is therefore wider than
-/// the rounding error of the smaller box.
+/// A box may need this path because of a large coordinate while a smaller box inside it does not. The interval is therefore
+/// wider than the rounding error of the smaller box.
 #[cold]
 fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f32)> {
     const WIDER: f64 = 8.0 * f32::EPSILON as f64;
@@ -105,9 +107,9 @@ fn cross_slab(min: f32, max: f32, origin: f32, direction: f32) -> Option<(f32, f
         return is_between.then_some((f32::NEG_INFINITY, f32::INFINITY));
     }
     let cross = |plane: f32| (f64::from(plane) - f64::from(origin)) / f64::from(direction);
-    // If one of the two is NaN both are, and the caller's `min` and `max` ignore them.
+    // If `a` or `b` is NaN, both are, and the caller's `min` and `max` ignore them.
     let (a, b) = (cross(min), cross(max));
     let (enter, leave) = (a.min(b), a.max(b));
-    // Spans behind the origin have no effect.
+    // Intervals behind the origin have no effect.
     Some(((enter * (1.0 - WIDER)) as f32, (leave * (1.0 + WIDER)) as f32))
 }

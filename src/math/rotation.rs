@@ -1,6 +1,6 @@
 use glam::{DVec3, Quat, Vec3};
 
-/// The quaternion at unit length. Quaternions of files have unit length within a few per mille.
+/// The quaternion scaled to unit length. Quaternions of files have unit length within a few per mille.
 pub fn unit(q: Quat) -> Quat {
     let length = (((q.x * q.x + q.y * q.y) + q.z * q.z) + q.w * q.w).sqrt();
     if length > 0.0 && length.is_finite() {
@@ -12,15 +12,15 @@ pub fn unit(q: Quat) -> Quat {
 
 /// Rotates `v` by the unit quaternion `q`.
 ///
-/// Plain `f32` steps: `glam`'s own product has another order of operations on each SIMD target. A replay must give the
-/// same bits on every machine.
+/// The steps are plain `f32`, because a replay must give the same bits on every machine, and `glam`'s own product has
+/// another order of operations on each SIMD target.
 pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     let u = Vec3::new(q.x, q.y, q.z);
     let t = u.cross(v) * 2.0;
     v + t * q.w + u.cross(t)
 }
 
-/// [`rotate`] in `f64`, for bounds that rounding to `f32` must not break.
+/// Rotates as [`rotate`] does, in `f64`, for bounds that rounding to `f32` must not break.
 pub fn rotate_exactly(q: Quat, v: DVec3) -> DVec3 {
     let u = Vec3::new(q.x, q.y, q.z).as_dvec3();
     let t = u.cross(v) * 2.0;

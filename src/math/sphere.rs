@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::Aabb;
 
-/// A ball in world space, metres.
+/// A solid sphere in world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre.
@@ -17,12 +17,12 @@ impl Sphere {
         Self { center: bounds.center(), radius_m: bounds.extent().length() * 0.5 }
     }
 
-    /// A sphere around some points, about the centre of their box: not the smallest, but never larger than the sphere
+    /// A sphere around some points, centred in their box. It is not the smallest sphere, but never larger than the sphere
     /// around the box. Without points its radius is NaN.
     pub fn from_points(points: &[Vec3]) -> Self {
         let center = Aabb::from_points(points).center();
         let far = points.iter().map(|p| p.distance(center)).fold(f32::NAN, f32::max);
-        // Covers the rounding of a root and a sum.
+        // The factor covers the rounding of a root and a sum.
         Self { center, radius_m: far * (1.0 + 4.0 * f32::EPSILON) }
     }
 }

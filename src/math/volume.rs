@@ -8,19 +8,19 @@ use super::{
 /// Largest shift of a volume against a plane by rounding, as a fraction of the input numbers: a handful of `f32` steps.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
-/// If one plane is farther away than the other by more than 1 / this, it counts as infinitely far. Larger: some far
-/// planes cull nothing. Smaller: matrices in `f32` without a far plane would get one.
+/// The far plane counts as infinitely far if it is more than 1 / `LEAST_RATIO` times as far as the near plane. If it is
+/// larger, some far planes cull nothing. If it is smaller, matrices in `f32` without a far plane would get one.
 const LEAST_RATIO: f64 = 1.0e-7;
 
 /// A convex bounding volume with a centre.
 pub trait Volume {
-    /// Its centre, metres.
+    /// The centre, metres.
     fn center(&self) -> Vec3;
 
-    /// Its projected radius along `direction`, times the direction's length.
+    /// The projected radius along `direction`, times the direction's length.
     fn reach_along(&self, direction: Vec3) -> f32;
 
-    /// Upper bound of the distance of its points from the centre, metres.
+    /// Upper bound of the distance of the volume's points from the centre, metres.
     fn size_m(&self) -> f32;
 }
 
@@ -39,7 +39,7 @@ impl Volume for Aabb {
     }
 }
 
-/// Halved first, so that it does not overflow for huge boxes.
+/// Half the edge lengths. The corners are halved first, so that the difference does not overflow for huge boxes.
 fn half_sides(bounds: &Aabb) -> Vec3 {
     bounds.max * 0.5 - bounds.min * 0.5
 }
@@ -75,11 +75,11 @@ impl Volume for Obb {
 }
 
 impl Frustum {
-    /// The three-outcome test of any volume by its projected radius. Conservative: never [`Containment::Outside`] if a
-    /// point of the volume is in the frustum, never [`Containment::Inside`] if one is not. Within the rounding error of
-    /// a plane it is [`Containment::Intersects`].
+    /// Tests the position of any volume by its projected radius. The test is conservative: never [`Containment::Outside`]
+    /// if a point of the volume is in the frustum, never [`Containment::Inside`] if a point is not. Within the rounding
+    /// error of a plane the result is [`Containment::Intersects`].
     ///
-    /// For the boxes of indexes there is [`Frustum::classify`], whose answers are the same bit for bit everywhere.
+    /// For the boxes of indexes use [`Frustum::classify`], whose results are the same everywhere, bit for bit.
     pub fn classify_volume(&self, volume: &impl Volume) -> Containment {
         let center = volume.center();
         let far = center.abs().max_element() + volume.size_m();
@@ -88,7 +88,7 @@ impl Frustum {
             let distance = plane.signed_distance(center);
             let reach = volume.reach_along(plane.normal);
             let rounding = ROUNDING * (plane.normal.abs().element_sum() * far + plane.d.abs());
-            // With NaN neither holds.
+            // If the distance is NaN, neither comparison holds.
             if distance < -(reach + rounding) {
                 return Containment::Outside;
             }
@@ -97,8 +97,8 @@ impl Frustum {
         if is_inside { Containment::Inside } else { Containment::Intersects }
     }
 
-    /// The frustum of a matrix from some space to clip space, in that space. In clip space x and y go from -w to w, z
-    /// from 0 to w or from w to 0. Normals have unit length. A plane at infinity has everything on its inner side.
+    /// The frustum of a matrix from some space to clip space, expressed in that space. In clip space x and y go from -w to
+    /// w, z from 0 to w or from w to 0. Normals have unit length. All points lie on the inner side of a plane at infinity.
     ///
     /// Gil Gribb and Klaus Hartmann, "Fast Extraction of Viewing Frustum Planes from the World-View-Projection Matrix"
     /// (2001).
@@ -106,18 +106,18 @@ impl Frustum {
         Self::from_double_matrix(&clip_from_space.as_dmat4(), 0.0)
     }
 
-    /// [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w or from w to -w.
+    /// Does the same as [`Frustum::from_matrix`] for the clip space of OpenGL, where z goes from -w to w or from w to -w.
     pub fn from_opengl_matrix(clip_from_space: &Mat4) -> Self {
         Self::from_double_matrix(&clip_from_space.as_dmat4(), -1.0)
     }
 
-    /// [`Frustum::from_matrix`] for a matrix in `f64`, which counts as exact: the inverse is computed in `f64`, and
-    /// the planes are then moved outwards for `f32`. `lowest` is the least depth after the division by w; the largest
-    /// is 1.
+    /// Does the same as [`Frustum::from_matrix`] for a matrix in `f64`, which counts as exact: the inverse is computed in
+    /// `f64`, and the planes are then moved outwards for `f32`. `lowest` is the least depth after the division by w; the
+    /// largest is 1.
     pub fn from_double_matrix(clip_from_space: &DMat4, lowest: f64) -> Self {
         let row = |i| clip_from_space.row(i);
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-        // A plane at infinity has only rounding errors left.
+        // A row without a plane, at infinity, has only rounding errors left.
         let rounding = f64::from(ROUNDING) * (z.truncate().length() + w.truncate().length());
         let is_plane = |side: DVec4| side.truncate().length() > rounding;
         let space_from_clip = clip_from_space.inverse();
@@ -127,7 +127,7 @@ impl Frustum {
         };
         let (mut near, mut far) = (corners_at(lowest), corners_at(1.0));
         for (near, far) in near.iter_mut().zip(&mut far) {
-            // So far away, rounding may move the plane anywhere, or tilt it: it counts as infinitely far.
+            // If a plane is so far away, rounding may move or tilt it arbitrarily, so it counts as infinitely far.
             if far.w < near.w * LEAST_RATIO {
                 *far = (far.truncate() * near.w - near.truncate() * far.w).extend(0.0);
             } else if near.w < far.w * LEAST_RATIO {
@@ -142,8 +142,8 @@ impl Frustum {
     }
 
     /// The frustum with its planes moved outwards by the largest rounding error of a box within `bounds`.
-    /// [`Frustum::classify`] and [`Frustum::may_see`] are then conservative for such boxes. For a frustum from another space
-    /// ([`Frustum::in_space`]).
+    /// [`Frustum::classify`] and [`Frustum::may_see`] are then conservative for such boxes. Use it for a frustum from
+    /// another space ([`Frustum::in_space`]).
     #[must_use]
     pub fn widened_for(&self, bounds: &Aabb) -> Self {
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
@@ -154,11 +154,11 @@ impl Frustum {
         }))
     }
 
-    /// This frustum expressed in another space. It tests volumes in the space of a group without transforming them.
+    /// This frustum expressed in another space, to test volumes in the space of a group without transforming them.
     ///
-    /// Exact but for the rounding of the normals, which [`Frustum::classify_volume`] allows for. [`Frustum::classify`]
-    /// does not: it needs the frustum of a view or a matrix, in that frustum's own space. For transforms that turn, move
-    /// and scale.
+    /// It is exact except for the rounding of the normals. [`Frustum::classify_volume`] allows for this rounding.
+    /// [`Frustum::classify`] does not, because it requires the frustum of a view or a matrix in that frustum's own space.
+    /// The transform may rotate, move and scale.
     #[must_use]
     pub fn in_space(&self, world_from_space: &Affine3A) -> Self {
         let exactly = |v: Vec3A| Vec3::from(v).as_dvec3();
@@ -168,7 +168,7 @@ impl Frustum {
             let along = |axis: Vec3A| of_plane.dot(exactly(axis));
             let normal =
                 DVec3::new(along(matrix.x_axis), along(matrix.y_axis), along(matrix.z_axis)).as_vec3();
-            // Far from the origin both terms are large and cancel.
+            // Far from the origin both terms are large and cancel, so the sum is computed in `f64`.
             let d = round_up(of_plane.dot(origin) + f64::from(plane.d));
             if normal.is_finite() && d.is_finite() { Plane { normal, d } } else { EVERYTHING }
         }))

@@ -1,14 +1,14 @@
 //! Bitset functions on slices of 64-bit words. The caller owns the memory.
 
-/// Bits of a word.
+/// Number of bits of a word.
 pub const WORD: usize = 64;
 
-/// Words for this many bits.
+/// Number of words for `bits` bits.
 pub const fn words_for(bits: usize) -> usize {
     bits.div_ceil(WORD)
 }
 
-/// Whether a bit is set; not beyond the last word.
+/// Whether a bit is set. Bits beyond the last word are not.
 #[inline]
 pub fn contains(words: &[u64], i: usize) -> bool {
     words.get(i / WORD).is_some_and(|word| word >> (i % WORD) & 1 == 1)

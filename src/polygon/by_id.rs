@@ -1,10 +1,12 @@
 use super::PolygonId;
 
-/// Entries of a page of [`ById`]. More: a stray number takes more memory. Fewer: a longer list of pages.
+/// Number of entries of a page of [`ById`]. If it is larger, a stray number takes more memory. If it is smaller, the list
+/// of pages is longer.
 const PAGE: usize = 1024;
 
-/// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value never
-/// copies the others, and a stray large number takes a page, not an array up to it. Vacant pages are reused.
+/// One small value for every polygon number, in pages. A page exists while one of its values is not vacant. Setting a value
+/// never copies the others, and a stray large number takes a page, not an array up to this number. Vacant pages are used
+/// again.
 #[derive(Clone, Debug)]
 pub struct ById<T> {
     pages: Vec<Option<Page<T>>>,
@@ -16,12 +18,12 @@ pub struct ById<T> {
 #[derive(Clone, Debug)]
 struct Page<T> {
     values: Box<[T]>,
-    /// Number of them that are not vacant; at least one.
+    /// Number of values of the page that are not vacant, at least one.
     used: u32,
 }
 
 impl<T: Copy + PartialEq> ById<T> {
-    /// No values; numbers without one read as `vacant`.
+    /// No values. Numbers without a value read as `vacant`.
     pub const fn new(vacant: T) -> Self {
         Self { pages: Vec::new(), spare: Vec::new(), vacant }
     }
@@ -37,7 +39,7 @@ impl<T: Copy + PartialEq> ById<T> {
         }
     }
 
-    /// The value of a number; the vacant value beyond the end.
+    /// The value of a number; `vacant` for a number without a value.
     #[inline]
     pub fn get(&self, id: PolygonId) -> T {
         match self.pages.get(id.index() / PAGE) {
@@ -63,7 +65,7 @@ impl<T: Copy + PartialEq> ById<T> {
         }
     }
 
-    /// A vacant page for a first value.
+    /// Adds a page for the first value of its numbers.
     #[cold]
     fn add_page(&mut self, number: usize) -> &mut Page<T> {
         if number >= self.pages.len() {

@@ -2,14 +2,14 @@ use glam::Vec3;
 
 use crate::math::{Aabb, QUAD_FLATNESS, Ray};
 
-/// A quad whose fourth corner leaves the plane of the others by less than this fraction of its longest edge is
-/// flat. Larger: fewer polygons, but occluders are pushed further back to stay conservative.
+/// A quad counts as flat if its fourth corner leaves the plane of the other three by less than this fraction of the longest
+/// edge. If it is larger, models have fewer polygons, but occluders are pushed further back to stay conservative.
 pub const FLATNESS: f32 = QUAD_FLATNESS;
 
 /// A convex, planar polygon with 3 or 4 corners, two-sided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvexPolygon {
-    /// A triangle repeats its last corner.
+    /// The corners; a triangle repeats its last corner.
     corners: [Vec3; 4],
     count: u8,
 }
@@ -20,8 +20,8 @@ impl ConvexPolygon {
         Self { corners: [a, b, c, c], count: 3 }
     }
 
-    /// A quad that must be flat ([`FLATNESS`]) and convex; this is not checked.
-    /// `osp_session::stroke::split_into_convex` divides any outline into such quads.
+    /// A quad, which must be flat ([`FLATNESS`]) and convex; this is not checked. `osp_session::stroke::split_into_convex`
+    /// divides any outline into such quads.
     pub fn quad(corners: [Vec3; 4]) -> Self {
         Self { corners, count: 4 }
     }
@@ -31,7 +31,8 @@ impl ConvexPolygon {
         &self.corners[..self.count as usize]
     }
 
-    /// Distance at which a ray meets the polygon, from either side; see [`Ray::meet_triangle`].
+    /// Distance at which a ray meets the polygon, from either side, in lengths of the ray's direction; see
+    /// [`Ray::meet_triangle`].
     pub fn meet(&self, ray: &Ray) -> Option<f32> {
         match *self.vertices() {
             [a, b, c] => ray.meet_triangle([a, b, c]),
@@ -40,15 +41,15 @@ impl ConvexPolygon {
         }
     }
 
-    /// The tight box.
+    /// The tight box around the polygon.
     pub fn bounds(&self) -> Aabb {
         Aabb::from_points(&self.corners)
     }
 
-    /// Twice the area times the normal; zero for a degenerate polygon.
+    /// The normal with twice the area as its length; zero for a degenerate polygon.
     pub fn area_vector(&self) -> Vec3 {
         let [a, b, c, d] = self.corners;
-        // For a triangle d == c, and the diagonals' product is still the triangle's.
+        // A triangle has d == c, so the product of the diagonals would also be right for it, except for rounding.
         if self.count == 4 { (c - a).cross(d - b) } else { (b - a).cross(c - a) }
     }
 
@@ -57,7 +58,7 @@ impl ConvexPolygon {
         self.area_vector().length() * 0.5
     }
 
-    /// Each corner mapped by `f`.
+    /// The polygon with each corner mapped by `f`.
     #[must_use]
     pub fn map(&self, f: impl Fn(Vec3) -> Vec3) -> Self {
         Self { corners: self.corners.map(f), count: self.count }

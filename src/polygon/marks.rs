@@ -5,20 +5,20 @@
 
 use super::PolygonId;
 
-/// Numbers that are looked through twice while they are in the nearest cache.
+/// Length of the parts of a list that are read twice while they are in the nearest cache.
 const PART: usize = 256;
 
-/// Polygons of a mask.
+/// Number of polygons of a mask.
 const BLOCK: usize = u16::BITS as usize;
 
-/// Bits that are set in one step.
+/// Number of bits that are set in one step.
 const WORD: u32 = u32::BITS;
 
-/// The lowest and the highest number; the lowest is the greater one if there is none.
+/// The lowest and the highest number. For an empty list the lowest is the greater one.
 #[inline(always)]
 pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
     let (mut low, mut high) = (u32::MAX, 0);
-    // One loop for both would not be compiled to wide instructions.
+    // There are two loops, because the compiler does not vectorise one loop for both.
     for part in ids.chunks(PART) {
         low = low.min(part.iter().fold(u32::MAX, |low, id| low.min(id.0)));
         high = high.max(part.iter().fold(0, |high, id| high.max(id.0)));
@@ -26,7 +26,8 @@ pub(super) fn low_and_high(ids: &[PolygonId]) -> (u32, u32) {
     (low, high)
 }
 
-/// Sets or clears the bits of polygons in the masks of blocks. False, and nothing is changed, if there is no mask for one.
+/// Sets or clears the bits of polygons in the masks of blocks. Returns false, and changes nothing, if a polygon has no
+/// mask.
 #[inline(always)]
 pub(crate) fn mark<const IS_SET: bool>(masks: &mut [u16], ids: &[PolygonId]) -> bool {
     let (_, high) = low_and_high(ids);

@@ -1,5 +1,5 @@
-//! Distance of a polygon from a point, and intersection of a polygon with a box. In `f64`, so that they find no
-//! polygon that a box test in `f32` misses.
+//! The distance of a polygon from a point, and the intersection of a polygon with a box. Both are computed in `f64`, so
+//! that they find no polygon that a box test in `f32` misses.
 
 use glam::{DVec3, Vec3};
 
@@ -7,13 +7,13 @@ use super::ConvexPolygon;
 use crate::math::Aabb;
 
 impl ConvexPolygon {
-    /// The polygon as triangles, as in [`ConvexPolygon::meet`].
+    /// The triangles of the polygon, as in [`ConvexPolygon::meet`].
     fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let corners = self.vertices();
         (2..corners.len()).map(move |i| [corners[0], corners[i - 1], corners[i]].map(Vec3::as_dvec3))
     }
 
-    /// The distance of a point from the polygon, metres; 0 on it.
+    /// The distance of a point from the polygon, metres; 0 for a point of the polygon.
     pub fn distance_m(&self, point: Vec3) -> f32 {
         let point = point.as_dvec3();
         let squared = self.triangles().map(|triangle| distance_squared(triangle, point));
@@ -26,7 +26,7 @@ impl ConvexPolygon {
     }
 }
 
-/// The squared distance of a point from a triangle, which may be a line or a point.
+/// The squared distance of a point from a triangle. The triangle may be a line or a point.
 fn distance_squared([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
     let normal = (b - a).cross(c - a);
     let is_beside = |from: DVec3, to: DVec3| (to - from).cross(point - from).dot(normal) >= 0.0;
@@ -99,7 +99,8 @@ mod tests {
         let slanted = ConvexPolygon::triangle(Vec3::ZERO, Vec3::X, Vec3::Y);
         let corner = Aabb::new(Vec3::new(0.6, 0.6, -1.0), Vec3::ONE);
         assert!(slanted.bounds().intersects(&corner) && !slanted.touches(&corner));
-        // A corner, an edge and a face just meet; a box in the middle holds no corner.
+        // The polygon meets a box just at a corner, at an edge and at a face. A box in its middle contains none of its
+        // corners.
         assert!(slanted.touches(&Aabb::new(Vec3::new(0.5, 0.5, 0.0), Vec3::ONE)));
         assert!(slanted.touches(&Aabb::new(Vec3::new(1.0, -1.0, 0.0), Vec3::new(2.0, 0.0, 0.0))));
         assert!(slanted.touches(&Aabb::cube(Vec3::new(0.3, 0.3, 0.0), 0.1)));

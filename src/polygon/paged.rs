@@ -1,32 +1,32 @@
 use super::bits;
 
-/// A growing array in pages of fixed size. Pushing never copies existing entries, and entries can be released. A page
-/// with less than a quarter of its entries left stores only those; an empty page stores nothing.
+/// A growing array in pages of fixed size. Pushing never copies existing entries, and entries can be released. A page with
+/// less than a quarter of its entries left stores only these entries; an empty page stores none.
 #[derive(Clone, Debug)]
 pub struct Paged<T, const PAGE: usize = 4096> {
     pages: Vec<Page<T>>,
     len: usize,
 }
 
-/// A full page is compacted when at most this part of its entries is left, 1 / THIN. Larger: less memory for pages
-/// with many holes, more copying.
+/// A full page is compacted when at most 1 / THIN of its entries is left. If it is larger, pages with many holes are
+/// compacted later, with less copying and more memory.
 const THIN: usize = 4;
 
 #[derive(Clone, Debug)]
 struct Page<T> {
     entries: Vec<T>,
-    /// Places of the `entries` of a compacted page.
+    /// The positions of the `entries` of a compacted page.
     held: Option<Box<Held>>,
-    /// Places that have not been released; `None` if none was.
+    /// The positions that have not been released; `None` if none has been.
     left: Option<Box<[u64]>>,
     left_count: usize,
 }
 
-/// The places whose entries a compacted page has.
+/// The positions whose entries a compacted page stores.
 #[derive(Clone, Debug)]
 struct Held {
     words: Box<[u64]>,
-    /// Places held before each word.
+    /// Number of stored positions before each word.
     before: Box<[u16]>,
 }
 
@@ -42,7 +42,7 @@ impl<T> Page<T> {
         Self { entries: Vec::with_capacity(entries), held: None, left: None, left_count: 0 }
     }
 
-    /// Position of the entry of a place, unless it was released.
+    /// Index in `entries` of the entry at a position; `None` if it was released.
     fn find(&self, at: usize) -> Option<usize> {
         if let Some(left) = &self.left
             && !bits::contains(left, at)
@@ -55,7 +55,7 @@ impl<T> Page<T> {
         }
     }
 
-    /// Drops the released entries.
+    /// Compacts the page: drops the released entries.
     fn thin(&mut self) {
         let Some(left) = &self.left else { return };
         if self.left_count == 0 {
@@ -83,7 +83,7 @@ impl<T> Page<T> {
 }
 
 impl<T, const PAGE: usize> Paged<T, PAGE> {
-    /// Entries of a page.
+    /// Number of entries of a page.
     pub const PAGE: usize = PAGE;
 
     /// An empty array.
@@ -106,12 +106,12 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         self.thin_if_worth_it(at);
     }
 
-    /// Number of entries, the released ones included.
+    /// Number of entries, including the released ones.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there was never an entry.
+    /// Whether no entry was ever pushed.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -141,7 +141,8 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         self.thin_if_worth_it(i / PAGE);
     }
 
-    /// Compacts full pages only: a page that still grows would have to be expanded again.
+    /// Compacts a page if few of its entries are left. A page that is not full stays, because it would have to be expanded
+    /// again.
     fn thin_if_worth_it(&mut self, at: usize) {
         let is_full = (at + 1) * PAGE <= self.len;
         let page = &mut self.pages[at];
@@ -163,7 +164,7 @@ impl<T, const PAGE: usize> Paged<T, PAGE> {
         range.end <= self.len
     }
 
-    /// All entries in order, without the released ones.
+    /// All entries in order, except the released ones.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         (0..self.len).filter_map(|i| self.get(i))
     }
@@ -208,7 +209,7 @@ mod tests {
                 paged.push(value);
                 plain.push(Some(value));
             } else {
-                // Runs, as strokes are, and single ones.
+                // Releases ranges, as strokes are, and single entries.
                 let first = below(plain.len());
                 let end = (first + 1 + below(12)).min(plain.len());
                 for (i, entry) in plain.iter_mut().enumerate().take(end).skip(first) {

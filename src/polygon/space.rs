@@ -2,27 +2,27 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3};
 
 use crate::math::Aabb;
 
-/// A space that polygons are fixed in and that moves as a whole: a group that somebody drags, a node of a scene graph. The
-/// caller chooses the number; small numbers without gaps cost least.
+/// A space that polygons are fixed in and that moves as a whole, such as a group that somebody drags, or a node of a scene
+/// graph. The caller chooses the number; small numbers without gaps cost least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SpaceId(pub u32);
 
-/// Transform of a space to the world, with bounds of its rounding error.
+/// The transform of a space to the world, with bounds of its rounding error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacePlace {
     /// From the space to the world: rotation, scale, translation.
     pub world_from_space: DAffine3,
-    /// Largest distance of a drawn corner from its transformed place, by rounding, at the origin of the space, metres.
+    /// Largest distance, by rounding, of a drawn corner at the origin of the space from its exact position, metres.
     pub rounding_m: f64,
-    /// Growth of that distance for each metre between the corner and the origin of the space.
+    /// Growth of this distance for each metre between the corner and the origin of the space.
     pub rounding_per_m: f64,
 }
 
-/// Relative error of a corner that one matrix of `f32` transforms to the world: a few roundings.
+/// Relative error of a corner that one matrix in `f32` transforms to the world: a few roundings.
 pub const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
 
 impl From<Affine3A> for SpacePlace {
-    /// For corners that are computed by this matrix in `f32`.
+    /// The transform for corners that are computed by this matrix in `f32`.
     fn from(world_from_space: Affine3A) -> Self {
         let matrix = world_from_space.matrix3;
         let [x, y, z] =
@@ -38,18 +38,18 @@ impl From<Affine3A> for SpacePlace {
 }
 
 impl SpacePlace {
-    /// Bound of the numbers that transform the origin of the space, metres.
+    /// Upper bound of the numbers in the transform of the space's origin, metres.
     pub(crate) fn reach_m(&self) -> DVec3 {
         self.world_from_space.translation.abs().max(DVec3::splat(self.rounding_m / ROUNDING))
     }
 
-    /// Largest distance of any point of a box in the space from its exact place, metres.
+    /// Largest distance, by rounding, of any point of a box in the space from its exact position in the world, metres.
     pub(crate) fn rounding_of(&self, in_space: &Aabb) -> f64 {
         let reach = in_space.min.abs().max(in_space.max.abs()).as_dvec3().length();
         self.rounding_m + self.rounding_per_m * reach
     }
 
-    /// A box in the world around a box in the space, including all rounding.
+    /// A box in the world that contains a box of the space, including all rounding.
     pub fn world_box(&self, in_space: &Aabb) -> Aabb {
         if in_space.is_empty() {
             return Aabb::EMPTY;
@@ -61,7 +61,7 @@ impl SpacePlace {
         outwards(center, half)
     }
 
-    /// A box in the space around a box in the world. Everything if the space is scaled to a point or a plane.
+    /// A box in the space that contains a box of the world; unbounded if the space is scaled to a point or a plane.
     pub(crate) fn box_in_space(&self, world: &Aabb) -> Aabb {
         let space_from_world = self.world_from_space.inverse();
         let (low, high) = (world.min.as_dvec3(), world.max.as_dvec3());
@@ -75,12 +75,12 @@ impl SpacePlace {
     }
 }
 
-/// The matrix of absolute values.
+/// The matrix of the absolute values.
 pub(crate) fn abs(matrix: &DMat3) -> DMat3 {
     DMat3::from_cols(matrix.x_axis.abs(), matrix.y_axis.abs(), matrix.z_axis.abs())
 }
 
-/// The box around a centre, rounded outwards to `f32`; infinite numbers become the largest finite ones.
+/// The box with this centre and half size, rounded outwards to `f32`. Infinite numbers become the largest finite ones.
 fn outwards(center: DVec3, half: DVec3) -> Aabb {
     let least = |v: DVec3| glam::Vec3::from(v.as_vec3().to_array().map(f32::next_down));
     let most = |v: DVec3| glam::Vec3::from(v.as_vec3().to_array().map(f32::next_up));

@@ -4,7 +4,7 @@ use crate::math::Aabb;
 /// The polygons in a view that move with a space, grouped by space. They are not in the index of the world.
 #[derive(Clone, Debug, Default)]
 pub struct SpacesInView {
-    /// Each space's box in the world, and the end of its blocks in `blocks`.
+    /// For each space, its box in the world, and the end of its part of `blocks`.
     spaces: Vec<(Aabb, usize)>,
     blocks: Vec<(usize, u16)>,
 }
@@ -16,15 +16,15 @@ impl SpacesInView {
         self.blocks.clear();
     }
 
-    /// Adds polygons of a block to the current space, which ends with [`SpacesInView::end_space`].
+    /// Adds polygons of a block to the current space. [`SpacesInView::end_space`] ends this space.
     pub fn push_block(&mut self, block: usize, mask: u16) {
         if mask != 0 {
             self.blocks.push((block, mask));
         }
     }
 
-    /// Ends the current space. `bounds` is a box around all its polygons, in the world. Returns the number of its polygons
-    /// in view.
+    /// Ends the current space. `bounds` is a box around all its polygons, in the world. Returns the number of the space's
+    /// polygons in view.
     pub fn end_space(&mut self, bounds: &Aabb) -> usize {
         let begin = self.spaces.last().map_or(0, |&(_, end)| end);
         if begin < self.blocks.len() {
@@ -33,7 +33,7 @@ impl SpacesInView {
         count(&self.blocks[begin..])
     }
 
-    /// The box of each space, and its blocks of polygons: number and mask.
+    /// The box of each space, and its blocks of polygons as pairs of number and mask.
     pub fn iter(&self) -> impl Iterator<Item = (&Aabb, &[(usize, u16)])> {
         let begins = std::iter::once(0).chain(self.spaces.iter().map(|&(_, end)| end));
         self.spaces.iter().zip(begins).map(|((bounds, end), begin)| (bounds, &self.blocks[begin..*end]))

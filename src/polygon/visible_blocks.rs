@@ -1,25 +1,25 @@
 use super::{PolygonId, bits, marks};
 
-/// Polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
+/// Number of polygons of a block: sixteen consecutive numbers, from a multiple of sixteen on.
 pub const BLOCK: usize = 16;
 
-/// Room for blocks grows in multiples of this, as in the indexes.
+/// The number of blocks with room grows in multiples of this, as in the indexes.
 const PAGE: usize = 256;
 
-/// Blocks of 64 polygons; divides [`PAGE`].
+/// Number of blocks in 64 polygons; divides [`PAGE`].
 const WORD: usize = 4;
 
-/// Most numbers of a list with room from the start. More: a stray large number takes more memory.
+/// Largest number of entries reserved for `listed` at first. If it is larger, a stray large number takes more memory.
 const MOST_LISTED: usize = 1 << 22;
 
-/// Entries that an index may write behind a list.
+/// Number of entries that an index may write behind a list.
 const BEHIND: usize = 512;
 
-/// A set of polygons as blocks of sixteen consecutive numbers, each with a mask. A query fills it, occlusion culling clears
-/// hidden polygons, and a renderer orders and draws the rest. None of them lists numbers.
+/// A set of polygons as blocks of sixteen consecutive numbers, each with a mask. A query fills the set, occlusion culling
+/// clears hidden polygons, and a renderer orders and draws the rest. None of these steps lists numbers.
 ///
-/// A frame's set is cleared and filled again without allocation once it reaches to the highest number. Memory: a bit for
-/// each number up to the highest. Every walk over it, and clearing it, takes time by the span from the lowest to the highest
+/// A frame's set is cleared and filled again without allocation once it has room for the highest number. It takes a bit for
+/// each number up to the highest. Iterating and clearing take time proportional to the span from the lowest to the highest
 /// block that was set.
 #[derive(Clone, Debug, Default)]
 pub struct VisibleBlocks {
@@ -29,7 +29,7 @@ pub struct VisibleBlocks {
     /// Upper bound of the set blocks, exclusive.
     end: usize,
     len: usize,
-    /// For indexes that list numbers.
+    /// Working memory for indexes that list numbers.
     listed: Vec<PolygonId>,
 }
 
@@ -46,13 +46,13 @@ impl VisibleBlocks {
         set
     }
 
-    /// Empties it; keeps the memory.
+    /// Removes all polygons; keeps the memory.
     pub fn clear(&mut self) {
         self.masks[self.begin..self.end].fill(0);
         (self.begin, self.end, self.len) = (0, 0, 0);
     }
 
-    /// Becomes a copy of another set; keeps the memory.
+    /// Makes this set a copy of another set; keeps the memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.clear();
         if other.end > self.masks.len() {
@@ -63,12 +63,12 @@ impl VisibleBlocks {
         (self.begin, self.end, self.len) = (other.begin, other.end, other.len);
     }
 
-    /// Polygons of the set.
+    /// Number of polygons in the set.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -78,19 +78,19 @@ impl VisibleBlocks {
         self.mask(id.index() / BLOCK) >> (id.index() % BLOCK) & 1 == 1
     }
 
-    /// The polygons of a block, bit 0 for number `block * 16`.
+    /// The polygons of a block as a mask; bit 0 stands for number `block * 16`.
     pub fn mask(&self, block: usize) -> u16 {
         self.masks.get(block).copied().unwrap_or(0)
     }
 
-    /// Adds a polygon. Returns whether the set has changed: numbers from [`PolygonId::LIMIT`] on are not added.
+    /// Adds a polygon. Returns whether the set has changed. Numbers from [`PolygonId::LIMIT`] on are not added.
     pub fn insert(&mut self, id: PolygonId) -> bool {
         let before = self.len;
         self.insert_block(id.index() / BLOCK, 1 << (id.index() % BLOCK));
         self.len > before
     }
 
-    /// Adds polygons of a block; none from [`PolygonId::LIMIT`] on.
+    /// Adds polygons of a block, except numbers from [`PolygonId::LIMIT`] on.
     pub fn insert_block(&mut self, block: usize, mask: u16) {
         if mask == 0 {
             return;
@@ -120,14 +120,14 @@ impl VisibleBlocks {
         }
     }
 
-    /// The blocks that are not empty, in order: number and mask, for [`ids_of`] or a GPU. Bit `i` of block `b` stands for
-    /// polygon `b * 16 + i`.
+    /// The blocks that are not empty, in order, as pairs of number and mask, for [`ids_of`] or a GPU. Bit `i` of block `b`
+    /// stands for polygon `b * 16 + i`.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, u16)> + Clone + '_ {
         let masks = self.masks[self.begin..self.end].iter().enumerate();
         masks.filter(|(_, mask)| **mask != 0).map(|(at, mask)| (self.begin + at, *mask))
     }
 
-    /// The masks of 64 polygons at a time, including empty blocks in between, and the number of the first polygon.
+    /// The number of the first polygon, and the masks of 64 polygons at a time, including empty blocks in between.
     pub fn words(&self) -> (usize, &[[u16; WORD]]) {
         let (begin, end) = (self.begin / WORD * WORD, self.end.next_multiple_of(WORD));
         (begin * BLOCK, self.masks[begin..end].as_chunks().0)
@@ -157,7 +157,7 @@ impl VisibleBlocks {
         &mut self.masks
     }
 
-    /// For an index: notes that these blocks have this many new polygons.
+    /// For an index: records that `polygons` polygons were added to these blocks.
     pub fn note_filled(&mut self, blocks: std::ops::Range<usize>, polygons: usize) {
         if !blocks.is_empty() {
             self.note_span(blocks.start, blocks.end);
@@ -165,7 +165,8 @@ impl VisibleBlocks {
         }
     }
 
-    /// Lets an index that lists numbers fill the set, by [`VisibleBlocks::set_all`]: the list is kept from frame to frame.
+    /// Fills the set by an index that lists numbers. `list` appends the numbers to a list, which is kept from frame to
+    /// frame, and `set_all` adds them to the set by [`VisibleBlocks::set_all`].
     pub(crate) fn fill_by_list<R>(
         &mut self,
         list: impl FnOnce(&mut Vec<PolygonId>) -> R,
@@ -179,7 +180,7 @@ impl VisibleBlocks {
         })
     }
 
-    /// Lends an empty list with room for this many numbers, which is reused from frame to frame.
+    /// Calls `with` with an empty list that has room for `room` numbers. The list is kept from frame to frame.
     pub(crate) fn with_list<R>(
         &mut self,
         room: usize,
@@ -193,7 +194,8 @@ impl VisibleBlocks {
         result
     }
 
-    /// Sets polygons, each once and not there before. In line, so that it is compiled for the caller's instructions.
+    /// Adds polygons. Each occurs once and is not in the set before. The function is inlined, so that it is compiled for
+    /// the caller's instruction set.
     #[inline(always)]
     pub(crate) fn set_all(&mut self, ids: &[PolygonId]) {
         let (low, high) = marks::low_and_high(ids);
@@ -201,7 +203,7 @@ impl VisibleBlocks {
             return;
         }
         if high >= PolygonId::LIMIT {
-            // Of an index that takes what no other does.
+            // This happens only with an index that accepts numbers from the limit on, which no index of this crate does.
             self.extend(ids.iter().copied());
             return;
         }
@@ -218,7 +220,7 @@ impl VisibleBlocks {
     }
 }
 
-/// The polygons of a block and its mask, in order: bit `i` stands for number `block * 16 + i`.
+/// The polygons of a block and its mask, in order. Bit `i` of the mask stands for number `block * 16 + i`.
 pub fn ids_of(block: usize, mask: u16) -> impl Iterator<Item = PolygonId> + Clone {
     bits::bits_of(u64::from(mask)).map(move |bit| PolygonId((block * BLOCK + bit) as u32))
 }

@@ -11,24 +11,25 @@ pub enum ClipDepth {
     MinusOneToOne,
 }
 
-/// A view is wider than its matrix by this part, because the numbers of the view are `f32`, too.
+/// A view is wider than its matrix by this fraction, because the numbers of the view are `f32`, too.
 const WIDENING: f64 = 1.0e-6;
-/// Largest shift of a window's eye by rounding, as a part of the near distance: about that of a renderer in `f32`.
+/// Largest shift of a window's eye by rounding, as a fraction of the near distance. It is about that of a renderer in
+/// `f32`.
 const MOST_EYE_ROUNDING: f64 = 1.0e-7;
-/// Largest cosine between the screen's axes.
+/// Largest cosine between the screen's axes. A screen with a larger one counts as sheared.
 const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
-    /// The view of a matrix from world space to clip space: perspective, x and y from -w to w, y up or down, on-axis or off-axis.
-    /// Depth may be forward, reversed or infinite. `Mat4::from_cols_array` takes an array of columns.
+    /// The view of a perspective matrix from world space to clip space, with x and y from -w to w, y up or down, on-axis or
+    /// off-axis. Depth may be forward, reversed or infinite. `Mat4::from_cols_array` makes a matrix of an array of columns.
     ///
-    /// The view is wider by a part in a million, so that it culls nothing inside of the matrix. `None` for a parallel projection, a
-    /// sheared or singular matrix, and numbers that are not finite. `None` also for an eye far from the origin, where `f32` rounds
-    /// it by more than a quarter of the near distance.
+    /// The view is wider by a part in a million, so that it culls nothing inside the matrix's frustum. `None` for a
+    /// parallel projection, a sheared or singular matrix, and numbers that are not finite. `None` also for an eye so far
+    /// from the origin that `f32` rounds it by more than a quarter of the near distance.
     pub fn from_matrix(clip_from_world: &Mat4, depth: ClipDepth) -> Option<Self> {
         let shown = Shown::by(&clip_from_world.as_dmat4(), depth)?;
         let Shown { eye, forward, right, near, far, corners, .. } = shown;
-        // The view's eye is an f32: its rounding moves everything as seen from the eye.
+        // The view's eye is `f32`. Rounding it shifts all points relative to the eye.
         let eye_in_world = eye.as_vec3();
         let shift = (eye - eye_in_world.as_dvec3()).length();
         if shift > 0.25 * near {
@@ -40,7 +41,7 @@ impl View {
             let along = corners.map(|corner| corner.dot(axis));
             let low = along.into_iter().fold(f64::INFINITY, f64::min);
             let high = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            // Relative to the distance from the axis, too: an off-axis screen is far beside it.
+            // The margin also grows with the distance from the axis, because an off-axis screen is far beside it.
             let farthest = 1.0 + low.abs().max(high.abs());
             let more = WIDENING * (high - low + farthest) + 2.0 * farthest * shift / near;
             ((low - more) as f32, (high + more) as f32)
@@ -63,11 +64,12 @@ impl View {
 }
 
 impl ViewWindow {
-    /// The window of a matrix in `f64`, for the matrices of [`View::from_matrix`]. Its eye is not rounded to `f32`, so hidden
-    /// polygons are hidden at any distance from the origin. As in [`View::window`], the window is wider, and its near plane
-    /// farther, by [`WINDOW_MARGIN`].
+    /// The window of a matrix in `f64`, for the same matrices as [`View::from_matrix`]. Its eye is not rounded to `f32`, so
+    /// occlusion culling works at any distance from the origin. As in [`View::window`], the window is wider, and its near
+    /// plane farther, by [`WINDOW_MARGIN`].
     ///
-    /// `None` for other matrices, and where the rounding of `f64` may move the eye by more than a part in 10^7 of the near distance.
+    /// `None` for other matrices, and if the rounding of `f64` may move the eye by more than a part in 10^7 of the near
+    /// distance.
     pub fn from_double_matrix(clip_from_world: &DMat4, depth: ClipDepth) -> Option<Self> {
         let Shown { eye, eye_rounding, forward, near, corners, .. } = Shown::by(clip_from_world, depth)?;
         let is_known = eye_rounding <= MOST_EYE_ROUNDING * near;
@@ -77,18 +79,18 @@ impl ViewWindow {
     }
 }
 
-/// View of a perspective matrix, in `f64`, world space.
+/// The view of a perspective matrix, in `f64`, world space.
 struct Shown {
     eye: DVec3,
-    /// Largest distance by which rounding has moved the eye.
+    /// Largest distance by which rounding may have moved the eye.
     eye_rounding: f64,
-    /// Unit length, as `right`.
+    /// The direction of view. It has unit length, and so has `right`.
     forward: DVec3,
     right: DVec3,
     /// Distances along `forward`.
     near: f64,
     far: f64,
-    /// From the eye to the corners of the screen, at the distance 1, in order.
+    /// Directions from the eye to the corners of the screen, at distance 1, in order.
     corners: [DVec3; 4],
 }
 
@@ -99,7 +101,7 @@ impl Shown {
         }
         let rows = clip_from_world.transpose();
         let [x, y, z, w] = [rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis];
-        // At the eye x, y and w are zero; they grow with the direction from there.
+        // At the eye x, y and w are zero; they grow linearly with the direction from the eye.
         let clip_from_direction = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose();
         let direction_from_clip = clip_from_direction.inverse();
         let eye = direction_from_clip * -DVec3::new(x.w, y.w, w.w);
@@ -112,7 +114,7 @@ impl Shown {
         if !eye.is_finite() || right.dot(up).abs() > MOST_SHEAR {
             return None;
         }
-        // Depth along the axis: (begin + slope t) / (scale t) at the distance t.
+        // At the distance t along the axis, the depth is (begin + slope t) / (scale t).
         let (begin, slope) = (z.dot(eye.extend(1.0)), z.truncate().dot(forward));
         let scale = w.truncate().dot(forward);
         let lowest = match depth {
@@ -121,7 +123,7 @@ impl Shown {
         };
         let distance_of = |depth: f64| {
             let distance = begin / (depth * scale - slope);
-            // If the depth is reached only at infinity, rounding may put the distance anywhere beyond, on either side.
+            // If the depth is reached only at infinity, rounding may give any large distance, positive or negative.
             let is_finite = distance > 0.0 && (depth * scale - slope).abs() > 1.0e-7 * scale.max(slope.abs());
             if is_finite { distance } else { f64::INFINITY }
         };
@@ -134,7 +136,7 @@ impl Shown {
             let corner = direction_from_clip * DVec3::new(x, y, 1.0);
             corner / corner.dot(forward)
         });
-        // At the eye, the rest of the three rows is their rounding.
+        // At the eye the three rows are zero; what is left of them is rounding.
         let size = |row: DVec4| row.truncate().abs().dot(eye.abs()) + row.w.abs();
         let left_over = DVec3::new(size(x), size(y), size(w)) * (8.0 * f64::EPSILON);
         let inverse = direction_from_clip.to_cols_array().map(f64::abs);

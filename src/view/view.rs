@@ -5,12 +5,12 @@ use crate::{
     view::ViewWindow,
 };
 
-/// The window that occlusion is culled for is wider than the screen by this part of it: about a tenth of a pixel.
-/// Larger: less is hidden at the border of the screen and close to the eye.
+/// The window for occlusion culling is wider than the screen by this fraction, about a tenth of a pixel. If it is larger,
+/// less is hidden at the border of the screen and close to the eye.
 pub const WINDOW_MARGIN: f64 = 1.0e-4;
 
-/// Part of the space before an eye that a screen shows: the tangents of the angles to its four borders (negative to the
-/// left and below). Off-axis screens need nothing special.
+/// The part of the space before an eye that a screen shows, as tangents of the angles to the screen's four borders,
+/// negative to the left and below. Off-axis screens are treated like all others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Tangent to the left border; less than `right`.
@@ -28,7 +28,7 @@ pub struct Projection {
 }
 
 impl Projection {
-    /// A symmetric projection from its vertical field of view and width divided by height.
+    /// A symmetric projection with a vertical field of view and an aspect ratio, width by height.
     pub fn symmetric(vertical_fov_degrees: f32, aspect: f32, near_m: f32, far_m: f32) -> Self {
         let half_angle = f64::from(vertical_fov_degrees.clamp(1.0, 170.0)).to_radians() * 0.5;
         let top = libm::tan(half_angle) as f32;
@@ -42,14 +42,14 @@ impl Projection {
 pub struct View {
     /// The eye, world space, metres.
     pub eye_in_world: Vec3,
-    /// World from view: the view looks along its -z, +y up.
+    /// Rotation from view space to world space. The view looks along -z of view space, with +y up.
     pub world_from_view: Quat,
     /// Projection of the screen.
     pub projection: Projection,
 }
 
 impl View {
-    /// A view from `eye` towards `target`, +y up (or -z up, when looking straight up or down).
+    /// A view from `eye` towards `target`, with +y up. A view straight up or down has -z up.
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         let back = (eye - target).normalize_or(Vec3::Z);
         let right = Vec3::Y.cross(back);
@@ -59,7 +59,7 @@ impl View {
         Self { eye_in_world: eye, world_from_view, projection }
     }
 
-    /// The same view on a screen of another shape (`aspect`: width by height); the height stays as it is.
+    /// The same view on a screen with the ratio `aspect` of width to height. The height stays unchanged.
     #[must_use]
     pub fn with_aspect(&self, aspect: f32) -> Self {
         let Projection { left, right, bottom, top, .. } = self.projection;
@@ -73,16 +73,16 @@ impl View {
         rotate(self.world_from_view, Vec3::NEG_Z)
     }
 
-    /// The directions from the eye to the window's corners, world space, at distance 1 along the view: lower left,
-    /// lower right, upper right, upper left.
+    /// The directions from the eye to the window's corners, world space, at distance 1 along the direction of view: lower
+    /// left, lower right, upper right, upper left.
     pub fn corner_directions(&self) -> [Vec3; 4] {
         let Projection { left, right, bottom, top, .. } = self.projection;
         [(left, bottom), (right, bottom), (right, top), (left, top)]
             .map(|(x, y)| rotate(self.world_from_view, Vec3::new(x, y, -1.0)))
     }
 
-    /// The ray from the eye through a point of the window: -1 to 1 from left to right and from the lower to the upper
-    /// border. Its parameter is the distance along the view, metres.
+    /// The ray from the eye through a point of the window. The point's coordinates go from -1 to 1, from left to right and
+    /// from the lower to the upper border. The ray's parameter is the distance along the direction of view, metres.
     pub fn ray_through(&self, at: Vec2) -> Ray {
         let Projection { left, right, bottom, top, .. } = self.projection;
         let x = left + (right - left) * (at.x * 0.5 + 0.5);
@@ -92,15 +92,15 @@ impl View {
 
     /// The six planes, world space, normals inwards and of unit length: left, right, lower, upper, near, far.
     ///
-    /// They lie outside of the drawn frustum by the largest rounding error of a box test there: a part in 10^7 of the
-    /// coordinates. Drawing is relative to the eye, so an eye far from the origin sees differences smaller than this
-    /// error.
+    /// They lie outside the drawn frustum by the largest rounding error of a box test, a part in 10^7 of the coordinates.
+    /// The margin is necessary because drawing is relative to the eye, so that a renderer far from the origin shows
+    /// differences smaller than this error.
     pub fn frustum(&self) -> Frustum {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let [left, right, bottom, top, near_m, far_m] =
             [left, right, bottom, top, near_m, far_m].map(f64::from);
         let turn = |v: DVec3| rotate_exactly(self.world_from_view, v);
-        // For a quaternion that is not quite of unit length, these planes still match its rays.
+        // If the quaternion's length is not exactly 1, these planes still match the view's rays.
         let world_from_view = DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z));
         let normal_turn = world_from_view.inverse().transpose();
         let eye = self.eye_in_world.as_dvec3();
@@ -132,8 +132,8 @@ impl View {
 
     /// The window for occlusion culling; `None` for a degenerate projection.
     ///
-    /// It is wider by [`WINDOW_MARGIN`], and its near plane farther by the same. So no rounding of a renderer can show
-    /// anything outside of it, or cut off an occluder.
+    /// The window is wider by [`WINDOW_MARGIN`], and its near plane farther by the same fraction. So no rounding of a
+    /// renderer can show anything outside the window, or cut off an occluder.
     pub fn window(&self) -> Option<ViewWindow> {
         let corners = self.corner_directions().map(|corner| corner.as_dvec3());
         let middle = corners.iter().sum::<DVec3>() * 0.25;
@@ -142,7 +142,8 @@ impl View {
         ViewWindow::new(self.eye_in_world.as_dvec3(), self.forward_in_world().as_dvec3(), corners, near_m)
     }
 
-    /// World space to clip space with reversed depth (near 1, far 0), x and y from -1 to 1, as the renderer uses it.
+    /// The matrix from world space to clip space with reversed depth (near 1, far 0), x and y from -1 to 1. Use it for
+    /// drawing.
     pub fn clip_from_world(&self) -> Mat4 {
         let Projection { left, right, bottom, top, near_m, far_m } = self.projection;
         let (width, height, depth) = (right - left, top - bottom, far_m - near_m);

@@ -2,7 +2,7 @@ use glam::{DVec3, Vec3};
 
 use crate::math::triangle_solid_angle_sr;
 
-/// View of an eye through a screen: a pointed cone with four sides, beyond the near plane.
+/// The view of an eye through a screen, for occlusion culling: a pointed cone with four sides, beyond the near plane.
 ///
 /// Screens may be off-axis; the cone only has to be convex and to lie within the half-space before the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,9 +15,10 @@ pub struct ViewWindow {
 
 impl ViewWindow {
     /// A window from the eye, the direction of view, and the directions to the screen's corners (in order, in either
-    /// orientation). Nothing is drawn nearer than `near_m` along the direction of view. World space, any lengths.
+    /// orientation), world space; directions may have any length. Nothing is drawn nearer than `near_m` along the direction
+    /// of view.
     ///
-    /// `None` if these make no pointed convex cone, or a number is not finite.
+    /// `None` if these directions form no pointed convex cone, or a number is not finite.
     pub fn new(eye_in_world: DVec3, forward: DVec3, corners: [DVec3; 4], near_m: f64) -> Option<Self> {
         let forward = forward.try_normalize()?;
         let mut unit = [DVec3::ZERO; 4];
@@ -58,8 +59,8 @@ impl ViewWindow {
         self.near_m
     }
 
-    /// A point of the world relative to the eye. The difference is computed in `f64`, so it is exact to the last bits
-    /// at any distance from the origin.
+    /// A point of the world relative to the eye. The difference is computed in `f64`, so it is exact to the last bits at
+    /// any distance from the origin.
     pub fn from_eye(&self, point_in_world: Vec3) -> DVec3 {
         point_in_world.as_dvec3() - self.eye_in_world
     }
