@@ -1,22 +1,22 @@
-//! Options and counts of the OSP paper's trees as they are printed.
+//! Options and counts of the OSP paper's trees as the paper prints them.
 
-/// Treatment of the polygons of a node that the frustum's planes cut.
+/// Treatment of the polygons of a node that a plane of the frustum cuts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutNodes {
-    /// The index tests the box of each polygon. Its result then equals that of every other index.
+    /// The box of each polygon is tested. The result then equals that of every other index.
     #[default]
     Tested,
-    /// All of them are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.
+    /// All polygons are drawn, as in the paper's Fig. 6: more than the frustum may see, never less.
     Drawn,
 }
 
-/// Work of inserting polygons into a tree, since the beginning.
+/// Counts of the work of inserting polygons into a tree, since the tree was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilingCounts {
-    /// Number of polygons; in a tree that is rebuilt, each one again in every build.
+    /// Number of insertions. A tree that is rebuilt counts each polygon again in every build.
     pub polygons: u64,
-    /// Nodes that a polygon was compared with, one by one (the eight children of a node of an octree).
+    /// Number of nodes that a polygon was compared with, one by one; for each node of an octree its eight children.
     pub nodes: u64,
-    /// Planes that a polygon was compared with.
+    /// Number of planes that a polygon was compared with.
     pub planes: u64,
 }

@@ -7,8 +7,8 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// One wide pass over flat boxes, sixteen at a time, in order of arrival. It has no structure: the rival that a tree
-/// has to beat.
+/// A SIMD pass over flat boxes, sixteen at a time, in order of arrival. A tree has to be faster than this index, which has
+/// no structure.
 #[derive(Clone, Debug)]
 pub struct BruteSimd {
     backend: Backend,

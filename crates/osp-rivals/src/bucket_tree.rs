@@ -1,5 +1,6 @@
-//! A tree that grows in place, with any way to partition space. A polygon lies in the leaf of its centre. Leaves split
-//! when they are full and join when they have become empty. Every node has the tight box of the polygons below.
+//! A tree that grows in place, with any way to partition space. A polygon lies in the leaf that contains its centre. Leaves
+//! split when they are full, and are joined when they have few polygons. Every node has the tight box around all polygons
+//! below.
 
 mod cull;
 mod edit;
@@ -21,7 +22,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Blocks of sixteen polygons of a bucket: a full leaf.
+/// Number of blocks of sixteen polygons in a bucket: a bucket is a full leaf.
 const BLOCKS: usize = 4;
 
 /// No node.
@@ -35,33 +36,33 @@ pub(super) trait Partition: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// Children of an inner node, at most four.
+    /// Number of children of an inner node, at most four.
     const ARITY: usize;
 
-    /// Extent of a node and, in an inner node, its split.
+    /// The extent of a node, and the split of an inner node.
     type Cell: Copy + Send + Sync + std::fmt::Debug;
 
-    /// The cell of the first node.
+    /// The cell of the first root.
     fn root_cell(&self) -> Self::Cell;
 
-    /// The cell around `root` that is larger towards `center`, and the number of its child that `root` is. [`None`] if
-    /// `root` holds `center`, or if there is no larger cell.
+    /// A cell that contains `root` and extends towards `center`, and the number of the child that `root` becomes. [`None`]
+    /// if `root` contains `center`, or if there is no larger cell.
     fn grow(&self, root: &Self::Cell, center: Vec3) -> Option<(Self::Cell, usize)>;
 
-    /// The cell, with a split, of a leaf that becomes an inner node. [`None`] if no split separates `items`, its
-    /// polygons. Every child gets at least one of them, or all children have smaller cells.
+    /// Splits the cell of a leaf that becomes an inner node; `items` are its polygons. [`None`] if no split separates them.
+    /// Every child gets at least one polygon, or all children have smaller cells.
     fn split(&self, cell: &Self::Cell, items: &mut [Item]) -> Option<Self::Cell>;
 
     /// The cell of a child of an inner node.
     fn child_cell(cell: &Self::Cell, child: usize) -> Self::Cell;
 
-    /// The child of an inner node that a centre belongs to.
+    /// The child of an inner node that contains a centre.
     fn child_of(&self, cell: &Self::Cell, center: Vec3) -> usize;
 
-    /// Whether splits follow the polygons, so that a subtree that has lost most of them is built again.
+    /// Whether splits follow the polygons, so that a subtree that has lost most of its polygons is built again.
     const FOLLOWS_POLYGONS: bool;
 
-    /// Whether a child with `child` of its parent's `count` polygons has too many of them.
+    /// Whether a child has too many polygons: `child` of its parent's `count`.
     fn is_lopsided(&self, count: u32, child: u32) -> bool;
 }
 
@@ -70,14 +71,14 @@ struct TreeNode<C> {
     bounds: Aabb,
     cell: C,
     parent: u32,
-    /// The first of [`Partition::ARITY`] children in a row; [`NONE`] in a leaf.
+    /// The first of [`Partition::ARITY`] consecutive children; [`NONE`] in a leaf.
     first_child: u32,
     /// A leaf's chain of buckets.
     chain: u32,
-    /// Polygons in it and below.
+    /// Number of polygons in the node and below.
     polygons: u32,
-    /// A leaf with more polygons is split; the number is doubled if no split separates them. An inner node with more
-    /// is tested for lopsidedness: half as many again as when it was built.
+    /// A leaf with more polygons than this is split; the number is doubled if no split separates them. An inner node with
+    /// more polygons is tested for lopsidedness; its number is one and a half times the number at its build.
     rebuild_at: u32,
 }
 
@@ -91,16 +92,16 @@ impl<C> TreeNode<C> {
 #[derive(Debug)]
 pub(super) struct BucketTree<P: Partition> {
     partition: P,
-    /// Most polygons of a leaf; a subtree with half as many becomes a leaf again.
+    /// Largest number of polygons of a leaf. A subtree with half this number becomes a leaf again.
     leaf_capacity: u32,
-    /// The first one is the root.
+    /// All nodes; the first is the root.
     nodes: Vec<TreeNode<P::Cell>>,
-    /// First of a chain of unused rows of nodes, linked by `parent`.
+    /// The first of a chain of unused rows of nodes, linked by `parent`.
     first_free: u32,
     buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
     spot: ById<Spot>,
-    /// Scratch of a change.
+    /// Working memory of a change.
     items: Vec<Item>,
     pending: Vec<(u32, u32, u32)>,
     upkeep: Upkeep,

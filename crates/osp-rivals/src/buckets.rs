@@ -1,4 +1,4 @@
-//! Polygons in small buckets with their boxes side by side, for trees that grow: a node has a chain of them.
+//! Buckets of polygons with their boxes side by side, for trees that grow: a node has a chain of buckets.
 
 use super::{
     item::Item,
@@ -17,7 +17,7 @@ use osp::{
 /// No bucket.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Place of a polygon: its bucket times the polygons of a bucket, plus its lane.
+/// The position of a polygon: its bucket times the number of polygons of a bucket, plus its lane.
 pub(super) type Spot = u32;
 
 /// No spot.
@@ -28,9 +28,9 @@ struct Bucket<const B: usize> {
     boxes: [Boxes<LANES>; B],
     ids: [[PolygonId; LANES]; B],
     len: u32,
-    /// The next bucket of the chain, or of the free ones.
+    /// The next bucket of the chain; in a free bucket, the next free bucket.
     next: u32,
-    /// The node whose chain it is in.
+    /// The node that the chain belongs to.
     owner: u32,
 }
 
@@ -47,7 +47,8 @@ impl<const B: usize> Bucket<B> {
     }
 }
 
-/// All buckets of a tree, `B` times [`LANES`] polygons each. Only the first of a chain may have free lanes, so a chain is as short as can be.
+/// All buckets of a tree, with `B` times [`LANES`] polygons each. Only the first bucket of a chain may have free lanes, so
+/// a chain is as short as possible.
 #[derive(Clone, Debug)]
 pub(super) struct Buckets<const B: usize> {
     buckets: Vec<Bucket<B>>,
@@ -55,7 +56,7 @@ pub(super) struct Buckets<const B: usize> {
 }
 
 impl<const B: usize> Buckets<B> {
-    /// Polygons of a bucket.
+    /// Number of polygons of a bucket.
     const N: usize = B * LANES;
 
     pub(super) fn with_capacity(polygons: usize) -> Self {
@@ -108,7 +109,7 @@ impl<const B: usize> Buckets<B> {
         at
     }
 
-    /// Removes a polygon from its chain. If another one had to move to its spot, returns that one's id.
+    /// Removes a polygon from its chain. If another polygon moves to the free spot, returns this polygon's id.
     pub(super) fn remove(&mut self, head: &mut u32, spot: Spot) -> Option<PolygonId> {
         let first = *head as usize;
         let last_lane = self.buckets[first].len as usize - 1;

@@ -3,5 +3,5 @@
 use osp::polygon::PolygonId;
 pub(super) use osp::{index::kernels::FiledBoxes, polygon::ById};
 
-/// Stands for "no polygon" in a hole of an array; it is beyond [`PolygonId::LIMIT`].
+/// Stands for no polygon in a hole of an array; beyond [`PolygonId::LIMIT`].
 pub(super) const NO_POLYGON: PolygonId = PolygonId(u32::MAX);

@@ -3,8 +3,8 @@ use osp::{
     math::{Aabb, Frustum, PlaneMask},
 };
 
-/// The exact test of one polygon's box: whether it is behind none of the planes of `mask`. With the mask of a node
-/// around it, the same answer as [`Frustum::may_see`] (the planes left out have been passed by the whole node).
+/// The exact test of one polygon's box: whether the box is behind none of the planes of `mask`. With the mask of a node
+/// around the box, the result equals that of [`Frustum::may_see`], because the whole node has passed the other planes.
 #[inline]
 pub(super) fn passes(frustum: &Frustum, mask: PlaneMask, bounds: &Aabb, work: &mut WorkCounts) -> bool {
     work.boxes += 1;

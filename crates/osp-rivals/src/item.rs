@@ -1,6 +1,6 @@
 use osp::{math::Aabb, polygon::PolygonId};
 
-/// A polygon as a builder moves it about.
+/// A polygon in the form that builders move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     pub(super) bounds: Aabb,

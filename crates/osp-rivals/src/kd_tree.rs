@@ -1,13 +1,13 @@
-//! A k-d tree that takes polygons one at a time.
+//! A k-d tree that inserts polygons one at a time.
 //!
 //! Source: Jon Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975), with polygons in
-//! leaves. The tree is kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993). For moving
-//! points, Yixi Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021) do the same: the highest subtree that has become lopsided
-//! is built again. Leaves are split at the median of the longest axis.
+//! leaves. The tree is kept balanced as in Igal Galperin and Ronald Rivest, "Scapegoat Trees" (1993): the highest subtree
+//! that has become lopsided is built again. For moving points, Yixi Cai, Wei Xu and Fu Zhang, "ikd-Tree" (2021) do the
+//! same. Leaves are split at the median of the longest axis.
 //!
-//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box of all polygons
-//! below. A polygon that moves within its leaf's cell stays there. An unbalanced tree without rebuilds would grow one
-//! level for every few polygons of a stroke that runs in one direction.
+//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box around all polygons
+//! below. A polygon that moves within its leaf's cell stays in this leaf. Without rebuilds, a stroke that runs in one
+//! direction would add a level for every few polygons.
 
 use glam::Vec3;
 
@@ -23,9 +23,10 @@ use osp::{
 /// Configuration of a k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KdTreeConfig {
-    /// A leaf with more polygons is split.
+    /// A leaf with more polygons than this is split.
     pub leaf_capacity: usize,
-    /// Greatest share of its parent's polygons in a child, 0.5 to 1. Larger: fewer rebuilds, deeper trees.
+    /// Largest share of its parent's polygons that a child may have, 0.55 to 1. If it is larger, rebuilds are rarer and
+    /// trees deeper.
     pub max_share: f32,
 }
 
@@ -46,7 +47,7 @@ struct KdPartition {
     max_share: f32,
 }
 
-/// Split of an inner node: below `at` to the first child.
+/// The split of an inner node: centres below `at` belong to the first child.
 #[derive(Clone, Copy, Debug)]
 struct KdSplit {
     axis: usize,
@@ -64,7 +65,7 @@ impl Partition for KdPartition {
     }
 
     fn grow(&self, _root: &KdSplit, _center: Vec3) -> Option<(KdSplit, usize)> {
-        None // The root holds all of space.
+        None // The root's cell is all of space.
     }
 
     fn split(&self, _cell: &KdSplit, items: &mut [Item]) -> Option<KdSplit> {
@@ -72,7 +73,7 @@ impl Partition for KdPartition {
             let center = item.bounds.center();
             Aabb::new(all.min.min(center), all.max.max(center))
         });
-        // Halved, because the length of a huge box overflows.
+        // Both corners are halved, because the edge of a huge box overflows.
         let axis = (centers.max * 0.5 - centers.min * 0.5).max_position();
         if centers.min[axis] == centers.max[axis] {
             return None;
@@ -82,7 +83,7 @@ impl Partition for KdPartition {
         let (_, median, after) = items.select_nth_unstable_by(half, |a, b| center(a).total_cmp(&center(b)));
         let mut at = center(median);
         if at == centers.min[axis] {
-            // At least half of them have the least coordinate: split above it.
+            // At least half of the polygons have the least coordinate, so the split lies above it.
             at = after.iter().map(center).filter(|&x| x > at).fold(f32::INFINITY, f32::min);
         }
         Some(KdSplit { axis, at })

@@ -49,7 +49,7 @@ pub enum IndexKind {
 }
 
 impl IndexKind {
-    /// All of them, the reference first.
+    /// All indexes, the reference first.
     pub const ALL: &'static [Self] = &[
         Self::BruteForce,
         Self::BruteSimd,
@@ -72,10 +72,10 @@ impl IndexKind {
         Self::Bsp,
     ];
 
-    /// Indexes that are compared by default: the reference, the paper's two structures, and the fast tree.
+    /// The indexes that are compared by default: the reference, the paper's two structures, and `Osp`.
     pub const DEFAULT: &'static [Self] = &[Self::BruteForce, Self::OspPaper, Self::Osp, Self::OctreeRebuild];
 
-    /// Its name on the command line and in tables.
+    /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::BruteForce => "brute-force",

@@ -10,18 +10,17 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Boxes tested at once against a plane. A whole leaf of most trees; four, two or one vector operations wide.
+/// Number of boxes that are tested at once against a plane: a whole leaf of most trees; four, two or one SIMD instructions.
 pub(super) const LANES: usize = 16;
 
-/// The planes that boxes are tested against: all of a frustum, and which of them.
+/// The planes that boxes are tested against: those of a frustum that are in `mask`.
 #[derive(Clone, Copy)]
 pub(super) struct Planes<'a> {
     pub(super) all: &'a PlaneSet,
     pub(super) mask: u8,
 }
 
-/// The exact test of the boxes of `lanes`: puts the ids of those that are behind no plane, and of which somebody has the
-/// box.
+/// The exact test of the boxes of `lanes`. Adds the ids of boxes that belong to a polygon and are behind no plane.
 #[inline(always)]
 pub(super) fn cull_lanes<K: Kernel>(
     kernel: K,
@@ -42,7 +41,7 @@ pub(super) fn cull_lanes<K: Kernel>(
 /// Boxes with their ids, in blocks of sixteen whose sides are rows, so that one plane is tested against many boxes at once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoxLanes {
-    /// [`NO_POLYGON`] from `len` on, up to the end of the last block.
+    /// The ids; [`NO_POLYGON`] from `len` on, up to the end of the last block.
     ids: Vec<PolygonId>,
     blocks: Vec<Boxes<LANES>>,
     len: usize,
@@ -82,7 +81,7 @@ impl BoxLanes {
         self.blocks[at / LANES].set(at % LANES, bounds);
     }
 
-    /// Makes a hole: the box stays, but is nobody's.
+    /// Makes a hole: the box stays, but belongs to no polygon.
     pub(super) fn vacate(&mut self, at: usize) {
         self.ids[at] = NO_POLYGON;
     }
@@ -129,13 +128,13 @@ impl BoxLanes {
     }
 }
 
-/// The lanes that are somebody's.
+/// The lanes that belong to a polygon.
 #[inline(always)]
 fn filed(ids: &[u32; LANES]) -> u32 {
     ids.iter().enumerate().fold(0, |lanes, (lane, &id)| lanes | u32::from(id != NO_POLYGON.0) << lane)
 }
 
-/// The blocks that a range reaches, with the lanes of each that are in it.
+/// The blocks that a range reaches, with the lanes of each block that are in the range.
 #[inline(always)]
 fn blocks_of(range: Range<usize>) -> impl Iterator<Item = (usize, u32)> {
     let blocks = range.start / LANES..range.end.div_ceil(LANES).max(range.start / LANES);

@@ -1,8 +1,8 @@
-//! Every other spatial index, to measure [`Osp`](osp::index::Osp) against: in its best form, with the same kernels. And every
-//! other method of [`occlusion`] culling.
+//! All other spatial indexes, to compare with [`Osp`](osp::index::Osp), each in its best form and with the same kernels.
+//! And all other methods of [`occlusion`] culling.
 //!
-//! Each index answers exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] names
-//! them all, ours included. [`groups`] is a scene graph over indexes, for models whose groups move.
+//! Each index finds exactly the same set as [`BruteForce`](osp::index::BruteForce) and counts its work. [`IndexKind`] lists
+//! all of them, including `Osp`. [`groups`] is a scene graph over indexes, for models whose groups move.
 
 mod as_printed;
 mod brute_simd;

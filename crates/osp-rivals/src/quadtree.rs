@@ -3,8 +3,8 @@
 //! Source: Raphael Finkel and Jon Bentley, "Quad Trees: A Data Structure for Retrieval on Composite Keys" (1974), in the
 //! regular form with polygons in leaves (Hanan Samet, "The Quadtree and Related Hierarchical Data Structures", 1984).
 //!
-//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box, in three
-//! dimensions, of all polygons below. The root doubles towards polygons that come from outside.
+//! Differences: polygons are stored by the centres of their boxes, and every node has the tight box, in three dimensions,
+//! around all polygons below. The root doubles towards polygons outside of it.
 
 use glam::Vec3;
 
@@ -20,9 +20,9 @@ use osp::{
 /// Configuration of a quadtree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QuadtreeConfig {
-    /// A leaf with more polygons is split.
+    /// A leaf with more polygons than this is split.
     pub leaf_capacity: usize,
-    /// Levels below the first root; polygons that share a cell there stay together.
+    /// Number of levels below the first root. Polygons that share a cell of the last level stay together.
     pub max_depth: u32,
 }
 
@@ -36,7 +36,7 @@ impl Default for QuadtreeConfig {
 pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     let Aabb { min, max } = index.root;
     let size = f64::from(max.x - min.x).max(f64::from(max.z - min.z));
-    // Any valid first root will do, because it grows.
+    // Any valid first root suffices, because the root grows.
     let usable = index.root.is_valid() && size > 0.0 && size.is_finite();
     let (center, half_m) = if usable { (index.root.center(), size * 0.5) } else { (Vec3::ZERO, 2.0) };
     let origin_m = [f64::from(center.x), f64::from(center.z)];
@@ -45,11 +45,11 @@ pub fn quadtree(config: &QuadtreeConfig, index: &IndexConfig) -> Box<dyn Spatial
     Box::new(BucketTree::new(partition, config.leaf_capacity, index))
 }
 
-/// Farthest place that the root grows to, in units. All whole numbers and halves up to there are exact in `f64`, so no
+/// Farthest coordinate that the root grows to, in units. All whole numbers and halves up to it are exact in `f64`, so no
 /// border moves by rounding. Polygons farther out are stored as if they lay there.
 const FARTHEST: f64 = (1u64 << 50) as f64;
 
-/// Squares are measured in units of half the first root's edge, from its middle.
+/// A partition into squares. The unit is half the first root's edge, and the origin is the first root's middle.
 #[derive(Debug)]
 struct QuadPartition {
     origin_m: [f64; 2],
@@ -57,7 +57,7 @@ struct QuadPartition {
     smallest_half: f64,
 }
 
-/// A square of the ground: x and z.
+/// A square of the ground, by x and z.
 #[derive(Clone, Copy, Debug)]
 struct Square {
     center: [f64; 2],
@@ -83,7 +83,7 @@ impl Partition for QuadPartition {
 
     fn grow(&self, root: &Square, center: Vec3) -> Option<(Square, usize)> {
         let p = self.on_ground(center);
-        // The same borders and sides as in later splits: polygons inside stay in the old root.
+        // The borders and sides are those of later splits, so polygons inside stay in the old root.
         let is_inside = |i: usize| {
             let (center, half) = (root.center[i], root.half);
             p[i] >= center - half && p[i] < center + half
@@ -123,6 +123,6 @@ impl Partition for QuadPartition {
     }
 
     fn is_lopsided(&self, _count: u32, _child: u32) -> bool {
-        false // Cells are regular: a subtree is as deep as its polygons are close, however they came.
+        false // Cells are regular, so the depth of a subtree depends on its polygons, not on their order.
     }
 }

@@ -14,35 +14,35 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// A tree that is refitted may grow to this multiple of the relative surface it was built with; then it is rebuilt.
-/// Larger: cheaper commits, slower queries.
+/// A tree is refitted until its relative surface is this multiple of the surface after the build; then it is rebuilt. If it
+/// is larger, commits are cheaper and queries slower.
 const REFIT_LIMIT: f64 = 1.5;
 
-/// Something that orders polygons into a [`FlatTree`].
+/// A builder, which orders polygons into a [`FlatTree`].
 pub(super) trait TreeBuilder: 'static + Send + Sync + std::fmt::Debug {
     /// The name of the index on the command line and in tables.
     const NAME: &'static str;
 
-    /// Action of a commit if only boxes have changed.
+    /// The action of a commit after which only boxes have changed.
     const ON_UPDATE: OnUpdate;
 
-    /// Fills `tree` with all `items` (at least one), which it may reorder.
+    /// Fills `tree` with all `items` (at least one). The builder may reorder `items`.
     fn build(&mut self, items: &mut [Item], tree: &mut FlatTree);
 
     /// Memory held between builds, bytes.
     fn bytes(&self) -> usize;
 }
 
-/// See [`TreeBuilder::ON_UPDATE`].
+/// The action of a commit after which only boxes have changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OnUpdate {
-    /// Build again.
+    /// Build the tree again.
     Rebuild,
-    /// Make the node boxes tight again, bottom up, as long as the tree stays good (see [`REFIT_LIMIT`]).
+    /// Make the node boxes tight again, bottom up. Build again if the tree has become bad (see [`REFIT_LIMIT`]).
     Refit,
 }
 
-/// Work due at the next commit.
+/// The work that the next commit has to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Due {
     Nothing,
@@ -50,19 +50,19 @@ enum Due {
     Rebuild,
 }
 
-/// A static structure as an index: built from scratch in [`SpatialIndex::commit`] whenever polygons came or went since
-/// the last one. All memory is kept from build to build.
+/// A static structure as an index. [`SpatialIndex::commit`] builds it again whenever polygons came or went since the last
+/// commit. All memory is kept from build to build.
 #[derive(Debug)]
 pub(super) struct Rebuilt<B> {
     builder: B,
     filed: FiledBoxes,
-    /// Place of a polygon in the tree's order; kept only where boxes may be refitted.
+    /// For each polygon, its position in the tree's order. It is filled only if boxes may be refitted.
     place: ById<u32>,
     tree: FlatTree,
     due: Due,
     /// [`FlatTree::relative_area`] after the last build.
     built_area: f64,
-    /// Filled and emptied within a build.
+    /// Working memory of a build.
     items: Vec<Item>,
     upkeep: Upkeep,
 }
@@ -85,13 +85,13 @@ impl<B: TreeBuilder> Rebuilt<B> {
         &self.builder
     }
 
-    /// The builder, for settings that boxes do not contain: the next commit builds again.
+    /// The builder, to change settings that boxes do not contain. The next commit builds again.
     pub(super) fn builder_mut(&mut self) -> &mut B {
         self.due = Due::Rebuild;
         &mut self.builder
     }
 
-    /// Whether something has changed since the last commit.
+    /// Whether anything has changed since the last commit.
     pub(super) fn is_due(&self) -> bool {
         self.due != Due::Nothing
     }
@@ -203,7 +203,7 @@ impl<B: TreeBuilder> SpatialIndex for Rebuilt<B> {
 
     fn validate(&self) -> Result<(), String> {
         if self.due != Due::Nothing {
-            return Ok(()); // The tree is that of the last commit, and is not kept.
+            return Ok(()); // The tree belongs to the last commit, so it need not match.
         }
         self.tree.validate(Tightness::Tight)?;
         if self.tree.len() != self.filed.len() || self.tree.holes() > 0 {

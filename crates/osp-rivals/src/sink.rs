@@ -6,11 +6,11 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Receiver of a query's results: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
+/// The receiver of a query's results: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
 pub(super) trait Sink {
     fn put(&mut self, ids: &[PolygonId]);
 
-    /// Puts the ids of `lanes` among sixteen ids.
+    /// Adds the ids in `lanes` among sixteen ids.
     #[inline(always)]
     fn put_lanes<K: Kernel>(&mut self, _kernel: K, ids: &[u32; 16], lanes: u32) {
         let (mut seen, mut count, mut left) = ([PolygonId(0); 16], 0, lanes & 0xFFFF);
@@ -42,7 +42,7 @@ impl Sink for DrawList {
     }
 }
 
-/// Hands everything to a visitor, with what it answered for the node.
+/// Passes all ids to a visitor, with the visitor's decision about the node.
 pub(super) struct VisitorSink<'a> {
     pub(super) visitor: &'a mut dyn Visitor,
     pub(super) asked: Visit,
@@ -56,7 +56,7 @@ impl Sink for VisitorSink<'_> {
     }
 }
 
-/// Gathers single ids into slices for a [`Sink`], on the stack.
+/// Collects single ids into slices for a [`Sink`], on the stack.
 pub(super) struct Gather {
     ids: [PolygonId; 64],
     len: usize,

@@ -7,16 +7,16 @@ use osp::{
     polygon::{BLOCK, PolygonId, VisibleBlocks},
 };
 
-/// A hierarchy of boxes over the order of arrival: sixteen polygons to a block, sixteen blocks to the next box, and so
-/// on. Nothing is ever placed; it is good as far as what is drawn together lies together.
+/// A hierarchy of boxes over the order of arrival: sixteen polygons form a block, sixteen blocks a larger group, and so on.
+/// No polygon is sorted. The index is good as far as polygons that are drawn together lie together.
 #[derive(Clone, Debug)]
 pub struct TimeOrder {
     backend: Backend,
-    /// Level 0 holds the polygons' boxes, every further level the boxes of the groups of the level below.
+    /// Level 0 has the polygons' boxes. Every further level has the boxes around the groups of the level below.
     levels: Vec<Vec<Boxes<16>>>,
-    /// Memory of further levels, the lowest last, for as many polygons as there is to be room for.
+    /// Memory of further levels, the lowest last, for as many polygons as the index reserves room for.
     spare: Vec<Vec<Boxes<16>>>,
-    /// Present ids of each block of polygons.
+    /// For each block, the mask of its present ids.
     filed: Vec<u16>,
     len: usize,
     upkeep: Upkeep,
@@ -49,7 +49,7 @@ impl TimeOrder {
         self.filed.get(id.index() / 16).is_some_and(|filed| filed >> (id.0 % 16) & 1 == 1)
     }
 
-    /// The lanes of a group that hold something.
+    /// The lanes of a group that contain polygons.
     fn used(&self, level: usize, group: usize) -> u32 {
         if level == 0 { u32::from(self.filed[group]) } else { 0xFFFF }
     }
@@ -59,7 +59,7 @@ impl TimeOrder {
         self.filed.resize(groups.max(self.filed.len()), 0);
         for level in 0.. {
             if level == self.levels.len() {
-                // A new top holds what was the top so far.
+                // The new top contains the former top.
                 let below = self.levels[level - 1].first().map_or(Aabb::EMPTY, |top| top.around(0xFFFF));
                 let mut boxes = self.spare.pop().unwrap_or_default();
                 boxes.push(Boxes::EMPTY);
@@ -68,7 +68,7 @@ impl TimeOrder {
             }
             let boxes = &mut self.levels[level];
             boxes.resize(groups.max(boxes.len()), Boxes::EMPTY);
-            // Emptying keeps the levels: all of them get their first group back.
+            // `clear` keeps the levels, so each of them gets its first group back.
             if boxes.len() == 1 && level > 0 && level + 1 == self.levels.len() {
                 return;
             }
@@ -76,7 +76,7 @@ impl TimeOrder {
         }
     }
 
-    /// Makes the boxes above a block fit after something in it has shrunk or gone.
+    /// Tightens the boxes above a block after a polygon in it has shrunk or gone.
     fn tighten(&mut self, block: usize) {
         let mut group = block;
         for level in 0..self.levels.len() - 1 {
@@ -134,7 +134,7 @@ struct Walk<'a> {
     frustum: &'a Frustum,
     visitor: &'a mut dyn Visitor,
     work: WorkCounts,
-    /// Polygons of the block in hand.
+    /// The visible polygons of the current block.
     seen: Vec<PolygonId>,
 }
 
@@ -169,7 +169,7 @@ impl<S: RunSink> WithKernel for Cull<'_, S> {
             let below = self.index.levels[usize::from(level) - 1].len() as u32 - group * 16;
             let mut seen = !sides.behind & ((1u32 << below.min(16)) - 1);
             while seen != 0 {
-                // The last first, so that the stack hands them out in order of arrival.
+                // The last lane is pushed first, so that the stack returns the lanes in order of arrival.
                 let lane = seen.ilog2();
                 seen &= !(1 << lane);
                 stack[waiting] = (level - 1, group * 16 + lane, sides.planes_at(mask, lane as usize));

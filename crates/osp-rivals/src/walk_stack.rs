@@ -1,8 +1,8 @@
-/// Entries that fit without memory from the heap.
+/// Number of entries on the stack, without memory from the heap.
 const INLINE: usize = 128;
 
-/// Nodes that a walk through a tree has still to visit. A tree of sane depth never fills the part on the stack; one
-/// that does costs an allocation, not a crash.
+/// The nodes that a walk through a tree has still to visit. A tree of usual depth never fills the part on the stack. A
+/// deeper tree costs an allocation, not a crash.
 pub(super) struct WalkStack<T> {
     inline: [T; INLINE],
     len: usize,

@@ -18,33 +18,33 @@ use osp::{
     polygon::{ConvexPolygon, PolygonId},
 };
 
-/// The deepest node of the tree for culling that follows the planes; below it, polygons are halved by number.
+/// Depth down to which the culling tree follows the planes; deeper nodes halve the polygons by number.
 pub(super) const MAX_DEPTH: usize = COUNTED_DEPTH;
 
-/// Most pieces that a plane is tried on.
+/// Largest number of pieces with which a plane is rated.
 const TRIED_ON: usize = 48;
 
-/// Share of the pieces on one side from which on a plane across an axis is tried, too. Smaller: shallower trees, more
-/// cuts.
+/// If a plane leaves at least this share of the pieces on one side, a plane across an axis is tried, too. If it is smaller,
+/// trees are shallower, with more cuts.
 const LOPSIDED: f64 = 0.75;
 
-/// Nodes with fewer pieces become chains if need be: no plane across an axis is tried.
+/// Nodes with fewer pieces may become chains: no plane across an axis is tried.
 const SMALL: usize = 16;
 
-/// Pieces that even a small tree may have.
+/// Number of pieces that even a small tree may have.
 const FEWEST_PIECES: usize = 4096;
 
-/// Corners that a piece may have on average.
+/// Average number of corners that a piece may have.
 const CORNERS_PER_PIECE: usize = 8;
 
 /// Configuration of a BSP tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BspConfig {
-    /// Polygons of a node whose planes are tried. More: better trees, slower builds.
+    /// Number of polygons of a node whose planes are tried. If it is larger, trees are better and builds slower.
     pub candidates: usize,
-    /// Weight of a cut, in polygons on the wrong side. Larger: fewer pieces, deeper trees.
+    /// Weight of a cut, in polygons on the wrong side. If it is larger, trees have fewer pieces and are deeper.
     pub cut_weight: f32,
-    /// Most pieces for each polygon, over the whole tree. Beyond, nodes become leaves.
+    /// Largest number of pieces for each polygon, over the whole tree. Beyond this limit, nodes become leaves.
     pub max_pieces_per_polygon: usize,
 }
 
@@ -54,30 +54,30 @@ impl Default for BspConfig {
     }
 }
 
-/// A piece while the tree is built.
+/// A piece during a build.
 #[derive(Clone, Copy, Debug)]
 struct Part {
-    /// Its polygon, by place in the items.
+    /// The piece's polygon, as an index of the items.
     item: u32,
     first: u32,
     corners: u32,
-    /// Whether its polygon is culled in the node where it ends up.
+    /// Whether the piece's polygon is culled in the node that the piece ends in.
     is_home: bool,
 }
 
-/// A plane that a node may be split with.
+/// A plane that can split a node.
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     plane: SplitPlane,
-    /// The polygon that it is from.
+    /// The polygon that has this plane; `None` for a plane across an axis.
     own: Option<u32>,
-    /// Less is better.
+    /// Cost of the split; less is better.
     cost: f64,
-    /// Share of the tried parts on its larger side.
+    /// Share of the rated pieces that lie on the larger side.
     larger_share: f64,
 }
 
-/// A node still to be made. Its parts are the last of the waiting ones.
+/// A node still to be made. Its pieces are the last of the waiting ones.
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     start: u32,
@@ -89,7 +89,7 @@ struct Pending {
 #[derive(Debug)]
 pub(super) struct BspBuilder {
     config: BspConfig,
-    /// The known polygons; others are replaced by plates (see [`plate`]).
+    /// The polygons whose corners are known. A rectangle replaces each other polygon (see [`plate`]).
     shapes: ById<Option<ConvexPolygon>>,
     order: OrderTree,
     // Scratch of a build.
@@ -102,8 +102,8 @@ pub(super) struct BspBuilder {
     front: Vec<u32>,
     back: Vec<u32>,
     cut: [Vec<Vec3>; 2],
-    /// Boxes to cull, in the order of their nodes. For each node: its first box, and the number of its boxes, without
-    /// and with the nodes below.
+    /// The boxes of the culling tree, in the order of their nodes. `at_home` has for each node its first box, and the
+    /// number of its boxes, without and with the nodes below.
     homes: Vec<Item>,
     at_home: Vec<Homes>,
     cull_pending: Vec<CullPending>,
@@ -141,7 +141,7 @@ impl BspBuilder {
         &self.order
     }
 
-    /// Forgets the tree of the last build.
+    /// Drops the tree of the last build.
     pub(super) fn clear_order(&mut self) {
         self.order.clear();
     }
@@ -151,7 +151,7 @@ impl BspBuilder {
         self.order.clear();
     }
 
-    /// Sets the corners of a polygon, or forgets them.
+    /// Sets the corners of a polygon, or drops them.
     pub(super) fn set_shape(&mut self, id: PolygonId, shape: Option<ConvexPolygon>) {
         if shape.is_some() || self.shapes.get(id).is_some() {
             self.shapes.set(id, shape);
@@ -186,7 +186,8 @@ impl BspBuilder {
         }
     }
 
-    /// Rates a plane for the parts at hand and keeps it in `best` if it is better. `own` is the polygon that it is from.
+    /// Rates a plane for the current pieces, and stores it in `best` if it is better. `own` is the polygon that has this
+    /// plane.
     fn consider(&self, plane: SplitPlane, own: Option<u32>, best: &mut Option<Choice>) {
         let (mut front, mut back, mut both) = (0.0, 0.0, 0.0);
         let step = self.here.len().div_ceil(TRIED_ON).max(1);
@@ -209,11 +210,11 @@ impl BspBuilder {
         }
     }
 
-    /// The plane to split the parts at hand with.
+    /// The plane that splits the current pieces.
     fn choose(&self) -> Option<Choice> {
         let mut best = None;
         let step = self.here.len().div_ceil(self.config.candidates.max(1)).max(1);
-        // From the middle of each step: the ends of a row of parts are the ends of a stroke.
+        // The middle of each step is taken, because the ends of a row of pieces are the ends of a stroke.
         for &part in self.here.iter().skip(step / 2).step_by(step) {
             let item = self.parts[part as usize].item;
             if let Some(plane) = self.planes[item as usize] {
@@ -221,7 +222,7 @@ impl BspBuilder {
             }
         }
         if best.is_none() {
-            // None of these has a plane, but another one may.
+            // None of the sampled polygons has a plane, but another may have one.
             let mut items = self.here.iter().map(|&part| self.parts[part as usize].item);
             if let Some((item, plane)) = items.find_map(|item| Some((item, self.planes[item as usize]?))) {
                 self.consider(plane, Some(item), &mut best);
@@ -246,11 +247,11 @@ impl BspBuilder {
                 best = across.filter(better).or(best);
             }
         }
-        // A plane of no polygon that leaves all parts on one side would be chosen for ever.
+        // A plane of no polygon that leaves all pieces on one side is refused, because it would be chosen again and again.
         best.filter(|choice| choice.own.is_some() || choice.larger_share < 1.0)
     }
 
-    /// Whether the limits allow the present parts to be split.
+    /// Whether the limits allow a split of the current pieces.
     fn has_room(&self, polygons: usize) -> bool {
         let pieces = polygons.saturating_mul(self.config.max_pieces_per_polygon.max(1)).max(FEWEST_PIECES);
         let points = pieces.saturating_mul(CORNERS_PER_PIECE);
@@ -287,7 +288,7 @@ impl BspBuilder {
                 }
             }
             self.at_home.push(Homes { first, own: self.homes.len() as u32 - first, all: 0 });
-            // The last to wait is the first to be made: what is behind.
+            // The last pending node is made first: the node behind the plane.
             for (is_front, parts) in [(true, &self.front), (false, &self.back)] {
                 if !parts.is_empty() {
                     let start = self.waiting.len() as u32;
@@ -298,7 +299,7 @@ impl BspBuilder {
         }
     }
 
-    /// Makes a part a piece of the node at hand.
+    /// Makes a part a piece of the current node.
     fn keep(&mut self, part: u32, items: &[Item]) {
         let Part { item, first, corners, is_home } = self.parts[part as usize];
         let item = items[item as usize];
@@ -308,7 +309,7 @@ impl BspBuilder {
         }
     }
 
-    /// Cuts a part in two.
+    /// Cuts a part into two parts.
     fn split(&mut self, part: u32, plane: &SplitPlane) {
         let Part { item, corners, is_home, .. } = self.parts[part as usize];
         let larger = plane.larger_side(self.corners(part));
@@ -328,7 +329,7 @@ impl BspBuilder {
         self.cut = [front, back];
     }
 
-    /// The tree for culling: the nodes with the polygons at home there, without those that have few.
+    /// Builds the culling tree: the nodes with the polygons that are culled in them. Nodes with few polygons become leaves.
     fn build_cull(&mut self, tree: &mut FlatTree) {
         let all = |at_home: &[Homes], node: u32| at_home.get(node as usize).map_or(0, |homes| homes.all);
         for at in (0..self.order.nodes.len()).rev() {
@@ -365,7 +366,7 @@ impl BspBuilder {
         }
     }
 
-    /// Polygons in a row, halved by number where a leaf cannot hold them.
+    /// Adds consecutive polygons, halved by number if a leaf has no room for all.
     fn group(&mut self, first: usize, count: usize, depth: usize, tree: &mut FlatTree) {
         let split = |items: &mut [Item]| {
             if items.len() <= LEAF_CAPACITY {
@@ -408,14 +409,14 @@ impl TreeBuilder for BspBuilder {
     }
 }
 
-/// The middle of some points, computed so that it does not overflow.
+/// The middle of some points. The computation does not overflow.
 fn middle(points: &[Vec3]) -> Vec3 {
     let bounds = Aabb::from_points(points);
     bounds.center()
 }
 
-/// Replacement of a polygon of which only the box is known: the rectangle through the middle of the box, across its
-/// shortest side.
+/// The replacement of a polygon whose corners are not known: the rectangle through the middle of its box, perpendicular to
+/// the box's shortest side.
 fn plate(bounds: &Aabb) -> ConvexPolygon {
     let half = bounds.max * 0.5 - bounds.min * 0.5;
     let axis = half.min_position();

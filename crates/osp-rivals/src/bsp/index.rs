@@ -16,12 +16,12 @@ use osp::{
 
 /// A binary space partition along the polygons' planes; see [`osp::index`] for the contract of every index.
 ///
-/// It reads the polygons themselves ([`SpatialIndex::announce`], [`Bsp::shape`]). If only a box is known, a plate in
-/// its middle replaces the polygon.
+/// The tree reads the polygons themselves ([`SpatialIndex::announce`], [`Bsp::shape`]). If only the box of a polygon is
+/// known, a rectangle in the middle of the box replaces it.
 #[derive(Debug)]
 pub struct Bsp(Rebuilt<BspBuilder>, Announced);
 
-/// The polygons that come or move next, in this order.
+/// The polygons that are inserted or moved next, in this order.
 #[derive(Debug, Default)]
 struct Announced(VecDeque<(PolygonId, ConvexPolygon)>);
 
@@ -42,13 +42,13 @@ impl Bsp {
         Self(Rebuilt::new(BspBuilder::new(config), index.room()), Announced::default())
     }
 
-    /// The tree behind an index of this kind.
+    /// The tree as which `index` was made; `None` for another kind of index.
     pub fn of(index: &mut dyn SpatialIndex) -> Option<&mut Self> {
         let index: &mut dyn Any = index;
         index.downcast_mut()
     }
 
-    /// Takes the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement;
+    /// Sets the corners of a polygon in the tree, world space, after `insert` or `update` without an announcement, because
     /// both drop the former corners. Polygons that are not in the tree, or not finite, are ignored.
     pub fn shape(&mut self, id: PolygonId, polygon: &ConvexPolygon) {
         if self.0.contains(id) && is_finite(polygon) {
@@ -56,17 +56,17 @@ impl Bsp {
         }
     }
 
-    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first: no piece
-    /// hides any part of a later one. A polygon comes once for each of its pieces, each with its corners in order.
+    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first, so that no piece
+    /// hides any part of a later one. `draw` gets the id of the polygon and the corners of the piece, in order.
     ///
-    /// The order is exact but for pieces in leaves that hold several ([`BspCounts::unordered`]) and for the bend of
+    /// The order is exact except for pieces in leaves with several pieces ([`BspCounts::unordered`]) and for the bend of
     /// quads that are not quite flat.
     pub fn back_to_front(&self, eye: Vec3, draw: &mut impl FnMut(PolygonId, &[Vec3])) {
         self.0.builder().order().back_to_front(eye, draw);
     }
 
-    /// Calls `draw` with the planes of nodes, level by level, at most `most`: the level, 0 at the top, and the outline
-    /// of the plane within the planes above and `bounds`, world space.
+    /// Calls `draw` with the planes of at most `most` nodes, level by level. It gets the level, 0 at the top, and the
+    /// outline of the plane within the planes above and `bounds`, world space.
     pub fn splits(&self, bounds: &Aabb, most: usize, draw: &mut impl FnMut(u32, &[Vec3])) {
         self.0.builder().order().splits(bounds, most, draw);
     }
@@ -108,7 +108,7 @@ impl SpatialIndex for Bsp {
 
     fn update(&mut self, id: PolygonId, bounds: &Aabb) -> Result<(), IndexError> {
         self.0.update(id, bounds)?;
-        // The former corners lie elsewhere now.
+        // The former corners are replaced, because they lie at the old place.
         self.0.builder_mut().set_shape(id, self.1.take(id));
         Ok(())
     }

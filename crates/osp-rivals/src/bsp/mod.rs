@@ -6,17 +6,17 @@
 //! strokes need this order, and get it without sorting ([`Bsp::back_to_front`]).
 //!
 //! Differences from the paper:
-//! * The polygon whose plane is taken is the best of a bounded sample, not any one (or the one with the fewest cuts
-//!   among all). It is rated by cuts and balance on a bounded sample of the others.
-//! * If the best plane leaves most polygons on one side (a convex shape would become a chain), another one is taken:
-//!   the plane across the longest axis at the median of the polygons.
-//! * Depth and number of pieces are bounded. Polygons beyond the bounds stay together in a leaf and are ordered there
-//!   by distance. [`BspCounts::unordered`] counts these pieces.
-//! * A quad that is bent a little (see [`osp::polygon::FLATNESS`]) gives its plane the thickness of its bend, and
-//!   polygons within that are not cut. Without it, each ribbon would be cut into slivers by its own neighbours.
-//! * The paper has no frustum culling. Here every polygon is assigned to the node of its largest piece, and a second,
-//!   flat tree of tight boxes follows the upper nodes. Its boxes surround whole polygons, so it reports exactly the
-//!   set of all other indexes, each polygon once.
+//! * The plane of a node belongs to the best polygon of a bounded sample, not to any polygon (or to the one with the fewest
+//!   cuts). It is rated by cuts and balance on a bounded sample of the other polygons.
+//! * If the best plane leaves most polygons on one side (a convex shape would become a chain), the plane across the longest
+//!   axis at the median of the polygons may replace it.
+//! * Depth and number of pieces are bounded. Polygons beyond these limits stay together in a leaf, ordered by distance.
+//!   [`BspCounts::unordered`] counts these pieces.
+//! * A quad that is bent a little (see [`osp::polygon::FLATNESS`]) gives its plane the thickness of its bend, and polygons
+//!   within this thickness are not cut. Otherwise neighbouring quads of a ribbon would cut each other into slivers.
+//! * The paper has no frustum culling. Here every polygon is assigned to the node of its largest piece, and a second, flat
+//!   tree of tight boxes follows the upper nodes. Its boxes surround whole polygons, so a query reports exactly the set of
+//!   all other indexes, each polygon once.
 
 mod build;
 mod index;

@@ -10,27 +10,27 @@ use osp::{
 /// Number of a node that does not exist.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
-/// Size of a tree.
+/// The size of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BspCounts {
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Pieces of all polygons; as many as polygons if nothing had to be cut.
+    /// Number of pieces of all polygons; the number of polygons if nothing was cut.
     pub pieces: usize,
-    /// Pieces in leaves that hold several, because a bound was reached or they have no plane. They are ordered by
-    /// their distances, which may be wrong.
+    /// Number of pieces in leaves with several pieces, because a limit was reached or the pieces have no plane. They are
+    /// ordered by distance, which may be wrong.
     pub unordered: usize,
-    /// The deepest node; the top has depth 0.
+    /// Depth of the deepest node; the top has depth 0.
     pub depth: usize,
 }
 
-/// A node: the pieces in its plane, and the nodes in front of and behind it. A leaf has no plane.
+/// A node: the pieces in its plane, and the nodes in front of the plane and behind it. A leaf has no plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OrderNode {
     pub(super) plane: SplitPlane,
     pub(super) front: u32,
     pub(super) back: u32,
-    /// Its own pieces.
+    /// The node's own pieces.
     pub(super) first: u32,
     pub(super) count: u32,
 }
@@ -43,7 +43,8 @@ struct Piece {
     corners: u32,
 }
 
-/// Polygons cut so that they have an order from every eye. Nodes are stored depth first, the back of a plane first.
+/// Polygons that are cut so that they have an order from every eye. Nodes are stored depth first, the node behind a plane
+/// first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OrderTree {
     pub(super) nodes: Vec<OrderNode>,
@@ -52,7 +53,7 @@ pub(super) struct OrderTree {
     depth: usize,
 }
 
-/// Remaining step of a walk.
+/// A remaining step of a walk.
 #[derive(Clone, Copy, Debug)]
 enum Step {
     Below(u32),
@@ -67,7 +68,7 @@ impl OrderTree {
         self.depth = 0;
     }
 
-    /// The next node, depth first, with its pieces still to come.
+    /// Adds the next node in depth-first order, without pieces; returns its number.
     pub(super) fn node(&mut self, plane: SplitPlane, depth: usize) -> u32 {
         let first = self.pieces.len() as u32;
         self.nodes.push(OrderNode { plane, front: NO_NODE, back: NO_NODE, first, count: 0 });
@@ -75,7 +76,7 @@ impl OrderTree {
         self.nodes.len() as u32 - 1
     }
 
-    /// A piece of the last node.
+    /// Adds a piece to the last node.
     pub(super) fn piece(&mut self, id: PolygonId, corners: &[Vec3]) {
         let first = self.points.len() as u32;
         self.points.extend_from_slice(corners);
@@ -124,7 +125,7 @@ impl OrderTree {
                 [(SplitPlane::across(axis, min), 1.0), (SplitPlane::across(axis, max), -1.0)]
             })
             .collect();
-        // Level by level, so that the limit omits the lowest ones.
+        // The planes are drawn level by level, so that the limit omits the lowest levels.
         let mut queue = std::collections::VecDeque::from([(0u32, 0u32, sides)]);
         let mut drawn = 0;
         while let Some((at, depth, sides)) = queue.pop_front() {
@@ -190,7 +191,7 @@ impl OrderTree {
         let reach = self.points.iter().map(|p| f64::from(p.abs().max_element())).fold(0.0, f64::max);
         let mut seen = 0;
         let mut pieces = 0;
-        // Nodes to visit, with their depth; the planes above, each with the present side.
+        // `waiting` has the nodes to visit, with their depth; `above` has the planes above, each with the current side.
         let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![(0, Side::Both, 0)] };
         let mut above: Vec<(SplitPlane, Side)> = vec![(SplitPlane::NONE, Side::Both)];
         while let Some((at, side, depth)) = waiting.pop() {

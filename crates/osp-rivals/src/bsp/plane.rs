@@ -1,25 +1,26 @@
 use glam::{DVec3, Vec3};
 
-/// Points nearer to each other than this fraction of their largest coordinate count as one: twice the motion of a cut
-/// point by rounding to `f32`. Larger: polygons that hardly pierce each other stay whole.
+/// Points count as one if their distance is less than this fraction of their largest coordinate, twice the motion of a cut
+/// point by rounding to `f32`. If it is larger, polygons that hardly pierce each other stay whole.
 const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
 
-/// A polygon bent by more than this fraction of its longest edge gives no plane: twice the limit of
+/// A polygon has no plane if it is bent by more than this fraction of its longest edge, twice the limit of
 /// [`osp::polygon::FLATNESS`].
 const MAX_BEND: f64 = 2.0 * osp::polygon::FLATNESS as f64;
 
-/// A polygon with less area than this fraction of its longest edge squared gives no plane.
+/// A polygon has no plane if its area is less than this fraction of its longest edge squared.
 const MIN_AREA: f64 = 1.0e-9;
 
-/// Most corners of a piece; one with more is not cut any further. Every cut adds at most one corner to a convex piece.
+/// Largest number of corners of a piece; a piece with more is not cut further. Every cut adds at most one corner to a
+/// convex piece.
 pub(super) const MAX_CORNERS: usize = 64;
 
-/// The plane of a node, as thick as the polygon it is from.
+/// The plane of a node, as thick as the bend of its polygon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SplitPlane {
     normal: DVec3,
     d: f64,
-    /// Distance below which a point lies in it, metres.
+    /// Distance from the plane, metres, below which a point lies in it.
     thickness: f64,
 }
 
@@ -37,10 +38,10 @@ fn largest_coordinate(p: Vec3) -> f64 {
 }
 
 impl SplitPlane {
-    /// Placeholder for no plane.
+    /// Stands for no plane.
     pub(super) const NONE: Self = Self { normal: DVec3::ZERO, d: 0.0, thickness: 0.0 };
 
-    /// The plane of a polygon; `None` if it has no area or is bent.
+    /// The plane of a polygon; `None` if the polygon has no area or is bent.
     pub(super) fn of(corners: &[Vec3]) -> Option<Self> {
         let (normal, count) = match *corners {
             [a, b, c] => ((b.as_dvec3() - a.as_dvec3()).cross(c.as_dvec3() - a.as_dvec3()), 3.0),
@@ -51,7 +52,7 @@ impl SplitPlane {
             .map(|i| corners[i].as_dvec3().distance(corners[(i + 1) % corners.len()].as_dvec3()))
             .fold(0.0, f64::max);
         let area = normal.length();
-        // NaN gives no plane either.
+        // If the area is NaN, the polygon has no plane, either.
         if !(area > MIN_AREA * longest * longest && area.is_finite()) {
             return None;
         }
@@ -64,29 +65,29 @@ impl SplitPlane {
         is_flat.then_some(Self { normal, d, thickness: bend + ROUNDING * reach })
     }
 
-    /// The plane across an axis.
+    /// The plane perpendicular to an axis at this coordinate.
     pub(super) fn across(axis: usize, at: f32) -> Self {
         let mut normal = DVec3::ZERO;
         normal[axis] = 1.0;
         Self { normal, d: -f64::from(at), thickness: 0.0 }
     }
 
-    /// Whether it is no plane at all.
+    /// Whether this stands for no plane.
     pub(super) fn is_none(&self) -> bool {
         self.normal == DVec3::ZERO
     }
 
-    /// Distance in front of it, metres.
+    /// Signed distance of a point in front of the plane, metres.
     pub(super) fn distance(&self, p: Vec3) -> f64 {
         self.normal.dot(p.as_dvec3()) + self.d
     }
 
-    /// Distance in front of it, metres.
+    /// Signed distance of a point in front of the plane, metres.
     pub(super) fn distance_of(&self, p: DVec3) -> f64 {
         self.normal.dot(p) + self.d
     }
 
-    /// A square in it around the point nearest to `center`, at least `reach` metres to each side.
+    /// A square in the plane around the point nearest to `center`, at least `reach` metres to each side.
     pub(super) fn square(&self, center: DVec3, reach: f64) -> Vec<DVec3> {
         let middle = center - self.normal * self.distance_of(center);
         let right = self.normal.any_orthonormal_vector();
@@ -96,12 +97,12 @@ impl SplitPlane {
             .to_vec()
     }
 
-    /// Distance, metres, at which a point counts as in it.
+    /// Distance, metres, up to which a point counts as in the plane.
     fn tolerance(&self, p: Vec3) -> f64 {
         self.thickness + ROUNDING * largest_coordinate(p)
     }
 
-    /// Whether a point is on this side or in the plane; `reach` is the largest coordinate around.
+    /// Whether a point is on this side or in the plane; `reach` is the largest coordinate of the points around.
     pub(super) fn allows(&self, side: Side, p: Vec3, reach: f64) -> bool {
         let (distance, near) = (self.distance(p), self.thickness + 4.0 * ROUNDING * reach);
         match side {
@@ -137,8 +138,8 @@ impl SplitPlane {
         if far.1 >= -far.0 { Side::Front } else { Side::Back }
     }
 
-    /// Cuts a polygon that lies on both sides. Not by [`split_convex`](osp::math::split_convex): this plane has a
-    /// thickness, and a corner within it belongs to both parts.
+    /// Cuts a polygon that lies on both sides. [`split_convex`](osp::math::split_convex) cannot do this, because this plane
+    /// has a thickness, and a corner within the thickness belongs to both parts.
     pub(super) fn cut(&self, corners: &[Vec3], front: &mut Vec<Vec3>, back: &mut Vec<Vec3>) {
         front.clear();
         back.clear();
@@ -152,7 +153,7 @@ impl SplitPlane {
             let leaves_front = is_front(from, from_distance) && is_back(to, to_distance);
             let leaves_back = is_back(from, from_distance) && is_front(to, to_distance);
             if leaves_front || leaves_back {
-                // The two differ in sign, so the divisor is not zero.
+                // The two distances differ in sign, so the divisor is not zero.
                 let t = from_distance / (from_distance - to_distance);
                 let at = (from.as_dvec3() + (to.as_dvec3() - from.as_dvec3()) * t).as_vec3();
                 front.push(at);

@@ -114,7 +114,7 @@ impl<P: Partition> BucketTree<P> {
                 }
                 continue;
             }
-            // At most four children: repeatedly taking the farthest is the quickest sort.
+            // For at most four children, taking the farthest again and again is the quickest sort.
             let mut ways: [Option<(f32, u32)>; 4] = [None; 4];
             for (way, child) in ways.iter_mut().zip(self.children(at)) {
                 *way = ray.enter_box(&self.node(child).bounds, nearest.reach()).map(|t| (t, child));

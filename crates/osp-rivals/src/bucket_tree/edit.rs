@@ -5,7 +5,7 @@ use crate::{buckets, buckets::NOWHERE, item::Item};
 use osp::{math::Aabb, polygon::PolygonId};
 
 impl<P: Partition> BucketTree<P> {
-    /// The leaf that a centre belongs to; [`None`] if the root's cell would have to grow for it.
+    /// The leaf that contains a centre; [`None`] if the root's cell would have to grow.
     pub(super) fn leaf_for(&self, center: Vec3) -> Option<u32> {
         if self.partition.grow(&self.node(ROOT).cell, center).is_some() {
             return None;
@@ -21,8 +21,8 @@ impl<P: Partition> BucketTree<P> {
         self.node(at).first_child + self.partition.child_of(&self.node(at).cell, center) as u32
     }
 
-    /// Inserts a polygon from the root down. Then splits its leaf if that is full, or rebuilds the highest subtree
-    /// that has become lopsided.
+    /// Inserts a polygon from the root down. Splits its leaf if the leaf is full, or rebuilds the highest subtree that has
+    /// become lopsided.
     pub(super) fn file(&mut self, item: &Item) {
         self.upkeep.filed += 1;
         let center = item.bounds.center();
@@ -69,7 +69,7 @@ impl<P: Partition> BucketTree<P> {
                 self.node_mut(ROOT).cell = cell;
                 continue;
             }
-            // The old root becomes a child: it moves into the row, and the new root takes its number.
+            // The old root becomes a child: it moves into the new row, and the new root takes its number.
             let first_child = self.take_row();
             let old = *self.node(ROOT);
             let moved = first_child + place as u32;
@@ -88,7 +88,7 @@ impl<P: Partition> BucketTree<P> {
         }
     }
 
-    /// A row of children.
+    /// Takes an unused row of children.
     fn take_row(&mut self) -> u32 {
         if self.first_free == NONE {
             let first = self.nodes.len() as u32;
@@ -124,7 +124,7 @@ impl<P: Partition> BucketTree<P> {
         }
     }
 
-    /// Builds a subtree of all `items` below an empty leaf: splits until the leaves are small enough or no split
+    /// Builds a subtree of all `items` below an empty leaf. It splits until the leaves are small enough or no split
     /// separates their polygons.
     fn build_below(&mut self, top: u32) {
         let mut items = std::mem::take(&mut self.items);
@@ -162,8 +162,8 @@ impl<P: Partition> BucketTree<P> {
         self.items = items;
     }
 
-    /// Removes a polygon and tightens the boxes above. Then rebuilds the highest subtree that has become small: as a
-    /// leaf, or, if splits follow the polygons, at half of its former size.
+    /// Removes a polygon and tightens the boxes above. Then rebuilds the highest subtree that has become small. It becomes
+    /// a leaf, or, if splits follow the polygons, it is built again when half of its polygons are gone.
     pub(super) fn take_out(&mut self, id: PolygonId) {
         let spot = self.spot.get(id);
         self.spot.set(id, NOWHERE);
@@ -179,7 +179,7 @@ impl<P: Partition> BucketTree<P> {
             let node = self.node_mut(at);
             node.polygons -= 1;
             let (polygons, parent) = (node.polygons, node.parent);
-            // Built with two thirds of `rebuild_at`: half of them are gone.
+            // `rebuild_at` is one and a half times the number at the build, so a third of it is half of that number.
             let is_thinned = P::FOLLOWS_POLYGONS && polygons < node.rebuild_at / 3;
             if !node.is_leaf() && (is_thinned || polygons <= self.leaf_capacity / 2) {
                 small = at;
@@ -214,7 +214,7 @@ impl<P: Partition> BucketTree<P> {
     }
 }
 
-/// Moves the items for which `is_first` holds to the front, and counts them.
+/// Moves the items for which `is_first` returns true to the front; returns their number.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut first = 0;
     for i in 0..items.len() {

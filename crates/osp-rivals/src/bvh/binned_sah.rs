@@ -1,8 +1,8 @@
-//! Split by the surface area heuristic over a few buckets.
+//! Splits by the surface area heuristic over a few buckets.
 //!
-//! Source: Ingo Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies" (2007). Differences: all three
-//! axes are tried, not the longest alone. If the heuristic is blind (every box is a point, or all lie on one line),
-//! the polygons are halved in the middle.
+//! Source: Ingo Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies" (2007). Differences: all three axes
+//! are tried, not only the longest. If the heuristic rates all splits the same (every box is a point, or all lie on one
+//! line), space is halved in the middle.
 
 use glam::Vec3;
 
@@ -23,13 +23,14 @@ const MAX_BUCKETS: usize = 32;
 /// Configuration of a hierarchy split by the surface area heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SahConfig {
-    /// Buckets an axis, 2 to 32. More: better splits, slower builds; above 16 hardly anything changes.
+    /// Number of buckets of an axis, 2 to 32. If it is larger, splits are better and builds slower; above 16 hardly
+    /// anything changes.
     pub buckets: usize,
-    /// No leaf holds more polygons.
+    /// Largest number of polygons of a leaf.
     pub leaf_capacity: usize,
-    /// Cost of visiting a node. Larger: larger leaves.
+    /// Cost of visiting a node. If it is larger, leaves are larger.
     pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf; less than a node's, because sixteen are tested at once.
+    /// Cost of testing a polygon of a leaf. It is less than a node's, because sixteen polygons are tested at once.
     pub polygon_cost: f64,
 }
 
@@ -58,7 +59,7 @@ impl Bucket {
     }
 }
 
-/// Map from a centre to its bucket on each axis.
+/// Maps a centre to its bucket on each axis.
 struct Buckets {
     least: Vec3,
     per_half_metre: Vec3,
@@ -67,7 +68,7 @@ struct Buckets {
 
 impl Buckets {
     fn new(centers: &Aabb, count: usize) -> Self {
-        // Halved, because the length of a huge box overflows.
+        // Both corners are halved, because the edge of a huge box overflows.
         let least = centers.min * 0.5;
         let per_half_metre = Vec3::splat(count as f32) / (centers.max * 0.5 - least);
         Self { least, per_half_metre, last: count - 1 }
@@ -75,14 +76,14 @@ impl Buckets {
 
     #[inline]
     fn of(&self, center: Vec3, axis: usize) -> usize {
-        // With no extent on an axis this is 0 times infinity: NaN becomes bucket 0.
+        // If the box has no extent on an axis, this is 0 times infinity, and NaN becomes bucket 0.
         let bucket = (center[axis] * 0.5 - self.least[axis]) * self.per_half_metre[axis];
         (bucket as usize).min(self.last)
     }
 }
 
-/// Orders `items` by the best split and returns its place. No split if a leaf is cheaper, or if the heuristic rates
-/// all splits the same.
+/// Orders `items` by the best split and returns the split. There is no split if a leaf is cheaper, or if the heuristic
+/// rates all splits the same.
 pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahSplit {
     let count = config.buckets.clamp(2, MAX_BUCKETS);
     let centers = box_of_centers(items);
@@ -125,14 +126,14 @@ pub(super) fn split_by_sah(items: &mut [impl Boxed], config: &SahConfig) -> SahS
 pub(super) enum SahSplit {
     /// A leaf is cheaper.
     Leaf,
-    /// Split after this many.
+    /// The first part has this number of items.
     After(usize),
-    /// All splits are rated the same: the nodes have no surface.
+    /// All splits are rated the same, because the nodes have no surface.
     Blind,
 }
 
 impl SahSplit {
-    /// The split, or the middle of space if the heuristic is blind.
+    /// The split. If the heuristic rates all splits the same, space is halved in the middle.
     pub(super) fn or_middle(self, items: &mut [impl Boxed], leaf_capacity: usize) -> Split {
         match self {
             Self::Leaf => Split::Leaf,
@@ -148,7 +149,7 @@ impl SahSplit {
     }
 }
 
-/// The cost of a split after each bucket but the last, if both sides hold polygons.
+/// The cost of a split after each bucket except the last, if both sides have polygons.
 fn costs(filled: &[Bucket]) -> impl Iterator<Item = (usize, f64)> {
     let mut after = [0.0; MAX_BUCKETS];
     let mut right = Bucket::EMPTY;

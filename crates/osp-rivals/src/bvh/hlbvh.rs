@@ -1,8 +1,8 @@
-//! The hierarchical linear hierarchy. Polygons that share the leading bits of their Morton code form a treelet, built
-//! along the curve. The surface area heuristic joins the treelets.
+//! The hierarchical linear hierarchy. Polygons that share the leading bits of their Morton code form a treelet, built along
+//! the curve. The surface area heuristic joins the treelets.
 //!
-//! Source: Jacopo Pantaleoni and David Luebke, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing of
-//! Dynamic Geometry" (2010). Difference: on one thread, without the compressed sort that their GPU version gains from.
+//! Source: Jacopo Pantaleoni and David Luebke, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing of Dynamic
+//! Geometry" (2010). Difference: this version runs on one thread, without the compressed sort of the GPU version.
 
 use super::{
     SahConfig,
@@ -18,15 +18,16 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// From this depth on treelets are joined in halves, which leaves enough levels for the treelets themselves.
+/// From this depth on treelets are joined in halves, so that enough levels are left for the treelets themselves.
 const COUNTED_TOP_DEPTH: u32 = 24;
 
 /// Configuration of a hierarchical linear hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HlbvhConfig {
-    /// Leading bits of the Morton code that the polygons of a treelet share. More: more treelets, better top, slower.
+    /// Number of leading bits of the Morton code that the polygons of a treelet share. If it is larger, there are more
+    /// treelets, the top of the tree is better, and builds are slower.
     pub treelet_bits: u32,
-    /// Settings of joining the treelets, and the capacity of a leaf.
+    /// Settings for joining the treelets, and the capacity of a leaf.
     pub sah: SahConfig,
 }
 
@@ -54,7 +55,7 @@ impl Boxed for Treelet {
     }
 }
 
-/// A node of the top still to be made: a range of treelets.
+/// A node of the top that is still to be made: a range of treelets.
 #[derive(Clone, Copy, Debug)]
 struct PendingTop {
     start: u32,
@@ -116,7 +117,7 @@ impl TreeBuilder for HlbvhBuilder {
             }
             let count: u32 = treelets.iter().map(Treelet::weight).sum();
             if count as usize <= sah.leaf_capacity {
-                // A few polygons in several treelets: one leaf.
+                // The few polygons of several treelets become one leaf.
                 along.leaf.clear();
                 let keys = treelets.iter().flat_map(|t| &keys[t.start as usize..t.end as usize]);
                 along.leaf.extend(keys.map(|key| items[key.item as usize]));

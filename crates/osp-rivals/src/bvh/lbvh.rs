@@ -1,9 +1,10 @@
-//! The linear hierarchy: polygons sorted along the Morton curve, split where the highest bit of the code changes.
+//! The linear hierarchy: polygons are sorted along the Morton curve, and ranges are split where the highest bit of the code
+//! changes.
 //!
-//! Source: Christian Lauterbach et al., "Fast BVH Construction on GPUs" (2009). The split by the highest differing bit
-//! is from Tero Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees" (2012).
-//! Differences: built on one thread, top down over the sorted codes; ranges that fit into a leaf become one; equal
-//! codes are halved by number.
+//! Source: Christian Lauterbach et al., "Fast BVH Construction on GPUs" (2009). The split by the highest differing bit is
+//! from Tero Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees" (2012). Differences: the
+//! tree is built on one thread, top down over the sorted codes. A range that fits into a leaf becomes a leaf. A range of
+//! equal codes is halved by number.
 
 use std::ops::Range;
 
@@ -20,7 +21,7 @@ use crate::{
 /// Configuration of a linear hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LbvhConfig {
-    /// A node with more polygons is split.
+    /// A node with more polygons than this is split.
     pub leaf_capacity: usize,
 }
 
@@ -44,7 +45,7 @@ impl LbvhBuilder {
     }
 }
 
-/// Sorted keys as ranges.
+/// Ranges of sorted keys.
 pub(super) struct AlongCurve<'a> {
     pub(super) items: &'a [Item],
     pub(super) keys: &'a [Key],

@@ -1,4 +1,4 @@
-//! Split by number: half of the polygons to either side along the longest axis of the box around their centres.
+//! Splits by number: half of the polygons go to either side along the longest axis of the box around their centres.
 //!
 //! Source: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes" (1986).
 
@@ -9,10 +9,10 @@ use crate::{
     rebuilt::{OnUpdate, TreeBuilder},
 };
 
-/// Configuration of a hierarchy halved by number.
+/// Configuration of a hierarchy split by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MedianConfig {
-    /// A node with more polygons is split.
+    /// A node with more polygons than this is split.
     pub leaf_capacity: usize,
 }
 

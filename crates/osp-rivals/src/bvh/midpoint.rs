@@ -1,9 +1,9 @@
-//! Split in the middle: the longest axis of the box around the centres is halved.
+//! Splits in the middle: the longest axis of the box around the centres is halved.
 //!
-//! The hierarchy is from Steven Rubin and Turner Whitted, "A 3-Dimensional Representation for Fast Rendering of
-//! Complex Scenes" (1980). Spatial splits as the simple alternative are from Jeffrey Goldsmith and John Salmon,
-//! "Automatic Creation of Object Hierarchies for Ray Tracing" (1987). Difference: centres decide, so no polygon is cut
-//! or stored twice.
+//! The hierarchy is from Steven Rubin and Turner Whitted, "A 3-Dimensional Representation for Fast Rendering of Complex
+//! Scenes" (1980). Spatial splits as the simple alternative are from Jeffrey Goldsmith and John Salmon, "Automatic Creation
+//! of Object Hierarchies for Ray Tracing" (1987). Difference: the centre of a polygon determines its side, so no polygon is
+//! cut or stored twice.
 
 use super::top_down::{
     InPlace, LEAF_CAPACITY, Pending, Split, box_of_centers, build_top_down, longest_axis, partition,
@@ -18,7 +18,7 @@ use crate::{
 /// Configuration of a hierarchy halved in the middle of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MidpointConfig {
-    /// A node with more polygons is split.
+    /// A node with more polygons than this is split.
     pub leaf_capacity: usize,
 }
 

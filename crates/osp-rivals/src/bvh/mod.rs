@@ -1,8 +1,8 @@
 //! Bounding volume hierarchies, built from scratch when polygons come or go and refitted when they only move.
 //!
-//! Here are only the builders, one file each: each orders the polygons and chooses the limits of nodes. The flat tree
-//! has the queries, the refit and the checks. The index around it decides when to build. Leaves hold up to 64 polygons
-//! in all of them, tested sixteen at a time.
+//! This module contains only the builders, one in each file. A builder orders the polygons and chooses the limits of nodes.
+//! `FlatTree` has the queries, the refit and the checks; `Rebuilt` decides when to build. Leaves of all hierarchies have up
+//! to 64 polygons, tested sixteen at a time.
 
 mod binned_sah;
 mod hlbvh;
@@ -41,7 +41,7 @@ pub fn bvh_sah(config: &SahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex>
     Box::new(Rebuilt::new(BinnedSahBuilder::new(*config), index.room()))
 }
 
-/// A hierarchy split by the surface area heuristic over all places.
+/// A hierarchy split by the surface area heuristic over all positions.
 pub fn bvh_sah_sweep(config: &SweepSahConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(sweep_sah::SweepSahBuilder::new(*config), index.room()))
 }
@@ -51,7 +51,7 @@ pub fn lbvh(config: &LbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(lbvh::LbvhBuilder::new(*config), index.room()))
 }
 
-/// A hierarchy along the Morton curve, with a top made by the surface area heuristic.
+/// A hierarchy along the Morton curve whose top is made by the surface area heuristic.
 pub fn hlbvh(config: &HlbvhConfig, index: &IndexConfig) -> Box<dyn SpatialIndex> {
     Box::new(Rebuilt::new(hlbvh::HlbvhBuilder::new(*config), index.room()))
 }

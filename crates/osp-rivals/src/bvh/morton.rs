@@ -7,20 +7,20 @@ use glam::Vec3;
 use super::top_down::box_of_centers;
 use crate::item::Item;
 
-/// Bits an axis.
+/// Number of bits of an axis.
 const AXIS_BITS: u32 = 21;
 
-/// Bits of a code.
+/// Number of bits of a code.
 pub(super) const CODE_BITS: u32 = 3 * AXIS_BITS;
 
-/// A polygon's code and its number.
+/// The code of a polygon, and the polygon's index among the items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Key {
     pub(super) code: u64,
     pub(super) item: u32,
 }
 
-/// Keys and a second array of the same size to sort into.
+/// The keys, and a second array of the same size to sort into.
 #[derive(Debug, Default)]
 pub(super) struct MortonOrder {
     keys: Vec<Key>,
@@ -28,16 +28,15 @@ pub(super) struct MortonOrder {
 }
 
 impl MortonOrder {
-    /// The keys of all items along the Morton curve through the box around their centres; of equal codes the one that
-    /// came first stays first.
+    /// The keys of all items along the Morton curve through the box around the items' centres. The sort is stable.
     pub(super) fn sort(&mut self, items: &[Item]) -> &[Key] {
         let centers = box_of_centers(items);
-        // Halved, because the length of a huge box overflows.
+        // Both corners are halved, because the edge of a huge box overflows.
         let least = centers.min * 0.5;
         let scale = Vec3::splat((1u32 << AXIS_BITS) as f32) / (centers.max * 0.5 - least);
         let code = |item: &Item| {
             let cell = (item.bounds.center() * 0.5 - least) * scale;
-            // On an axis without any length this is NaN, and NaN becomes 0.
+            // If the box has no extent on an axis, the number is NaN, and NaN becomes 0.
             [cell.x, cell.y, cell.z].iter().enumerate().fold(0, |code, (axis, &x)| {
                 code | spread(u64::from((x as u32).min((1 << AXIS_BITS) - 1))) << (2 - axis)
             })
@@ -48,7 +47,7 @@ impl MortonOrder {
         &self.keys
     }
 
-    /// Least digit first, eight bits at a time; a digit that all keys share is passed over.
+    /// Sorts by the least digit first, eight bits at a time. A digit that all keys share is skipped.
     fn radix_sort(&mut self) {
         self.other.clear();
         self.other.resize(self.keys.len(), Key { code: 0, item: 0 });
@@ -80,7 +79,7 @@ impl MortonOrder {
     }
 }
 
-/// Bit `i` to bit `3 i`, for 21 bits.
+/// Moves bit `i` to bit `3 i`, for 21 bits.
 fn spread(x: u64) -> u64 {
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
     let x = (x | x << 16) & 0x001f_0000_ff00_00ff;

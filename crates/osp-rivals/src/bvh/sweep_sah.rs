@@ -1,9 +1,9 @@
-//! Split by the surface area heuristic at every possible place: the best tree of its kind, and the slowest to build.
+//! Splits by the surface area heuristic at every possible position: the best tree of its kind, and the slowest to build.
 //!
-//! Source: Ingo Wald and Vlastimil Havran, "On building fast kd-Trees for Ray Tracing, and on doing that in O(N log
-//! N)" (2006). Polygons are sorted once along each axis; stable partition keeps the orders. Boxes instead of planes
-//! are from Ingo Wald, Solomon Boulos, Peter Shirley, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume
-//! Hierarchies" (2007).
+//! Source: Ingo Wald and Vlastimil Havran, "On building fast kd-Trees for Ray Tracing, and on doing that in O(N log N)"
+//! (2006). Polygons are sorted once along each axis; stable partition keeps the orders. Boxes instead of planes are from
+//! Ingo Wald, Solomon Boulos, Peter Shirley, "Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies"
+//! (2007).
 
 use std::ops::Range;
 
@@ -18,11 +18,11 @@ use osp::math::Aabb;
 /// Configuration of a hierarchy split by the full sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepSahConfig {
-    /// No leaf holds more polygons.
+    /// Largest number of polygons of a leaf.
     pub leaf_capacity: usize,
-    /// Cost of visiting a node. Larger: larger leaves.
+    /// Cost of visiting a node. If it is larger, leaves are larger.
     pub node_cost: f64,
-    /// Cost of testing a polygon of a leaf; less than a node's, because sixteen are tested at once.
+    /// Cost of testing a polygon of a leaf. It is less than a node's, because sixteen polygons are tested at once.
     pub polygon_cost: f64,
 }
 
@@ -35,16 +35,16 @@ impl Default for SweepSahConfig {
 #[derive(Debug)]
 pub(super) struct SweepSahBuilder {
     config: SweepSahConfig,
-    /// Item numbers by centre, an order for each axis.
+    /// For each axis, the numbers of the items, sorted by centre.
     orders: [Vec<u32>; 3],
     scratch: Scratch,
     pending: Vec<Pending>,
 }
 
-/// Scratch of a build.
+/// Working memory of a build.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// Cost of the polygons behind a place of the sweep.
+    /// For each position of the sweep, the cost of the polygons behind it.
     behind: Vec<f64>,
     is_first: Vec<bool>,
     second: Vec<u32>,
@@ -65,7 +65,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// The cheapest place along an order: its cost, and the number of polygons before it.
+    /// The cheapest split along an order: its cost, and the number of polygons before it.
     fn best_along(&mut self, axis: usize, range: Range<usize>) -> (f64, usize) {
         let order = &self.orders[axis][range];
         let bounds = |&i: &u32| &self.items[i as usize].bounds;
@@ -86,7 +86,7 @@ impl Sweep<'_> {
         best
     }
 
-    /// Brings the first `first` of an axis' order to the front of the other orders too; nothing else changes place.
+    /// Moves the first `first` items of an axis's order to the front of the other orders, too. Otherwise the orders stay.
     fn reorder(&mut self, axis: usize, range: Range<usize>, first: usize) {
         for (i, &item) in self.orders[axis][range.clone()].iter().enumerate() {
             self.scratch.is_first[item as usize] = i < first;
@@ -124,7 +124,7 @@ impl Ranges for Sweep<'_> {
         if count <= leaf_capacity && leaf_cost <= node_cost * whole + polygon_cost * cost {
             return Split::Leaf;
         }
-        // With no surface all places cost the same: halves, along an axis with some extent.
+        // Without a surface all positions cost the same, so the range is halved along an axis with some extent.
         let (axis, first) = if whole > 0.0 && cost.is_finite() {
             (axis, first)
         } else {

@@ -6,22 +6,23 @@ use crate::{
 };
 use osp::math::Aabb;
 
-/// Polygons of a leaf by default: four wide tests. More: smaller trees, more polygons tested. Frustum queries
-/// gain up to here and stay level to 96, from 10 k to 1 M polygons; a tree for rays alone would take fewer.
+/// Default number of polygons of a leaf: four tests of sixteen. If it is larger, trees are smaller, and queries test more
+/// polygons. Frustum queries gain up to this number and stay level up to 96, from 10,000 to a million polygons. A tree for
+/// rays alone would have fewer.
 pub(crate) const LEAF_CAPACITY: usize = 64;
 
 /// A builder's decision about a range of polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Split {
-    /// It stays together (granted if it fits into a leaf).
+    /// The range becomes a leaf, if it is small enough for a leaf.
     Leaf,
-    /// This many come first. A count that leaves one side empty stands for halves.
+    /// The range is split after this number of polygons. A number that leaves one side empty means halves.
     After(usize),
 }
 
-/// A builder's polygons, in the form that it orders them in.
+/// A builder's polygons, in the form in which it orders them.
 pub(crate) trait Ranges {
-    /// Orders a range so that the two sides of its split follow each other.
+    /// Orders a range so that the two sides of its split follow each other, and returns the split.
     fn split(&mut self, range: Range<usize>) -> Split;
 
     /// Makes a leaf of a range.
@@ -36,8 +37,8 @@ pub(crate) struct Pending {
     depth: u32,
 }
 
-/// Builds a binary tree of `range` depth first, its top at `depth`. Whatever `ranges` decides, a leaf holds at most
-/// `leaf_capacity` polygons, every node has fewer than its parent, and the depth stays in bounds.
+/// Builds a binary tree of `range` in depth-first order, with its top at `depth`. Whatever `ranges` decides, a leaf has at
+/// most `leaf_capacity` polygons, every node has fewer than its parent, and the depth stays bounded.
 pub(crate) fn build_top_down(
     range: Range<usize>,
     depth: usize,
@@ -73,7 +74,7 @@ pub(crate) fn build_top_down(
     }
 }
 
-/// Whole items, ordered in place by a function.
+/// Items that a function orders in place.
 pub(crate) struct InPlace<'a, F> {
     pub(crate) items: &'a mut [Item],
     pub(crate) split: F,
@@ -89,11 +90,11 @@ impl<F: FnMut(&mut [Item]) -> Split> Ranges for InPlace<'_, F> {
     }
 }
 
-/// Something with a box.
+/// A thing with a box.
 pub(crate) trait Boxed {
     fn bounds(&self) -> &Aabb;
 
-    /// Polygons in it.
+    /// Number of polygons of the thing.
     fn weight(&self) -> u32 {
         1
     }
@@ -115,19 +116,19 @@ pub(crate) fn box_of_centers(items: &[impl Boxed]) -> Aabb {
 
 /// The axis on which a box is longest.
 pub(crate) fn longest_axis(bounds: &Aabb) -> usize {
-    // Halved, because the length of a huge box overflows.
+    // Both corners are halved, because the edge of a huge box overflows.
     let half = bounds.max * 0.5 - bounds.min * 0.5;
     half.max_position()
 }
 
-/// The middle of an interval, but below `max` if the interval has any length: some centres lie at or below it, some
-/// above.
+/// The middle of an interval, but below `max` if the interval has any length, so that some centres lie at or below it and
+/// some above it.
 pub(crate) fn split_point(min: f32, max: f32) -> f32 {
     let middle = min * 0.5 + max * 0.5;
     if middle < max { middle } else { min }
 }
 
-/// Moves the items for which `is_first` holds to the front, and counts them.
+/// Moves the items for which `is_first` returns true to the front; returns their number.
 pub(crate) fn partition<T>(items: &mut [T], mut is_first: impl FnMut(&T) -> bool) -> usize {
     let (mut low, mut high) = (0, items.len());
     loop {

@@ -1,11 +1,11 @@
-//! Two levels: a hierarchy of high quality over older polygons, and a dynamic one over new polygons.
+//! Two levels: a hierarchy of high quality with older polygons, and a dynamic hierarchy with new polygons.
 //!
-//! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic
-//! Transformation" (1980), with two structures instead of a logarithmic number; common in renderers as the static and
-//! the dynamic scene. A query searches both. A new polygon goes to the dynamic tree. An erased polygon leaves a hole
-//! in the static one, and a moving polygon does both. When either has grown beyond a share of the whole, one rebuild
-//! makes everything static again. That keeps queries close to those of a fresh tree, but costs O(n log n) in single
-//! frames.
+//! Source of the idea: Jon Bentley and James Saxe, "Decomposable Searching Problems I: Static-to-Dynamic Transformation"
+//! (1980), with two structures instead of a logarithmic number; common in renderers as the static and the dynamic scene. A
+//! query searches both levels. A new polygon goes to the dynamic tree. An erased polygon leaves a hole in the static tree.
+//! A moving polygon leaves a hole, and goes to the dynamic tree. When either level has grown beyond a share of the whole,
+//! one rebuild makes all polygons static again. So queries stay close to those of a new tree, but single frames take O(n
+//! log n).
 
 use super::BinnedSahBuilder;
 use crate::{
@@ -22,13 +22,13 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// When the two levels become one again.
+/// Configuration that decides when the two levels are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLevelConfig {
-    /// Polygons of the dynamic level, and holes of the static one, as a share of all polygons. Larger: rarer rebuilds,
-    /// slower queries in between.
+    /// Number of polygons of the dynamic level, or of holes of the static level, as a share of all polygons, above which
+    /// the levels are joined. If it is larger, rebuilds are rarer, and queries in between are slower.
     pub max_share: f32,
-    /// With fewer of either, nothing is rebuilt.
+    /// Least number of such polygons or holes for a rebuild.
     pub min_changed: usize,
     /// Configuration of the static level.
     pub sah: SahConfig,
@@ -40,15 +40,15 @@ impl Default for TwoLevelConfig {
     }
 }
 
-/// Place of a polygon.
+/// The position of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
     Nowhere,
-    /// Inserted since the last commit.
+    /// The polygon was inserted since the last commit.
     Waiting,
-    /// Place in the static tree's order.
+    /// Position in the static tree's order.
     Static(u32),
-    /// Leaf of the dynamic tree.
+    /// A leaf of the dynamic tree.
     Dynamic(u32),
 }
 
@@ -61,11 +61,11 @@ pub struct BvhTwoLevel {
     place: ById<Place>,
     fixed: FlatTree,
     dynamic: BoxTree,
-    /// Polygons inserted since the last commit; some may be removed again.
+    /// Polygons inserted since the last commit; some may have been removed again.
     waiting: Vec<PolygonId>,
-    /// Scratch of a rebuild.
+    /// Working memory of a rebuild.
     items: Vec<Item>,
-    /// Work of the rebuilds.
+    /// Counts of the work of all rebuilds.
     rebuilt: Upkeep,
 }
 
@@ -101,7 +101,7 @@ impl BvhTwoLevel {
         self.place.set(id, Place::Nowhere);
     }
 
-    /// Whether a rebuild pays for this many changed polygons.
+    /// Whether a rebuild pays for `changed` changed polygons.
     fn pays(&self, changed: usize) -> bool {
         changed > self.config.min_changed && changed as f32 > self.config.max_share * self.filed.len() as f32
     }
@@ -158,7 +158,7 @@ impl SpatialIndex for BvhTwoLevel {
             return;
         }
         for id in self.waiting.drain(..) {
-            // Removed again, or listed twice.
+            // A polygon may have been removed again, or be listed twice.
             if self.place.get(id) == Place::Waiting {
                 let leaf = self.dynamic.insert(id, &self.filed.get(id));
                 self.place.set(id, Place::Dynamic(leaf));

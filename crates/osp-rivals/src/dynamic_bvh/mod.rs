@@ -1,16 +1,16 @@
-//! A hierarchy that takes polygons one at a time and never rebuilds.
+//! A hierarchy that inserts polygons one at a time and never rebuilds.
 //!
 //! Source: Erin Catto, "Dynamic Bounding Volume Hierarchies" (2019) and the tree of Box2D v3 that follows it. A
 //! greedy, bounded descent finds the cheapest sibling for a new polygon by surface area. Every node on the way back up
 //! may exchange a child with a grandchild of its other child, if that makes boxes smaller.
 //!
 //! # Differences from the source
-//! * In three dimensions, with surfaces (in `f64`, whose squares do not overflow) for perimeters.
-//! * No fat margins: a box that moves is removed and put in again, because every query here is exact.
-//! * If two ways cost the same, the descent goes to the nearer centre, and then to the lower subtree. Coincident
-//!   polygons would otherwise all become the root's sibling: a chain as deep as there are polygons.
-//! * Two siblings' heights may differ by 32 at most; beyond that the taller one is rotated up, whatever it costs. No
-//!   order of insertion (boxes around boxes, for one) makes a chain.
+//! * It has three dimensions, with surfaces (in `f64`, whose squares do not overflow) instead of perimeters.
+//! * Boxes have no margins: a box that moves is removed and inserted again, because every query here is exact.
+//! * If two ways cost the same, the descent goes to the nearer centre, and then to the lower subtree. Otherwise coincident
+//!   polygons would all become the root's siblings, in a chain as deep as there are polygons.
+//! * The heights of two siblings may differ by 32 at most; beyond this limit the taller sibling is rotated up, at any cost.
+//!   So no order of insertion makes a chain, not even boxes around boxes.
 
 mod query;
 mod tree;
@@ -29,7 +29,7 @@ use osp::{
 #[derive(Debug)]
 pub struct DynamicBvh {
     filed: FiledBoxes,
-    /// Node of a polygon.
+    /// For each polygon, its leaf.
     leaf: ById<u32>,
     tree: BoxTree,
 }

@@ -66,7 +66,7 @@ impl BoxTree {
         Backend::detect().run(Cull { tree: self, top, mask, planes: PlaneLanes::new(frustum), sink })
     }
 
-    /// Takes everything below an inner node.
+    /// Takes all polygons below an inner node.
     fn take_below(&self, top: u32, seen: &mut Gather, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = WalkStack::from(top);
         let mut taken = 0;
@@ -85,7 +85,7 @@ impl BoxTree {
                 }
             }
         }
-        // The nodes of a binary tree but its top.
+        // The nodes of a binary tree except its top.
         work.nodes += 2 * taken - 2;
         work.taken_whole += taken;
         work.reported += taken;

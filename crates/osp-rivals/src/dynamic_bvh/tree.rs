@@ -6,31 +6,33 @@ use osp::{index::Upkeep, math::Aabb, polygon::PolygonId};
 /// No node.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Greatest difference of two siblings' heights. Smaller: a lower tree, but a lone polygon beside a crowd is pushed
-/// down into it. 32 hardly limits the choice by surface area, and bounds the depth by about nine times the ideal.
+/// Largest difference of two siblings' heights. If it is smaller, trees are lower, but a lone polygon beside a crowd is
+/// pushed down into the crowd's subtree. 32 hardly limits the choice by surface area, and bounds the depth by about nine
+/// times the ideal.
 const MAX_HEIGHT_DIFFERENCE: u32 = 32;
 
-/// The values of a node that its test in a query and an insertion need.
+/// The values of a node that a query's test and an insertion need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TreeNode {
     pub(super) bounds: Aabb,
-    /// [`NONE`] at the top; the next free node in a free one.
+    /// [`NONE`] at the top; in a free node, the next free node.
     pub(super) parent: u32,
-    /// 0 in a leaf.
+    /// Height of the subtree; 0 in a leaf.
     pub(super) height: u32,
-    /// Polygons here and below; 0 in a free node.
+    /// Number of polygons in the node and below; 0 in a free node.
     pub(super) polygons: u32,
 }
 
-/// Children of a node, stored apart from its box: a query that takes a whole subtree reads only eight bytes a node.
+/// The children of a node, stored apart from its box, so that a query that takes a whole subtree reads only eight bytes a
+/// node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Links {
     first: u32,
-    /// [`NONE`] in a leaf; `first` is then its polygon.
+    /// The second child; [`NONE`] in a leaf, whose `first` is its polygon.
     second: u32,
 }
 
-/// [`Links`] as an enum.
+/// Decoded [`Links`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Below {
     Leaf(PolygonId),
@@ -56,7 +58,7 @@ impl Links {
     }
 }
 
-/// The tree. See [the module](super). An inner node has two children, a leaf one polygon.
+/// The tree; see [the module](super). An inner node has two children, a leaf one polygon.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxTree {
     pub(super) nodes: Vec<TreeNode>,
@@ -91,12 +93,12 @@ impl BoxTree {
         self.nodes.capacity() * size_of::<TreeNode>() + self.links.capacity() * size_of::<Links>()
     }
 
-    /// Work of insertions and removals so far.
+    /// Counts of the work of all insertions and removals.
     pub(crate) fn upkeep(&self) -> Upkeep {
         self.upkeep
     }
 
-    /// Every leaf: its number, polygon and box.
+    /// All leaves: number, polygon and box.
     pub(crate) fn leaves(&self) -> impl Iterator<Item = (u32, PolygonId, &Aabb)> {
         self.nodes.iter().zip(&self.links).enumerate().filter_map(|(at, (node, links))| match links.below() {
             Below::Leaf(id) if node.polygons > 0 => Some((at as u32, id, &node.bounds)),
@@ -144,7 +146,7 @@ impl BoxTree {
         self.first_free = at;
     }
 
-    /// Adds a polygon and returns its leaf.
+    /// Inserts a polygon; returns its leaf.
     pub(crate) fn insert(&mut self, id: PolygonId, bounds: &Aabb) -> u32 {
         self.upkeep.filed += 1;
         let leaf = TreeNode { bounds: *bounds, parent: NONE, height: 0, polygons: 1 };
@@ -196,10 +198,10 @@ impl BoxTree {
         }
     }
 
-    /// The node whose pairing with the new box adds the least surface to the tree.
+    /// Finds the node whose pairing with the new box adds the least surface to the tree.
     ///
-    /// The descent from a node costs the growth of its box, whatever is found below ("inherited"). A subtree is left
-    /// out if even the best possible leaf below, one equal to the new box, would not beat the best so far.
+    /// The descent from a node costs the growth of the node's box, whatever is found below ("inherited" cost). A subtree is
+    /// skipped if even the best possible leaf below, equal to the new box, would not beat the best node so far.
     fn find_best_sibling(&self, bounds: &Aabb) -> u32 {
         let own_area = area(bounds);
         let mut at = self.root;
@@ -224,7 +226,7 @@ impl BoxTree {
                 Ordering::Less => a,
                 Ordering::Greater => b,
                 Ordering::Equal if self.is_nearer(&b, &a, bounds) => b,
-                // Also if both are leaves: then the next test ends it.
+                // If both are leaves, the next test ends the loop.
                 Ordering::Equal => a,
             };
             if next.least_below > best_cost || next.is_leaf {
@@ -245,11 +247,11 @@ impl BoxTree {
         Way { child, is_leaf, direct, area, least_below }
     }
 
-    /// Whether `way` is better than another one of the same cost: the nearer centre, then the lower subtree.
+    /// Whether `way` is better than another way of the same cost: its centre is nearer, or its subtree is lower.
     fn is_nearer(&self, way: &Way, other: &Way, bounds: &Aabb) -> bool {
         let distance = |way: &Way| {
             let node = self.node(way.child);
-            // Halved, because distances between huge boxes overflow.
+            // Both centres are halved, because distances between huge boxes overflow.
             ((node.bounds.center() * 0.5 - bounds.center() * 0.5).length_squared(), node.height)
         };
         distance(way) < distance(other)
@@ -267,7 +269,7 @@ impl BoxTree {
         }
     }
 
-    /// Computes an inner node from its children.
+    /// Computes the box, height and count of an inner node from its children.
     fn gather(&mut self, at: u32) {
         self.upkeep.boxes += 1;
         let [a, b] = self.children(at);
@@ -282,8 +284,8 @@ impl BoxTree {
         self.node(a).height.abs_diff(self.node(b).height)
     }
 
-    /// Rotates the taller child up if it is too tall (as in G. Adelson-Velsky and E. Landis, 1962). Returns the node
-    /// that is now in the place of `at`.
+    /// Rotates the taller child up if the heights differ too much (as in G. Adelson-Velsky and E. Landis, 1962). Returns
+    /// the node that has taken the position of `at`.
     fn limit_height(&mut self, at: u32) -> u32 {
         let [a, b] = self.children(at);
         if self.height_difference(a, b) <= MAX_HEIGHT_DIFFERENCE {
@@ -304,7 +306,7 @@ impl BoxTree {
         tall
     }
 
-    /// Exchanges a child with a child of the other child if that shrinks the box that loses it most. The box of `at`
+    /// Makes the exchange of a child with a child of the other child that shrinks a box most, if one does. The box of `at`
     /// itself stays the same.
     fn rotate(&mut self, at: u32) {
         let children = self.children(at);
@@ -342,10 +344,10 @@ impl BoxTree {
 struct Way {
     child: u32,
     is_leaf: bool,
-    /// Surface of the child's box joined with the new one.
+    /// Surface of the child's box joined with the new box.
     direct: f64,
     /// Surface of the child's box.
     area: f64,
-    /// Lower bound of the cost of all places below.
+    /// Lower bound of the cost of all nodes below.
     least_below: f64,
 }

@@ -1,6 +1,6 @@
 use super::tree::{Below, BoxTree, NONE};
 
-/// No tree of `u32` polygons gets deeper while siblings' heights stay within their limit.
+/// Upper bound of the height of a tree of `u32` polygons, as long as the heights of siblings stay within their limit.
 const MAX_HEIGHT: u32 = 300;
 
 impl BoxTree {

@@ -1,8 +1,8 @@
-//! A tree of boxes in one array, for any builder. Nodes lie depth first, each with the number of the node after its
-//! whole subtree. Polygons lie in the order of the leaves, so a subtree's polygons are one slice.
+//! A tree of boxes in one array, for any builder. Nodes are stored depth first, each with the number of the node that
+//! follows its whole subtree. Polygons are stored in the order of the leaves, so a subtree's polygons are one slice.
 //!
-//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998). Leaving out planes
-//! that a node lies wholly within ("plane masking") is from Lee Bishop et al., "Designing a PC Game Engine" (1998).
+//! The layout with skip numbers is from Brian Smits, "Efficiency Issues for Ray Tracing" (1998). Skipping planes that a
+//! node lies wholly inside ("plane masking") is from Lee Bishop et al., "Designing a PC Game Engine" (1998).
 
 mod near;
 mod ray;
@@ -26,38 +26,40 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// The deepest node. Builders split by count from [`COUNTED_DEPTH`] on, so no arrangement of polygons exceeds it.
+/// Depth of the deepest node. Builders halve the number of polygons from [`COUNTED_DEPTH`] on, so no arrangement of
+/// polygons exceeds it.
 pub(super) const MAX_DEPTH: usize = 96;
 
-/// From this depth on a builder must halve the number of polygons at every split: 32 more levels hold them all.
+/// From this depth on a builder must halve the number of polygons at every split, so that 32 more levels suffice for all
+/// polygons.
 pub(super) const COUNTED_DEPTH: usize = 60;
 
-/// A node: 32 bytes.
+/// A node, 32 bytes.
 #[derive(Clone, Copy, Debug)]
 struct FlatNode {
     bounds: Aabb,
-    /// Polygons (and holes) of the leaves below.
+    /// Number of polygons, and holes, of the leaves below.
     polygons: u32,
-    /// The next node that is not below this one; the node's own number plus 1 for a leaf.
+    /// The number of the next node outside the subtree; for a leaf, the node's own number plus 1.
     skip: u32,
 }
 
-/// The tree. Filled by [`FlatTree::start`], [`FlatTree::inner`] and [`FlatTree::leaf`] in depth-first order, and
-/// [`FlatTree::finish`].
+/// The tree. A builder calls [`FlatTree::start`], then [`FlatTree::inner`] and [`FlatTree::leaf`] in depth-first order,
+/// then [`FlatTree::finish`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct FlatTree {
     nodes: Vec<FlatNode>,
     lanes: BoxLanes,
-    /// Polygons removed since the tree was built.
+    /// Number of polygons removed since the tree was built.
     holes: usize,
-    /// Scratch of the filling: the nodes whose subtrees are not complete, from the top.
+    /// Working memory of a build: the nodes whose subtrees are not complete, from the top.
     open: Vec<u32>,
     /// The same tree with eight children a node, for the frustum query.
     wide: Vec<WideNode>,
 }
 
 impl FlatTree {
-    /// Empties the tree and makes room.
+    /// Empties the tree, and makes room for `polygons` polygons.
     pub(super) fn start(&mut self, polygons: usize) {
         self.clear();
         self.lanes.reserve(polygons);
@@ -71,14 +73,14 @@ impl FlatTree {
         self.holes = 0;
     }
 
-    /// Adds the next node, depth first: one with two to eight nodes below. The top has depth 0.
+    /// Adds the next node in depth-first order: an inner node with two to eight children. The top has depth 0.
     pub(super) fn inner(&mut self, depth: usize) {
         self.close(depth);
         self.open.push(self.nodes.len() as u32);
         self.nodes.push(FlatNode { bounds: Aabb::EMPTY, polygons: 0, skip: 0 });
     }
 
-    /// Adds the next node, depth first: one with polygons.
+    /// Adds the next node in depth-first order: a leaf with these polygons.
     pub(super) fn leaf(&mut self, depth: usize, items: &[Item]) {
         self.close(depth);
         let at = self.nodes.len() as u32;
@@ -87,7 +89,7 @@ impl FlatTree {
         self.nodes.push(FlatNode { bounds, polygons: items.len() as u32, skip: at + 1 });
     }
 
-    /// Ends the nodes of this depth and deeper: later nodes are not below them.
+    /// Completes the nodes of this depth and deeper, because later nodes are not below them.
     fn close(&mut self, depth: usize) {
         let next = self.nodes.len() as u32;
         for node in self.open.drain(depth.min(self.open.len())..) {
@@ -95,7 +97,7 @@ impl FlatTree {
         }
     }
 
-    /// Ends the tree: boxes and counts of the inner nodes.
+    /// Completes the tree: computes boxes and counts of the inner nodes.
     pub(super) fn finish(&mut self) {
         self.close(0);
         for at in (0..self.nodes.len()).rev() {
@@ -145,13 +147,13 @@ impl FlatTree {
         self.lanes.ids()
     }
 
-    /// Replaces the box of the polygon at a place of [`FlatTree::ids`]. The nodes follow at the next
-    /// [`FlatTree::refit`].
+    /// Replaces the box of the polygon at position `at` of [`FlatTree::ids`]. The next [`FlatTree::refit`] updates the
+    /// nodes.
     pub(super) fn set_box(&mut self, at: usize, bounds: &Aabb) {
         self.lanes.set(at, bounds);
     }
 
-    /// Removes the polygon at a place of [`FlatTree::ids`]; the boxes above keep their size.
+    /// Removes the polygon at position `at` of [`FlatTree::ids`]; the boxes above keep their size.
     pub(super) fn vacate(&mut self, at: usize) {
         self.lanes.vacate(at);
         self.holes += 1;
@@ -172,7 +174,8 @@ impl FlatTree {
         self.widen();
     }
 
-    /// The surface of all nodes as a multiple of the top's: a measure of a query's work. 0 if the top has no surface.
+    /// The sum of the surfaces of all nodes as a multiple of the top's surface, a measure of a query's work. 0 if the top
+    /// has no surface.
     pub(super) fn relative_area(&self) -> f64 {
         let Some(top) = self.nodes.first() else { return 0.0 };
         let all: f64 = self.nodes.iter().map(|node| area(&node.bounds)).sum();
@@ -274,12 +277,12 @@ impl FlatTree {
         work
     }
 
-    /// Nodes, leaves included.
+    /// Number of nodes, including leaves.
     pub(super) fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The box of the polygon at a place of [`FlatTree::ids`].
+    /// The box of the polygon at position `at` of [`FlatTree::ids`].
     pub(super) fn get_box(&self, at: usize) -> Aabb {
         self.lanes.get(at)
     }
@@ -292,13 +295,13 @@ impl FlatTree {
     }
 }
 
-/// Half the surface of a box, in `f64` because the squares of `f32` numbers overflow.
+/// Half the surface of a box, in `f64`, because the squares of `f32` numbers overflow.
 #[inline]
 pub(super) fn area(bounds: &Aabb) -> f64 {
     if bounds.is_empty() { 0.0 } else { joined_area(bounds, bounds) }
 }
 
-/// Half the surface of the smallest box around two that are not empty.
+/// Half the surface of the smallest box around two boxes that are not empty.
 #[inline]
 pub(super) fn joined_area(a: &Aabb, b: &Aabb) -> f64 {
     let (min, max) = (a.min.min(b.min), a.max.max(b.max));
@@ -308,18 +311,19 @@ pub(super) fn joined_area(a: &Aabb, b: &Aabb) -> f64 {
     x * y + y * z + z * x
 }
 
-/// Consecutive nodes, all children of one node with everything below them: from `start` up to, but without, `end`.
+/// A range of node numbers, from `start` up to, but excluding, `end`: some consecutive children of one node, with their
+/// subtrees.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     start: usize,
     end: usize,
-    /// Place of their first polygon.
+    /// Position of the first polygon of these nodes.
     first: usize,
-    /// The remaining planes of the node around them.
+    /// The planes that cut the parent of these nodes.
     mask: PlaneMask,
 }
 
-/// The ancestors of the present node: the end of each, and its remaining planes.
+/// The ancestors of the current node: the end of each ancestor's subtree, and the planes that cut the ancestor.
 struct Ancestors {
     ends: [(u32, PlaneMask); MAX_DEPTH + 1],
     len: usize,
@@ -330,7 +334,7 @@ impl Ancestors {
         Self { ends: [(end as u32, mask); MAX_DEPTH + 1], len: 1 }
     }
 
-    /// The mask for node `at`; drops the ancestors that end before it.
+    /// The planes to test for node `at`. Drops the ancestors whose subtrees end before it.
     #[inline]
     fn mask_at(&mut self, at: usize) -> PlaneMask {
         while self.len > 1 && self.ends[self.len - 1].0 as usize <= at {
@@ -341,7 +345,7 @@ impl Ancestors {
 
     #[inline]
     fn push(&mut self, end: usize, mask: PlaneMask) {
-        // If a tree were ever too deep, the mask of a higher node would test planes twice, and nothing worse.
+        // If a tree were ever too deep, the mask of a higher node would only test some planes twice.
         if self.len < self.ends.len() {
             self.ends[self.len] = (end as u32, mask);
             self.len += 1;

@@ -8,16 +8,17 @@ use osp::index::{
 };
 
 impl FlatTree {
-    /// Passes the polygons around a point to `nearest`, always those of the nearest node first. No order of nodes
-    /// tests fewer (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
+    /// Passes the polygons around a point to `nearest`, always the polygons of the nearest node first. No order of nodes
+    /// tests fewer polygons (Gisli R. Hjaltason and Hanan Samet, "Distance Browsing in Spatial Databases", 1999).
     pub(crate) fn ask_nearest(&self, nearest: &mut NearestPolygons<'_>) -> WorkCounts {
         let mut work = WorkCounts::default();
         let mut heap = BinaryHeap::new();
         let Some(top) = self.nodes.first() else { return work };
-        // A node, and the place of its first polygon.
+        // An entry is a node, and the position of its first polygon.
         heap.extend(nearest.distance_of(&top.bounds).map(|t| Waiting { t, place: (0, 0) }));
         while let Some(Waiting { place: (node, first), .. }) = heap.pop() {
-            // Nearer polygons may have been found since the entry was added; then all others are too far as well.
+            // Nearer polygons may have been found since the entry was added. If this node is then too far, all others are,
+            // too.
             if nearest.distance_of(&self.nodes[node].bounds).is_none() {
                 break;
             }

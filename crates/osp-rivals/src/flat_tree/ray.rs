@@ -5,7 +5,7 @@ use osp::{
     math::Ray,
 };
 
-/// Most children of a node that are brought into order; more of them are looked at in the order of the tree.
+/// Largest number of children that are sorted by distance. More children are visited in the order of the tree.
 const ORDERED: usize = 8;
 
 impl FlatTree {

@@ -10,7 +10,7 @@ pub(crate) enum Tightness {
 }
 
 impl FlatTree {
-    /// Checks the shape and that every box holds what is below, tightly if `tight`.
+    /// Checks the shape of the tree, and that every box contains all boxes below, tightly if `tight`.
     pub(crate) fn validate(&self, tight: Tightness) -> Result<(), String> {
         let mut ends = Vec::new();
         let mut first = 0;

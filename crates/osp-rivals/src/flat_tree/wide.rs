@@ -21,7 +21,7 @@ use osp::{
     math::{Frustum, PlaneMask},
 };
 
-/// Nodes that become children of one wide node: their numbers and the places of their first polygons.
+/// Nodes that become children of one wide node: their numbers, and the positions of their first polygons.
 struct Children {
     entries: [(usize, usize); WIDTH],
     count: usize,
@@ -38,7 +38,7 @@ impl Children {
 }
 
 impl FlatTree {
-    /// Makes the wide nodes again: O(nodes).
+    /// Computes the wide nodes again: O(nodes).
     pub(super) fn widen(&mut self) {
         let mut wide = std::mem::take(&mut self.wide);
         wide.clear();
@@ -48,7 +48,7 @@ impl FlatTree {
         self.wide = wide;
     }
 
-    /// Appends the wide node of a node, and those below it; returns its number.
+    /// Appends the wide node of a node, and the wide nodes below it; returns its number.
     fn widen_below(&self, at: usize, first: usize, wide: &mut Vec<WideNode>) -> u32 {
         assert!(self.children(at).count() <= WIDTH, "builders make at most eight children");
         let mut children = Children { entries: [(at, first); WIDTH], count: 1 };
@@ -137,7 +137,7 @@ impl WithKernel for Cull<'_, '_> {
     #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> WorkCounts {
         let mut work = WorkCounts::default();
-        // Of each node on the way down seven siblings wait at most.
+        // At most seven siblings of each node on the way down wait.
         let mut stack = [(0u32, 0u8); (WIDTH - 1) * MAX_DEPTH + 1];
         stack[0] = (0, PlaneSet::ALL);
         let mut waiting = usize::from(!self.tree.wide.is_empty());

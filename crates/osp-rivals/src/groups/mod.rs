@@ -1,9 +1,9 @@
 //! Groups that move: a scene graph over indexes.
 //!
-//! A [`GroupIndex`] inserts polygons once, as *meshes*, by their boxes in the mesh's own space. *Nodes* form trees:
-//! each has a transform to the space of its parent (or the world) and perhaps a mesh. A mesh of several nodes is shown
-//! several times and stored once. A node that is placed again costs the nodes below it, whatever the number of their
-//! polygons: their matrices are multiplied and their boxes united. In an index of the trees, one entry changes.
+//! A [`GroupIndex`] stores polygons in *meshes*, by their boxes in the mesh's own space. *Nodes* form trees: each node has
+//! a transform to the space of its parent (or the world) and perhaps a mesh. A mesh of several nodes is shown several times
+//! and stored once. If a node is placed again, the matrices of the nodes below are multiplied and their boxes united. The
+//! number of their polygons does not matter. In an index of the trees, one entry changes.
 //!
 //! ```text
 //! trees: an osp tree, an entry for each node that hangs under none ─> its box in the world
@@ -11,10 +11,10 @@
 //! mesh:  up to 512 polygons a list, more an osp tree, in its own space
 //! ```
 //!
-//! A query searches the index of the trees and visits the nodes whose boxes are in view. It transforms the frustum
-//! into the space of each mesh on the way ([`Frustum::in_space`](osp::math::Frustum::in_space)), widened by the
-//! rounding there. So no polygon with a point in view is left out. (A polygon's box in the world may be in view while
-//! its box in the mesh's space is not. Such polygons are left out, as they cannot be seen.)
+//! A query searches the index of the trees and visits the nodes whose boxes are in view. It transforms the frustum into the
+//! space of each visited mesh ([`Frustum::in_space`](osp::math::Frustum::in_space)), and widens it by the rounding error in
+//! this space. So no polygon with a point in view is left out. (The box of a polygon in the world may be in view while its
+//! box in the mesh's space is not. Such a polygon is left out, because it cannot be visible.)
 
 mod node;
 mod query;

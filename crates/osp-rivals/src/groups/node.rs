@@ -8,16 +8,16 @@ use osp::{
     polygon::{PolygonId, SpacePlace},
 };
 
-/// Why a [`GroupIndex`] refused a change. It is then as it was before.
+/// The reason why a [`GroupIndex`] refused a change. The refused change has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum GroupError {
-    /// There is no such mesh.
+    /// No mesh has this id.
     #[error("mesh {}: there is none", .0.0)]
     NoMesh(MeshId),
-    /// There is no such node.
+    /// No node has this id.
     #[error("node {}: there is none", .0.0)]
     NoNode(NodeId),
-    /// It would hang below itself.
+    /// The node would be its own ancestor.
     #[error("node {}: expected a parent that is not below it", .0.0)]
     Ring(NodeId),
     /// A number of the transform is not finite.
@@ -28,41 +28,42 @@ pub enum GroupError {
     Index(MeshId, IndexError),
 }
 
-/// A mesh, with where it is shown.
+/// A mesh, and the nodes that show it.
 #[derive(Default)]
 pub(super) struct ShownMesh {
     pub(super) mesh: Mesh,
-    /// The nodes that show it.
+    /// The nodes that show the mesh.
     nodes: Vec<u32>,
-    /// Since the last commit.
+    /// Whether the mesh has changed since the last commit.
     has_changed: bool,
 }
 
-/// A node, with what is known of its place in the world.
+/// A node, with its transform and its box in the world.
 pub(super) struct Node {
     pub(super) parent: Option<u32>,
     pub(super) children: Vec<u32>,
     pub(super) mesh: Option<u32>,
-    /// The parent's space from its own.
+    /// Transform from the node's own space to its parent's.
     to_parent: Affine3A,
-    /// The world from its own space; of `to_parent` and those above as they were at the last commit.
+    /// Transform from the node's own space to the world, as of the last commit.
     pub(super) world: Affine3A,
-    /// Its mesh and all below, world space; as at the last commit.
+    /// Box around the node's mesh and everything below, world space, as of the last commit.
     pub(super) bounds: Aabb,
-    /// It was placed or hung elsewhere: neither `world` nor `bounds`, here and below, are those of now.
+    /// Whether the node was placed or hung elsewhere since then, so that `world` and `bounds` of the node and everything
+    /// below are out of date.
     has_moved: bool,
-    /// Something below or its mesh has changed: `bounds` are not those of now. Set all the way up.
+    /// Whether the mesh or something below has changed, so that `bounds` is out of date. The flag is set all the way up.
     is_stale: bool,
 }
 
-/// Work counts of all commits so far.
+/// Work counts of all commits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GroupWork {
-    /// World matrices multiplied.
+    /// Number of world matrices multiplied.
     pub matrices: u64,
-    /// Boxes of nodes computed again.
+    /// Number of boxes of nodes computed again.
     pub boxes: u64,
-    /// Entries of trees changed in the index of trees.
+    /// Number of entries changed in the index of trees.
     pub entries: u64,
 }
 
@@ -70,10 +71,10 @@ pub struct GroupWork {
 pub struct GroupIndex {
     pub(super) meshes: Vec<ShownMesh>,
     pub(super) nodes: Vec<Node>,
-    /// The nodes that hang under none, by their numbers; those whose box is empty are not in it.
+    /// An index of the nodes without a parent, by their numbers. Nodes with an empty box are not in it.
     pub(super) trees: Osp,
     is_in_trees: Vec<bool>,
-    /// Nodes whose flag was set, tops of trees only.
+    /// Nodes without a parent whose flag `is_stale` was set.
     stale_tops: Vec<u32>,
     changed_meshes: Vec<u32>,
     work: GroupWork,
@@ -96,7 +97,7 @@ impl Default for GroupIndex {
 }
 
 impl GroupIndex {
-    /// An empty index; `config` is that of the index of trees.
+    /// An empty index; `config` configures the index of trees.
     pub fn new(config: &IndexConfig) -> Self {
         Self {
             meshes: Vec::new(),
@@ -115,11 +116,11 @@ impl GroupIndex {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Files a polygon of a mesh by its box in the mesh's space, gives it a new box, or takes it out (`None`). Queries see
-    /// it after the next [`GroupIndex::commit`].
+    /// Inserts a polygon into a mesh by its box in the mesh's space, gives it a new box, or removes it (`None`). Queries
+    /// see the change after the next [`GroupIndex::commit`].
     ///
     /// # Errors
-    /// There is no such mesh, or its index refuses the box or the number.
+    /// The mesh does not exist, or its index refuses the box or the number.
     pub fn set_polygon(
         &mut self,
         mesh: MeshId,
@@ -137,7 +138,7 @@ impl GroupIndex {
     /// Adds a node that shows `mesh`, or nothing of its own. Several nodes may show one mesh.
     ///
     /// # Errors
-    /// There is no such parent or mesh, or a number is not finite.
+    /// The parent or the mesh does not exist, or a number is not finite.
     pub fn add_node(
         &mut self,
         parent: Option<NodeId>,
@@ -173,10 +174,11 @@ impl GroupIndex {
         Ok(id)
     }
 
-    /// Places a node again. Costs the way up to the top of its tree; the next [`GroupIndex::commit`] costs the nodes below.
+    /// Replaces a node's transform. Takes time proportional to the node's depth; the next [`GroupIndex::commit`] takes time
+    /// proportional to the number of nodes below.
     ///
     /// # Errors
-    /// There is no such node, or a number is not finite.
+    /// The node does not exist, or a number is not finite.
     pub fn place(&mut self, node: NodeId, parent_from_node: Affine3A) -> Result<(), GroupError> {
         self.node(node)?;
         if !parent_from_node.is_finite() {
@@ -187,10 +189,11 @@ impl GroupIndex {
         Ok(())
     }
 
-    /// Hangs a node, with all below, under another one or under none. Its transform is from its own space to that one's.
+    /// Moves a node, with everything below, under another parent or under none. Its transform then leads from its own space
+    /// to the new parent's.
     ///
     /// # Errors
-    /// There is no such node, or the parent is the node itself or below it.
+    /// A node does not exist, or the parent is the node itself or below it.
     pub fn hang(&mut self, node: NodeId, parent: Option<NodeId>) -> Result<(), GroupError> {
         self.node(node)?;
         if let Some(parent) = parent {
@@ -220,7 +223,7 @@ impl GroupIndex {
         self.nodes[node as usize].parent = parent;
         if let Some(parent) = parent {
             self.nodes[parent as usize].children.push(node);
-            // It was the top of a tree, perhaps.
+            // The node may have been the top of a tree.
             if std::mem::take(&mut self.is_in_trees[node as usize]) {
                 let _ = self.trees.remove(PolygonId(node));
             }
@@ -229,12 +232,13 @@ impl GroupIndex {
 
     fn note_moved(&mut self, node: u32) {
         let of = &mut self.nodes[node as usize];
-        // Those above need not know: it may have come from elsewhere.
+        // The flag is cleared first, because the node may have come from another tree, so that its new ancestors are not
+        // marked yet.
         (of.has_moved, of.is_stale) = (true, false);
         self.note_stale(node);
     }
 
-    /// Sets the flag up to the top, or to a node where it is set.
+    /// Sets the flag up to the top, or up to a node whose flag is set.
     fn note_stale(&mut self, mut node: u32) {
         loop {
             let of = &mut self.nodes[node as usize];
@@ -249,7 +253,7 @@ impl GroupIndex {
         self.stale_tops.push(node);
     }
 
-    /// Ends a batch of changes: matrices and boxes of what has changed become those of now.
+    /// Ends a batch of changes: updates the matrices and boxes of everything that has changed.
     pub fn commit(&mut self) {
         let mut changed = std::mem::take(&mut self.changed_meshes);
         for mesh in changed.drain(..) {
@@ -264,7 +268,7 @@ impl GroupIndex {
         let mut tops = std::mem::take(&mut self.stale_tops);
         for top in tops.drain(..) {
             let of = &self.nodes[top as usize];
-            // Told twice, or it hangs under another one now, whose top was told, too.
+            // A top may be listed twice, or may have a parent now, whose top is listed, too.
             if of.is_stale && of.parent.is_none() {
                 self.refresh(top);
             }
@@ -273,9 +277,9 @@ impl GroupIndex {
         self.trees.commit();
     }
 
-    /// Computes again what has changed in a tree.
+    /// Updates everything that has changed in a tree.
     fn refresh(&mut self, top: u32) {
-        // Parents before children: down for the matrices, backwards for the boxes.
+        // Parents come before children: the order is walked forwards for the matrices, backwards for the boxes.
         let mut order = vec![top];
         let mut at = 0;
         while let Some(&node) = order.get(at) {
@@ -325,26 +329,26 @@ impl GroupIndex {
         self.work.entries += 1;
     }
 
-    /// The world from a node's space, as at the last commit.
+    /// The transform from a node's space to the world, as of the last commit.
     ///
     /// # Errors
-    /// There is no such node.
+    /// The node does not exist.
     pub fn world_from_node(&self, node: NodeId) -> Result<Affine3A, GroupError> {
         self.node(node).map(|node| node.world)
     }
 
-    /// The box of a node and all below, world space, as at the last commit; empty if there is no polygon.
+    /// The box around a node and everything below, world space, as of the last commit; empty without polygons.
     ///
     /// # Errors
-    /// There is no such node.
+    /// The node does not exist.
     pub fn bounds(&self, node: NodeId) -> Result<Aabb, GroupError> {
         self.node(node).map(|node| node.bounds)
     }
 
-    /// The nodes below a node, itself first, parents before children.
+    /// A node and all nodes below, parents before children.
     ///
     /// # Errors
-    /// There is no such node.
+    /// The node does not exist.
     pub fn walk(&self, node: NodeId) -> Result<Vec<NodeId>, GroupError> {
         self.node(node)?;
         let mut order = vec![node];
@@ -361,7 +365,7 @@ impl GroupIndex {
         self.meshes.iter().map(|of| of.mesh.index().len()).sum()
     }
 
-    /// Work counts of all commits so far.
+    /// Work counts of all commits.
     pub fn work(&self) -> GroupWork {
         self.work
     }

@@ -10,36 +10,36 @@ use osp::{
 /// The polygons of a mesh that a view may see.
 #[derive(Clone, Copy, Debug)]
 pub enum Polygons<'a> {
-    /// Every one.
+    /// All polygons.
     All,
-    /// These, at least one.
+    /// The polygons of this set, at least one.
     Some(&'a VisibleBlocks),
 }
 
 /// A mesh in view.
 #[derive(Clone, Copy, Debug)]
 pub struct Found<'a> {
-    /// The node that shows it.
+    /// The node that shows the mesh.
     pub node: NodeId,
     /// The mesh.
     pub mesh: MeshId,
-    /// The world from the mesh's space.
+    /// The transform from the mesh's space to the world.
     pub world_from_mesh: &'a Affine3A,
-    /// Its polygons.
+    /// The polygons of the mesh that the view may see.
     pub polygons: Polygons<'a>,
 }
 
-/// Scratch memory of queries, reused from frame to frame.
+/// Working memory of queries, kept from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct CullScratch {
     tops: VisibleBlocks,
     polygons: VisibleBlocks,
-    /// Nodes to visit, and whether all below is in view.
+    /// The nodes to visit, and whether everything below them is in view.
     walk: Vec<(u32, bool)>,
 }
 
 impl GroupIndex {
-    /// Hands out every mesh in view, as often as it is shown, with the polygons that the frustum may see.
+    /// Calls `found` for every mesh in view, once for each node that shows it, with the polygons that the frustum may see.
     pub fn frustum_cull(
         &self,
         frustum: &Frustum,
@@ -83,7 +83,7 @@ impl GroupIndex {
         work
     }
 
-    /// Polygons of a node's own mesh in view.
+    /// The polygons of a node's own mesh that are in view.
     fn shown<'a>(
         &self,
         node: &Node,
@@ -98,7 +98,7 @@ impl GroupIndex {
         if all == 0 {
             return None;
         }
-        // The box in its own space is turned with the mesh: tighter than that in the world.
+        // The mesh's box is tested in the mesh's space, because it is tighter there than in the world.
         let local = (!is_inside).then(|| in_space_of(frustum, &node.world, mesh.bounds()));
         let Some(local) = local.filter(|local| {
             work.boxes += 1;
@@ -114,7 +114,7 @@ impl GroupIndex {
     }
 }
 
-/// The frustum in the space of a mesh, wide enough there for boxes within `bounds` to be tested as they are.
+/// The frustum in the space of a mesh, widened so that boxes within `bounds` can be tested there.
 fn in_space_of(frustum: &Frustum, world_from_mesh: &Affine3A, bounds: &Aabb) -> Frustum {
     frustum.in_space(world_from_mesh).widened_for(bounds)
 }

@@ -2,12 +2,13 @@ use glam::Vec3;
 
 use osp::math::Aabb;
 
-/// A cell: its level, its place on that level, and its number.
+/// A cell: its level, its coordinates on this level, and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) level: u32,
     at: [u32; 3],
-    /// Level by level from the root, along the Morton curve on each: the eight children of a cell are consecutive.
+    /// Cells are numbered level by level from the root, on each level along the Morton curve, so that the eight children of
+    /// a cell are consecutive.
     pub(super) number: u32,
 }
 
@@ -37,7 +38,7 @@ fn first_of(level: u32) -> usize {
     ((1 << (3 * level)) - 1) / 7
 }
 
-/// Grid of the cells.
+/// The grid of the cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LooseGrid {
     min: Vec3,
@@ -46,7 +47,7 @@ pub(super) struct LooseGrid {
 }
 
 impl LooseGrid {
-    /// The smallest cube around the root's centre that contains it. An invalid root makes a cube of size 0, which
+    /// The smallest cube that contains `root` and has the same centre. An invalid root makes a cube of size 0, which
     /// contains nothing.
     pub(super) fn new(root: &Aabb, max_depth: u32) -> Self {
         let size_m = root.extent().max_element();
@@ -57,7 +58,7 @@ impl LooseGrid {
         }
     }
 
-    /// Cells of all levels.
+    /// Number of cells of all levels.
     pub(super) fn cell_count(&self) -> usize {
         first_of(self.max_depth + 1)
     }
@@ -74,15 +75,15 @@ impl LooseGrid {
         path[..depth].iter().rev().fold(Cell::ROOT, |cell, &i| cell.child(i))
     }
 
-    /// The loose box of a cell: twice its edge, around its middle.
+    /// The loose box of a cell: twice the cell's edges, around the cell's centre.
     pub(super) fn loose_box(&self, cell: &Cell) -> Aabb {
         let edge_m = self.size_m / (1u32 << cell.level) as f32;
         let corner = |by: f32| self.min + Vec3::from_array(cell.at.map(|k| k as f32 + by)) * edge_m;
         Aabb::new(corner(-0.5), corner(1.5))
     }
 
-    /// The deepest cell that is at least as large as the box and contains its centre. [`None`] if the centre is
-    /// outside the root, or the box is larger.
+    /// The deepest cell that is at least as large as the box and contains its centre. [`None`] if the centre is outside the
+    /// root, or the box is larger than the root.
     pub(super) fn place(&self, bounds: &Aabb) -> Option<Cell> {
         let center = bounds.center();
         let root = Aabb::new(self.min, self.min + Vec3::splat(self.size_m));
@@ -90,7 +91,7 @@ impl LooseGrid {
         if !root.contains(&Aabb::new(center, center)) || extent_m > self.size_m {
             return None;
         }
-        // Each level halves the edge: the quotient's exponent is the level. A point has an infinite quotient.
+        // Each level halves the edge, so the quotient's exponent is the level. For a point the quotient is infinite.
         let ratio = (self.size_m / extent_m).max(1.0);
         let level = ((ratio.to_bits() >> 23) - 127).min(self.max_depth);
         let cells = (1u32 << level) as f32;

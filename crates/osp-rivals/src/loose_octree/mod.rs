@@ -1,15 +1,15 @@
-//! The loose octree: cells are twice as large as their spacing. So a polygon's size decides its level, and its centre
-//! decides its cell.
+//! The loose octree: cells are twice as large as their spacing. So the size of a polygon determines its level, and its
+//! centre determines its cell.
 //!
 //! Source: Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000), looseness 2. All levels are preallocated flat
-//! arrays (eight bytes a cell). So insertion is O(1) but for the counts of the cells above, by which a query skips empty
-//! cells.
+//! arrays (eight bytes a cell). So insertion takes O(1), except for the counts of the cells above, by which a query skips
+//! empty cells.
 //!
 //! # Differences from the source
-//! * By rounding, a polygon may reach a hair beyond the loose cell of its size and centre; it is then stored a level
-//!   higher.
-//! * A polygon with a centre outside the root, or larger than the root, is kept in a list beside the tree. A query
-//!   tests the list one by one. (The source leaves that open; many such polygons make a linear scan.)
+//! * Because of rounding, a polygon may reach a little beyond the loose cell of its size and centre. It is then stored a
+//!   level higher.
+//! * A polygon with a centre outside the root, or larger than the root, is kept in a list beside the tree. A query tests
+//!   the list one by one. (The source leaves this case open; many such polygons make a linear scan.)
 
 mod cell;
 mod query;
@@ -30,17 +30,17 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// Blocks of sixteen polygons of a bucket: about as many as a cell has.
+/// Number of blocks of sixteen polygons in a bucket: a cell has about as many polygons.
 const BLOCKS: usize = 2;
 
-/// The deepest tree that is made: 2.4 million cells, 19 MB.
+/// Depth of the deepest tree, which has 2.4 million cells and takes 19 MB.
 const MAX_MAX_DEPTH: u32 = 7;
 
 /// Configuration of a loose octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LooseOctreeConfig {
-    /// Levels below the root, at most 7. More: fewer polygons a cell, more cells to visit. Polygons smaller than the
-    /// smallest cells all lie on the last level.
+    /// Number of levels below the root, at most 7. If it is larger, cells have fewer polygons, and queries visit more
+    /// cells. Polygons smaller than the smallest cells all lie on the last level.
     pub max_depth: u32,
 }
 
@@ -52,12 +52,12 @@ impl LooseOctreeConfig {
     }
 }
 
-/// State of a cell.
+/// The state of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// First bucket of its own polygons.
+    /// The first bucket of the cell's own polygons.
     chain: u32,
-    /// Polygons in it and below.
+    /// Number of polygons in the cell and below.
     polygons: u32,
 }
 
@@ -69,7 +69,7 @@ impl Slot {
 #[derive(Debug)]
 pub struct LooseOctree {
     grid: LooseGrid,
-    /// Every cell by its number; the last entry is the list beside the tree.
+    /// The state of every cell, by its number; the last entry is the list beside the tree.
     slots: Vec<Slot>,
     buckets: Buckets<BLOCKS>,
     filed: FiledBoxes,
@@ -93,17 +93,17 @@ impl LooseOctree {
         }
     }
 
-    /// Number of polygons that no cell of the tree can hold.
+    /// Number of polygons that no cell of the tree can contain.
     pub fn outside_root(&self) -> usize {
         self.slots[self.outside()].polygons as usize
     }
 
-    /// The place of the list beside the tree.
+    /// Index in `slots` of the list beside the tree.
     fn outside(&self) -> usize {
         self.slots.len() - 1
     }
 
-    /// Adds to the counts of a cell and those above it.
+    /// Adds `by` to the counts of a cell and of the cells above it.
     fn count(&mut self, mut cell: usize, by: i32) {
         let outside = self.outside();
         loop {

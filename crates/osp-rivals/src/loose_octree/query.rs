@@ -12,7 +12,7 @@ use osp::{
     math::{Aabb, Containment, Frustum, PlaneMask},
 };
 
-/// A walk through cells, or a list of polygons, with a kernel.
+/// A frustum query of a part of the tree, to run on a kernel.
 struct Cull<'a, S> {
     tree: &'a LooseOctree,
     one: PlaneLanes,
@@ -21,12 +21,12 @@ struct Cull<'a, S> {
     from: From,
 }
 
-/// Part to cull.
+/// The part of the tree to cull.
 #[derive(Clone, Copy)]
 enum From {
-    /// A cell and everything below, against these planes.
+    /// A cell with everything below, against these planes.
     Cell(Cell, PlaneMask),
-    /// The polygons of a cell itself.
+    /// The polygons of a cell itself, against these planes.
     Own(Cell, PlaneMask),
     /// The list beside the tree.
     Outside,
@@ -69,7 +69,7 @@ impl<S: Sink> WithKernel for Cull<'_, S> {
 }
 
 impl<S: Sink> Cull<'_, S> {
-    /// The polygons of a slot.
+    /// Culls the polygons of a slot.
     #[inline(always)]
     fn chain<K: Kernel>(&mut self, kernel: K, slot: usize, mask: u8, work: &mut WorkCounts) {
         let chain = self.tree.slots[slot].chain;
@@ -96,7 +96,7 @@ impl LooseOctree {
         Backend::detect().run(Cull { tree: self, one, many, sink, from })
     }
 
-    /// Calls `each` for the children that hold anything, the last first.
+    /// Calls `each` for the children that contain polygons, the last child first.
     fn for_children(&self, cell: &Cell, mut each: impl FnMut(Cell)) {
         if cell.level < self.grid.max_depth {
             let first = cell.child(0).number as usize;
@@ -113,7 +113,7 @@ impl LooseOctree {
         while let Some((cell, mask)) = stack.pop() {
             let polygons = self.slots[cell.number as usize].polygons as usize;
             if polygons == 0 {
-                continue; // Only an empty root: children without polygons are never pushed.
+                continue; // This happens only for an empty root, because children without polygons are never pushed.
             }
             let bounds = self.grid.loose_box(&cell);
             work.nodes += 1;
@@ -141,7 +141,7 @@ impl LooseOctree {
         work
     }
 
-    /// The list beside the tree as one more leaf at the top.
+    /// Visits the list beside the tree as a leaf at the top.
     fn visit_outside(&self, frustum: &Frustum, visitor: &mut dyn Visitor, work: &mut WorkCounts) {
         let chain = self.slots[self.outside()].chain;
         if chain == buckets::NONE {

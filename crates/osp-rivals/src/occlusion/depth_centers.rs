@@ -7,8 +7,8 @@ use osp::{
     view::ViewWindow,
 };
 
-/// The software depth buffer sampled at pixel centres, as J. Hasselgren, M. Andersson, T. Akenine-Möller ("Masked Software
-/// Occlusion Culling", 2016) have it. Wrong by up to half a pixel: not conservative.
+/// The software depth buffer sampled at pixel centres, as in J. Hasselgren, M. Andersson, T. Akenine-Möller, "Masked
+/// Software Occlusion Culling" (2016). It is wrong by up to half a pixel, so it is not conservative.
 #[derive(Clone, Debug)]
 pub struct DepthCenters(DepthBuffer);
 

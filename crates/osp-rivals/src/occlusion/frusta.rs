@@ -9,14 +9,13 @@ use osp::{
     view::ViewWindow,
 };
 
-/// Every shadow volume alone, one after the other.
+/// Tests a volume against the shadow volume of each occluder, one after the other.
 ///
-/// T. Hudson, D. Manocha, J. Cohen, M. Lin, K. Hoff, H. Zhang, "Accelerated Occlusion Culling using Shadow Frusta",
-/// 1997.
+/// T. Hudson, D. Manocha, J. Cohen, M. Lin, K. Hoff, H. Zhang, "Accelerated Occlusion Culling using Shadow Frusta", 1997.
 ///
 /// # Differences from the paper
-/// Occluders are single convex polygons, not objects, and the volumes tested are boxes or spheres without a hierarchy
-/// of their own. It does not find volumes that only two occluders together hide.
+/// Occluders are single convex polygons, not objects, and the tested volumes are boxes or spheres without a hierarchy of
+/// their own. The method does not find volumes that only two occluders together hide.
 #[derive(Clone, Debug)]
 pub struct ShadowFrusta {
     eye_in_world: DVec3,
@@ -24,7 +23,7 @@ pub struct ShadowFrusta {
 }
 
 impl ShadowFrusta {
-    /// Without occluders; with room for this many.
+    /// A culler without occluders, with room for `occluders` of them.
     pub fn new(occluders: usize) -> Self {
         Self { eye_in_world: DVec3::ZERO, occluders: Vec::with_capacity(occluders) }
     }

@@ -1,7 +1,7 @@
 use super::{DepthCenters, MsvbspPaper, PaperCaps, ShadowFrusta, Svbsp};
 use osp::occlusion::{DepthConfig, MakeCuller, kernels::node_budget};
 
-/// The methods of occlusion culling that [`Occlusion`](osp::occlusion::Occlusion)'s are compared with.
+/// The methods of occlusion culling that [`Occlusion`](osp::occlusion::Occlusion)'s methods are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum RivalOcclusion {
     /// The shadow volume of each occluder alone: [`ShadowFrusta`].
@@ -15,7 +15,7 @@ pub enum RivalOcclusion {
 }
 
 impl RivalOcclusion {
-    /// Its name on the command line and in tables.
+    /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Frusta => "frusta",
@@ -25,8 +25,7 @@ impl RivalOcclusion {
         }
     }
 
-    /// Constructor of its culler for a frame's largest polygons, for
-    /// [`Pipeline::with_culler`](osp::frame::Pipeline::with_culler).
+    /// Constructor of the method's culler, for [`Pipeline::with_culler`](osp::frame::Pipeline::with_culler).
     pub fn culler(self) -> MakeCuller {
         match self {
             Self::Frusta => |occluders| Box::new(ShadowFrusta::new(occluders)),

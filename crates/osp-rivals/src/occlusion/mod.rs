@@ -1,6 +1,6 @@
-//! Every other way to cull by a frame's largest polygons, to measure [`osp::occlusion`] against.
+//! All other methods of culling by a frame's largest polygons, to compare with [`osp::occlusion`].
 //!
-//! Each takes the same occluders as [`Msvbsp`](osp::occlusion::msvbsp::Msvbsp). [`RivalOcclusion`] names them all.
+//! Each method gets the same occluders as [`Msvbsp`](osp::occlusion::msvbsp::Msvbsp). [`RivalOcclusion`] lists all of them.
 
 mod depth_centers;
 mod frusta;

@@ -4,9 +4,9 @@
 //!
 //! # Where the text is silent
 //! * Planes are compared by their edges; an edge on the splitting plane counts as before it.
-//! * Rule 5: two planes are one only if their edges have bitwise the same ends.
-//! * A group united by rule 5 hides what lies beyond the caps of all its members, if caps are used at all.
-//! * A tree that outgrows its budget is unoccluded where it is unfinished.
+//! * Rule 5: two planes are the same only if the ends of their edges are equal, bit for bit.
+//! * A group of occluders that rule 5 unites hides volumes beyond the caps of all its members, if caps are used at all.
+//! * If the budget is used up, cells that are not divided yet are unoccluded.
 
 use glam::DVec3;
 
@@ -19,20 +19,20 @@ use osp::{
     view::ViewWindow,
 };
 
-/// An end of an edge counts as behind a splitting plane beyond this sine. Larger: neighbours that share a corner are
-/// sorted more cleanly, and more planes are lost.
+/// The end of an edge counts as behind a splitting plane if it is behind it by more than this sine. If it is larger,
+/// neighbours that share a corner are sorted more cleanly, and more planes are lost.
 const BEHIND_SINE: f64 = 1.0e-9;
 
-/// Whether what lies between the eye and its occluder counts as hidden.
+/// Whether volumes between the eye and an occluder count as hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperCaps {
-    /// It does: the paper does not mention caps.
+    /// They do, because the paper does not mention caps.
     None,
-    /// It does not: the occluder's own plane closes the shadow.
+    /// They do not: the occluder's own plane closes the shadow.
     Supporting,
 }
 
-/// A shadow plane with its edge, as the paper sorts them.
+/// A shadow plane with its edge, which determines how the paper sorts the plane.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: DVec3,
@@ -46,7 +46,7 @@ struct Task {
     link: Link,
     depth: u32,
     planes: Span,
-    /// The group whose planes come first (rule 3).
+    /// The group whose planes come first in the cell (rule 3).
     group: u32,
 }
 
@@ -58,7 +58,7 @@ pub struct MsvbspPaper {
     list_budget: usize,
     tree: ShadowTree,
     planes: Vec<Plane>,
-    /// By occluder: its group, named after the best member.
+    /// For each occluder, its group, named after the best member.
     group: Vec<u32>,
     caps_of_group: Vec<Caps>,
     lists: Vec<u32>,
@@ -67,7 +67,7 @@ pub struct MsvbspPaper {
 }
 
 impl MsvbspPaper {
-    /// A culler without occluders with room for this many splitting planes.
+    /// A culler without occluders, with room for `node_budget` splitting planes.
     pub fn new(caps: PaperCaps, node_budget: usize) -> Self {
         let rule = match caps {
             PaperCaps::None => CapRule::Ignore,
@@ -95,12 +95,12 @@ impl MsvbspPaper {
         occluder
     }
 
-    /// Rules 5 and 6: planes that two occluders share.
+    /// Applies rules 5 and 6: deletes planes that two occluders share.
     fn delete_shared_planes(&mut self) {
         for i in 0..self.planes.len() {
             for j in i + 1..self.planes.len() {
                 let (a, b) = (self.planes[i], self.planes[j]);
-                // Every pair is tested: cheap tests first.
+                // Every pair is tested, so the cheap tests come first.
                 if a.normal.dot(b.normal) > -0.999_999 || a.occluder == b.occluder || a.deleted || b.deleted {
                     continue;
                 }
@@ -110,7 +110,7 @@ impl MsvbspPaper {
                     let (g, h) = (self.group_of(a.occluder), self.group_of(b.occluder));
                     self.group[g.max(h) as usize] = g.min(h);
                 } else if overlap_in_one_plane(&a, &b) {
-                    // The list is sorted best first: the later one is the worse.
+                    // The list is sorted, the best first, so the later occluder is the worse one.
                     self.planes[j].deleted = true;
                 }
             }
@@ -145,7 +145,7 @@ impl MsvbspPaper {
             return;
         }
         let node = self.tree.push(task.link, normal, task.depth);
-        // Rule 2: to the side, or sides, on which the edge has an end; nothing is cut.
+        // Rule 2: a plane goes to the side, or to both sides, on which its edge has an end. Nothing is cut.
         let mut sort = |side: Side| {
             let start = self.lists.len();
             for i in range.clone() {
@@ -168,7 +168,7 @@ impl MsvbspPaper {
         if front.range().any(|i| self.group_of_plane(self.lists[i]) == group) {
             self.tasks.push(Task { link: Link::Below(node, Side::Front), depth, planes: front, group });
         } else {
-            // Rule 4: nothing of this group is left, so everything else here is in its shadow.
+            // Rule 4: no plane of this group is left, so all other occluders that reach this cell lie in its shadow.
             let caps = self.caps_of_group[group as usize];
             self.tree.set(Link::Below(node, Side::Front), Child::leaf(caps));
         }
@@ -178,7 +178,7 @@ impl MsvbspPaper {
     }
 }
 
-/// Rule 6: opposite normals, one plane, and edges that overlap by more than a point.
+/// Rule 6: the planes have opposite normals and are one plane, and their edges overlap by more than a point.
 fn overlap_in_one_plane(a: &Plane, b: &Plane) -> bool {
     let in_plane = b.ends.iter().all(|p| a.normal.dot(*p).abs() <= BEHIND_SINE * p.length());
     if !in_plane {
@@ -214,7 +214,7 @@ impl OcclusionCuller for MsvbspPaper {
         self.lists.clear();
         self.tasks.clear();
         self.left_out = 0;
-        // One cap each has to fit.
+        // The room has to suffice for one cap of each occluder.
         let fitting = occluders.len().min(self.node_budget);
         self.left_out += (occluders.len() - fitting) as u32;
         let occluders = &occluders[..fitting];
@@ -228,7 +228,7 @@ impl OcclusionCuller for MsvbspPaper {
         }
         self.delete_shared_planes();
         self.caps_of_groups(occluders);
-        // Rule 1: best group first; a group is as good as its best member. Within one, in order of score.
+        // Rule 1: the best group comes first; a group is as good as its best member. Planes of a group are sorted by score.
         self.lists.extend((0..self.planes.len() as u32).filter(|&p| !self.planes[p as usize].deleted));
         let mut lists = std::mem::take(&mut self.lists);
         lists.sort_unstable_by_key(|&p| (self.group_of_plane(p), p));

@@ -3,10 +3,10 @@
 //! N. Chin, S. Feiner, "Near Real-Time Shadow Generation Using BSP Trees", 1989.
 //!
 //! # Differences from the paper
-//! * Polygons are inserted front to back by the nearest corner, not by a BSP tree of the scene. If two overlap in
-//!   depth the order is not exact; nothing relies on it, because every shadowed leaf has its occluder's cap.
-//! * If a piece of a polygon reaches an unoccluded leaf, the planes there are those of the whole polygon, not of the
-//!   piece. Planes that the cell already lies before are left out. A plane that is missing by a rounding error would
+//! * Polygons are inserted front to back by their nearest corners, not by a BSP tree of the scene. If two polygons overlap
+//!   in depth, this order is not exact. No result depends on the order, because every shadowed leaf has its occluder's cap.
+//! * If a piece of a polygon reaches an unoccluded leaf, the leaf is divided by the planes of the whole polygon, not of the
+//!   piece. Planes that the cell already lies before are left out. Without this, a plane lost by a rounding error would
 //!   hide visible polygons.
 
 use glam::DVec3;
@@ -23,7 +23,7 @@ use osp::{
     view::ViewWindow,
 };
 
-/// A polygon's piece on its way down the tree.
+/// A piece of a polygon on its way down the tree.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     link: Link,
@@ -46,7 +46,7 @@ pub struct Svbsp {
 }
 
 impl Svbsp {
-    /// A culler without occluders with room for this many splitting planes; allocates all its memory now.
+    /// A culler without occluders, with room for `node_budget` splitting planes. It allocates all its memory now.
     pub fn new(node_budget: usize) -> Self {
         let point_budget = node_budget * 16;
         Self {
@@ -61,7 +61,7 @@ impl Svbsp {
     }
 
     fn insert(&mut self, occluder: &ShadowVolume, window: &ViewWindow) {
-        // No insertion needs data of another one.
+        // Each insertion begins with empty lists, because no insertion needs data of another.
         self.points.clear();
         self.points.extend_from_slice(window.corners());
         self.points.extend(occluder.corners().iter().map(|v| v.normalize_or_zero()));
@@ -102,7 +102,7 @@ impl Svbsp {
         }
     }
 
-    /// Replaces an unoccluded leaf by the planes of an occluder that reaches its cell.
+    /// Replaces an unoccluded leaf by the planes of an occluder that reaches the leaf's cell.
     fn raise(&mut self, mut task: Task, occluder: &ShadowVolume) {
         for &normal in occluder.sides() {
             let (low, high) = reach(normal, &self.points[task.cell.range()]);

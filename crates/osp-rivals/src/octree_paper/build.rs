@@ -4,7 +4,7 @@ use super::{NONE, Node, OctreePaper};
 use crate::item::Item;
 use osp::math::Aabb;
 
-/// The part of a cell on one side of each of the three planes through `center`: bit by axis, 1 is the greater side.
+/// An octant of a cell that three planes through `center` divide. Bit `axis` of `child` is 1 for the greater side.
 fn octant(cell: &Aabb, center: Vec3, child: usize) -> Aabb {
     let side = |axis: usize| child >> axis & 1 == 1;
     let min = std::array::from_fn(|a| if side(a) { center[a] } else { cell.min[a] });
@@ -24,7 +24,7 @@ impl OctreePaper {
         }
     }
 
-    /// Makes the node of a cell with everything below it; returns its number.
+    /// Makes the node of a cell with its subtree; returns the node's number.
     fn build(&mut self, items: Vec<Item>, cell: Aabb, depth: u32) -> u32 {
         let number = self.nodes.len();
         let start = self.items.len() as u32;
@@ -52,7 +52,8 @@ impl OctreePaper {
         number as u32
     }
 
-    /// The child that holds a box whole. As in Fig. 1(a), the box is tested against the planes of each of the eight.
+    /// The child that contains a box wholly. As in Fig. 1(a), the box is tested against the planes of each of the eight
+    /// children.
     fn child_of(&mut self, bounds: &Aabb, center: Vec3) -> Option<usize> {
         let mut found = None;
         for child in 0..8 {

@@ -18,7 +18,7 @@ impl OctreePaper {
         work
     }
 
-    /// As the paper's Fig. 6, from `top` downwards.
+    /// Culls as the paper's Fig. 6 does, from `top` downwards.
     fn cull_below(&self, top: u32, frustum: &Frustum, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = WalkStack::from(top);
         while let Some(at) = stack.pop() {
@@ -40,7 +40,7 @@ impl OctreePaper {
         }
     }
 
-    /// The polygons of a node that is cut.
+    /// Reports the own polygons of a node that a plane cuts.
     fn take_own(&self, node: &super::Node, frustum: &Frustum, sink: &mut impl Sink, work: &mut WorkCounts) {
         if self.cut_nodes == CutNodes::Drawn {
             let ids = &self.ids[node.own()];

@@ -1,15 +1,15 @@
 //! The octree that the OSP paper compares its tree with, as the paper describes it (section 2.1 and Fig. 1(a), 4.3).
 //!
 //! In the paper, "to be divided among eight child nodes, each of the eight nodes is tested for whether it holds the
-//! polygon". Each test uses the planes that divide the parent: three planes for each of eight children. The OSP tree
-//! tests three planes in all. And the octree is rebuilt "under optimal conditions whenever a new model is input".
-//! [`octree_rebuild`](super::octree_rebuild) is the same rival in its best form.
+//! polygon". Each test uses the three planes that divide the parent, for each of eight children. The OSP tree tests three
+//! planes in total. And the octree is rebuilt "under optimal conditions whenever a new model is input".
+//! [`octree_rebuild`](super::octree_rebuild) is the same structure in its best form.
 //!
 //! # Where the text is silent
-//! * *A polygon that no child holds whole.* It stays in the node, as in the OSP tree.
+//! * *A polygon that no child contains wholly.* It stays in the node, as in the OSP tree.
 //! * *Optimal conditions.* The root is the box around all polygons. A node is divided only if it has more than
-//!   [`OctreePaperConfig::leaf_capacity`] polygons; children without polygons are not made.
-//! * *The output.* As with the OSP tree, it is exact, or with [`CutNodes::Drawn`] as in the paper's Fig. 6.
+//!   [`OctreePaperConfig::leaf_capacity`] polygons; it has no children without polygons.
+//! * *The output.* It is exact, or with [`CutNodes::Drawn`] that of the paper's Fig. 6.
 
 mod build;
 mod cull;
@@ -33,14 +33,14 @@ const NONE: u32 = u32::MAX;
 /// Configuration of the paper's octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreePaperConfig {
-    /// A node with more polygons is divided.
+    /// A node with more polygons than this is divided.
     pub leaf_capacity: usize,
-    /// Deepest level, at most [`OctreePaperConfig::DEEPEST`]; nodes there are leaves whatever they hold.
+    /// The deepest level, at most [`OctreePaperConfig::DEEPEST`]. Nodes on this level are leaves of any size.
     pub max_depth: u32,
 }
 
 impl OctreePaperConfig {
-    /// Levels that a walk has room for.
+    /// Number of levels that a walk has room for.
     pub const DEEPEST: u32 = 21;
 }
 
@@ -50,7 +50,7 @@ impl Default for OctreePaperConfig {
     }
 }
 
-/// A node: its polygons lie side by side, followed by those of everything below.
+/// A node. Its own polygons are consecutive, followed by the polygons of its subtree.
 #[derive(Clone, Debug)]
 struct Node {
     cell: Aabb,
@@ -108,13 +108,13 @@ impl OctreePaper {
         }
     }
 
-    /// The octree with another treatment of the nodes that the frustum cuts.
+    /// Changes the treatment of nodes that the frustum cuts.
     #[must_use]
     pub fn with_cut_nodes(self, cut_nodes: CutNodes) -> Self {
         Self { cut_nodes, ..self }
     }
 
-    /// Work counts of all builds so far.
+    /// Work counts of all builds.
     pub fn filing(&self) -> FilingCounts {
         self.filing
     }
@@ -170,7 +170,7 @@ impl SpatialIndex for OctreePaper {
 
     fn validate(&self) -> Result<(), String> {
         if self.is_due {
-            return Ok(()); // The tree is that of the last commit.
+            return Ok(()); // The tree belongs to the last commit, so it need not match.
         }
         for (i, node) in self.nodes.iter().enumerate() {
             let fault = |what: &str| Err(format!("node {i}: {what}"));

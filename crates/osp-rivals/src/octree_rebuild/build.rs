@@ -10,11 +10,11 @@ use osp::math::Aabb;
 /// Configuration of an octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OctreeConfig {
-    /// A node with more polygons is split. Larger: quicker builds, more polygons tested. Sixteen are tested at once;
-    /// queries gain up to 64.
+    /// A node with more polygons than this is split. If it is larger, builds are quicker, and queries test more polygons.
+    /// Sixteen polygons are tested at once; queries gain up to 64.
     pub leaf_capacity: usize,
-    /// Deepest level, at most 96; nodes there are leaves of any size. Cells halve at every level, so only polygons
-    /// whose positions form a geometric series get there.
+    /// The deepest level, at most 96. Nodes on this level are leaves of any size. Cells halve at every level, so only
+    /// polygons whose positions form a geometric series get there.
     pub max_depth: usize,
 }
 
@@ -24,7 +24,7 @@ impl Default for OctreeConfig {
     }
 }
 
-/// Element that building moves: 16 bytes instead of the whole item.
+/// The element that a build moves: 16 bytes instead of the whole item.
 #[derive(Clone, Copy, Debug)]
 struct Seed {
     center: Vec3,
@@ -37,12 +37,12 @@ struct Pending {
     start: u32,
     end: u32,
     depth: u32,
-    /// The box around the centres.
+    /// The box around the centres of its polygons.
     centers: Aabb,
 }
 
-/// Builds by counting: at every node one pass counts the polygons of the eight octants, one orders them. O(n log n);
-/// stable, so polygons keep their order of arrival.
+/// Builds by counting: at every node, one pass counts the polygons of the eight octants, and another orders them. O(n log
+/// n). The order is stable, so polygons keep their order of arrival.
 #[derive(Debug)]
 pub(super) struct OctreeBuilder {
     config: OctreeConfig,
@@ -65,7 +65,7 @@ impl OctreeBuilder {
         }
     }
 
-    /// Splits a node: brings its seeds into the order of the octants and appends the nodes below, the last first.
+    /// Splits a node: orders its seeds by octants and appends the nodes below, the last first.
     fn split(&mut self, node: &Pending) {
         let range = node.start as usize..node.end as usize;
         let at = split_point(&node.centers);
@@ -98,7 +98,8 @@ impl OctreeBuilder {
     }
 }
 
-/// The middle of a box, but below its greatest corner on every axis with some extent. So each side gets polygons.
+/// The middle of a box, but below the box's greatest corner on every axis with some extent, so that each side gets
+/// polygons.
 fn split_point(centers: &Aabb) -> Vec3 {
     let middle = centers.center();
     Vec3::select(middle.cmplt(centers.max), middle, centers.min)

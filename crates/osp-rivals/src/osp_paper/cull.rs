@@ -12,10 +12,10 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// A walk downwards keeps at most one node waiting for each level.
+/// Largest number of nodes that wait in a walk: at most one for each level.
 const STACK: usize = MAX_MAX_DEPTH as usize + 2;
 
-/// The frustum and, for each of its planes, which of a box's eight points lies farthest along its normal.
+/// The frustum and, for each of its planes, the corner of a box that lies farthest along the plane's normal.
 struct EightPointTest<'a> {
     frustum: &'a Frustum,
     farthest_along: [usize; 6],
@@ -23,7 +23,7 @@ struct EightPointTest<'a> {
 
 impl<'a> EightPointTest<'a> {
     fn new(frustum: &'a Frustum) -> Self {
-        // The bits of a corner's number choose max on x, y, z; see `Aabb::corners`.
+        // The bits of a corner's number select max on x, y, z; see `Aabb::corners`.
         let farthest_along = frustum.planes().map(|plane| {
             let n = plane.normal;
             usize::from(n.x >= 0.0) | usize::from(n.y >= 0.0) << 1 | usize::from(n.z >= 0.0) << 2
@@ -31,7 +31,7 @@ impl<'a> EightPointTest<'a> {
         Self { frustum, farthest_along }
     }
 
-    /// Position of the eight points relative to the planes: the same answer as [`Frustum::classify`].
+    /// Position of the eight points relative to the planes. The result equals that of [`Frustum::classify`].
     fn test(&self, points: &[Vec3; 8], work: &mut WorkCounts) -> Containment {
         work.boxes += 1;
         let mut all_inside = true;
@@ -47,7 +47,7 @@ impl<'a> EightPointTest<'a> {
     }
 }
 
-/// Nodes still to be looked at.
+/// Nodes still to be visited.
 struct Stack {
     nodes: [u32; STACK],
     len: usize,
@@ -72,7 +72,7 @@ impl Stack {
 }
 
 impl OspPaper {
-    /// Fig. 6, and then the polygons beside the tree.
+    /// Culls as Fig. 6 does, and then tests the polygons beside the tree.
     pub(super) fn cull(&self, frustum: &Frustum, draw_list: &mut DrawList) -> WorkCounts {
         let mut work = WorkCounts::default();
         if self.nodes[0].holds_any() {
@@ -82,8 +82,9 @@ impl OspPaper {
         work
     }
 
-    /// Fig. 6 from `top` downwards. All points inside: this node and its children are drawn. Outside: nothing is. Cut:
-    /// the node's own polygons are drawn (each tested here), and both children are tested.
+    /// Culls as Fig. 6 does, from `top` downwards. If all points of a node are inside, the node and its children are drawn.
+    /// If they are outside, nothing is drawn. If a plane cuts the node, its own polygons are drawn (each tested here), and
+    /// both children are tested.
     fn cull_below(&self, top: u32, test: &EightPointTest<'_>, sink: &mut impl Sink, work: &mut WorkCounts) {
         let mut stack = Stack::from(top);
         while let Some(at) = stack.pop() {
@@ -122,7 +123,7 @@ impl OspPaper {
         }
     }
 
-    /// The own polygons of a node that is cut.
+    /// Reports the own polygons of a node that a plane cuts.
     fn take_own(&self, ids: &[PolygonId], frustum: &Frustum, sink: &mut impl Sink, work: &mut WorkCounts) {
         match self.cut_nodes {
             CutNodes::Tested => self.test_each(ids, frustum, sink, work),
@@ -144,7 +145,8 @@ impl OspPaper {
         seen.flush(sink);
     }
 
-    /// The same walk, which calls `visitor` at every node. The polygons beside the tree are one more leaf at the top.
+    /// Does the same walk, and calls `visitor` at every node. The visitor gets the polygons beside the tree as a leaf at
+    /// the top.
     pub(super) fn visit(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts {
         let mut work = WorkCounts::default();
         let test = EightPointTest::new(frustum);
@@ -152,7 +154,7 @@ impl OspPaper {
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
             if !node.holds_any() {
-                continue; // Only an empty root: children without polygons are never pushed.
+                continue; // This happens only for an empty root, because children without polygons are never pushed.
             }
             work.nodes += 1;
             let containment = test.test(&node.osp_box, &mut work);

@@ -3,18 +3,18 @@ use glam::Vec3;
 use super::state::State;
 use osp::{index::IndexConfig, math::Aabb};
 
-/// Binary levels below the root by default: five full cycles, 65,535 nodes. More: smaller leaves, twice the
-/// memory for each level; fewer: more polygons a leaf.
+/// Default number of binary levels below the root: five full cycles, 65,535 nodes. Each further level halves the leaves and
+/// doubles the memory.
 pub const DEFAULT_MAX_DEPTH: u32 = 15;
 
-/// The deepest tree that is made; a larger wish is cut to it. All nodes exist from the start, and 21 levels are
-/// already four million of them.
+/// Depth of the deepest tree; a deeper one is cut to it. All nodes exist from the start, and 21 levels already have four
+/// million nodes.
 pub const MAX_MAX_DEPTH: u32 = 21;
 
-/// Splitting planes of an OSP tree (the paper's section 2.2, input ①: centre, size, maximum depth).
+/// The splitting planes of an OSP tree (the paper's section 2.2, input ①: centre, size, maximum depth).
 ///
-/// Every plane's place is computed from its whole number on its level, never from its parent's place: so the place is
-/// the same however one gets there, and neighbours share their border to the bit.
+/// The position of every plane is computed from its number on its level, never from its parent's position. So it does not
+/// depend on the path to the plane, and neighbouring cells share their border, bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OspGrid {
     min: Vec3,
@@ -23,8 +23,8 @@ pub struct OspGrid {
 }
 
 impl OspGrid {
-    /// A cube around `center`. A centre or size that is not finite makes a cube of size 0 at the origin: every polygon
-    /// is then outside, kept and found.
+    /// A cube around `center`. A centre or size that is not finite makes a cube of size 0 at the origin. Every polygon is
+    /// then outside the cube, but kept and found.
     pub fn new(center: Vec3, size_m: f32, max_depth: u32) -> Self {
         let max_depth = max_depth.min(MAX_MAX_DEPTH);
         if center.is_finite() && size_m.is_finite() && size_m >= 0.0 {
@@ -39,7 +39,7 @@ impl OspGrid {
         Self::new(config.root.center(), config.root.extent().max_element(), DEFAULT_MAX_DEPTH)
     }
 
-    /// Binary levels below the root.
+    /// Number of binary levels below the root.
     pub fn max_depth(&self) -> u32 {
         self.max_depth
     }
@@ -49,8 +49,8 @@ impl OspGrid {
         (self.max_depth + 2 - axis as u32) / 3
     }
 
-    /// The `k`-th border of `axis`, counted from the cube's least side, where the axis is cut into `2^level` cells.
-    /// Grows with `k` (weakly, where a small cube lies far from the origin).
+    /// Border number `k` of `axis`, counted from the cube's least side, if the axis is cut into `2^level` cells. It grows
+    /// with `k` (weakly, if a small cube lies far from the origin).
     pub(super) fn border(&self, axis: usize, k: u32, level: u32) -> f32 {
         self.min[axis] + self.size_m * (k as f32 / (1u32 << level) as f32)
     }
@@ -74,7 +74,7 @@ impl OspGrid {
     }
 }
 
-/// A node's place: on each axis the number of its cell, and into how many the axis is cut there.
+/// A cell: on each axis its number, and the level, which cuts the axis into `2^level` cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) k: [u32; 3],
@@ -90,7 +90,7 @@ impl Cell {
         grid.border(axis, 2 * self.k[axis] + 1, self.level[axis] + 1)
     }
 
-    /// The half in front of that plane (`1`) or behind it (`0`).
+    /// One half of the cell, in front of this plane (`1`) or behind it (`0`).
     pub(super) fn half(&self, state: State, front: u32) -> Self {
         let axis = state.axis();
         let mut half = *self;

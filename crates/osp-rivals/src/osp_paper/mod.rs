@@ -1,9 +1,9 @@
 //! The OSP (octal space partition) tree as its paper describes it: "A Study on the Real Time Culling of Infinite Sets
 //! of Geometries Using OSP Tree", sections 2 and 3.1.
 //!
-//! A cube is halved by a plane of constant x, its halves by planes of constant y, their halves by planes of constant z:
-//! eight parts after one cycle, then x again. Every node exists before the first polygon comes, so the insertion of a
-//! polygon is a walk downwards that tests one plane at a time. The paper's figures, piece by piece:
+//! A cube is halved by a plane of constant x, its halves by planes of constant y, their halves by planes of constant z.
+//! This cycle makes eight parts, and then begins again with x. Every node exists before the first polygon comes, so the
+//! insertion of a polygon is a walk downwards that tests one plane at a time. This table lists the paper's figures:
 //!
 //! | Paper | Here |
 //! |---|---|
@@ -14,31 +14,31 @@
 //! | none: the node that Fig. 5 ends at, without the walk | [`placement`](OspGrid::place) |
 //!
 //! # Differences from the paper
-//! * **The answer is exact.** If the frustum's planes cut a node, the paper draws all of the node's own polygons. Here
-//!   each is tested by its box, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all are
-//!   reported.)
-//! * **"Outside" means behind one plane.** The paper tests whether the eight points of a node lie outside the frustum.
-//!   If they lie behind different planes, the box may still be in view. So a node is dropped only if all eight lie
+//! * **The result is exact.** If the frustum's planes cut a node, the paper draws all of the node's own polygons. Here the
+//!   box of each polygon is tested, because every index of this crate reports the same set. (With [`CutNodes::Drawn`] all
+//!   of them are reported.)
+//! * **"Outside" means behind one plane.** The paper tests whether the eight points of a node lie outside the frustum. If
+//!   they lie behind different planes, the box may still be in view. So a node is skipped only if all eight points lie
 //!   behind the same plane.
-//! * **Two of the eight points are enough.** The corner of a box farthest along a plane's normal and the corner
-//!   farthest against it decide for all eight. Only these two are put into the plane equation.
-//! * **The polygon's box stands for its vertices.** Fig. 5 puts every vertex into the equation of the splitting plane.
-//!   These planes are aligned with the axes, so "all vertices in front" is "the least coordinate is in front": the box
-//!   gives the same answer, to the bit, as the vertices.
-//! * **`IsFrustumCull` is not kept.** The paper marks culled nodes in the tree. Here a query does not change the tree;
-//!   its result goes to the draw list or to the visitor.
-//! * **A count of the polygons below** is added to the node. It lets a removal clear `IsPolygon` and `IsSubnode`
-//!   again, so that an erased session costs what an empty tree costs.
-//! * **Occluder candidates**, which the paper notes while filing (3.2.1), belong to the occlusion part of the crate.
+//! * **Two of the eight points are enough.** The corner of a box farthest along a plane's normal and the corner farthest
+//!   against it decide for all eight. Only the distances of these two corners are computed.
+//! * **The polygon's box replaces its vertices.** Fig. 5 puts every vertex into the equation of the splitting plane. These
+//!   planes are perpendicular to the axes, so all vertices are in front if the least coordinate is. The box therefore gives
+//!   the same result as the vertices, bit for bit.
+//! * **`IsFrustumCull` is left out.** The paper marks culled nodes in the tree. Here a query does not change the tree; its
+//!   result goes to the draw list or to the visitor.
+//! * **A count of the polygons below** is added to the node. With this count, a removal clears `IsPolygon` and `IsSubnode`
+//!   again, so a query of an erased session takes no longer than a query of an empty tree.
+//! * **Occluder candidates**, which the paper collects during insertion (3.2.1), belong to [`osp::occlusion`].
 //!
 //! Choices that the text leaves open:
-//! * *The front side of a plane.* The side of growing x, y or z.
-//! * *A polygon that is not wholly inside the cube* ("a limited space"). It is kept in a list beside the tree and
-//!   tested by itself in every query ([`OspPaper::outside_root`] counts them): nothing is lost, but many of them make a
+//! * *The front side of a plane.* It is the side of growing x, y or z.
+//! * *A polygon that is not wholly inside the cube* ("a limited space"). It is kept in a list beside the tree, which every
+//!   query tests one by one ([`OspPaper::outside_root`] is its length). Nothing is lost, but many such polygons make a
 //!   linear scan.
 //! * *The shape of the nodes between two full cycles.* A node is a box with edges of one or two lengths; `Width` is the
 //!   longest.
-//! * *Erasing and moving.* The polygon is removed from its node's list; the flags of its ancestors follow.
+//! * *Erasing and moving.* The polygon is removed from its node's list, and the flags of its ancestors are updated.
 //! * *Whether empty nodes are visited when culling.* They are not: `IsPolygon` and `IsSubnode` mark them.
 
 mod cull;

@@ -9,10 +9,10 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// No node: a leaf has no children.
+/// The number that stands for no node; a leaf has no children.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A node, field for field as in the paper's Fig. 3, where it is called `BIOCTREENODE`.
+/// A node with the fields of the paper's Fig. 3, where it is called `BIOCTREENODE`.
 #[derive(Clone, Debug)]
 pub(super) struct OspNode {
     /// `Spliter`: the plane that halves the node; its normal points to the front child.
@@ -25,9 +25,9 @@ pub(super) struct OspNode {
     pub(super) is_leaf: bool,
     /// `IsPolygon`: the node's own list is not empty.
     pub(super) is_polygon: bool,
-    /// `IsSubnode`: there are polygons further down.
+    /// `IsSubnode`: nodes below have polygons.
     pub(super) is_subnode: bool,
-    /// `state`: its plane.
+    /// `state`: the orientation of its plane.
     pub(super) state: State,
     /// `Depth`: 0 at the root.
     pub(super) depth: u32,
@@ -37,9 +37,9 @@ pub(super) struct OspNode {
     pub(super) width_m: f32,
     /// `OSPBox`: the eight corners, in the order of [`Aabb::corners`].
     pub(super) osp_box: [Vec3; 8],
-    /// `TriName`: the polygons that no child holds.
+    /// `TriName`: the polygons that no child contains.
     pub(super) tri_names: Vec<PolygonId>,
-    /// Not in the paper: the polygons here and below.
+    /// Not in the paper: number of polygons in the node and below.
     pub(super) polygons: u32,
 }
 
@@ -70,7 +70,7 @@ impl OspNode {
         Aabb::new(self.osp_box[0], self.osp_box[7])
     }
 
-    /// Whether there is anything here or below.
+    /// Whether the node or the nodes below have polygons.
     pub(super) fn holds_any(&self) -> bool {
         self.is_polygon || self.is_subnode
     }

@@ -1,19 +1,19 @@
-//! The node of a polygon without the walk: Morton codes of both corners, XOR, leading zeros.
+//! Finds the node of a polygon without the walk: Morton codes of both corners, XOR, leading zeros.
 //!
-//! The idea is from Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000) and from the Morton order (G. M.
-//! Morton, "A Computer Oriented Geodetic Data Base", 1966). The number of leading bits that two codes share is the
-//! depth of the smallest cell around both points. A test shows that it finds, for every box, the very node at which
-//! the walk of the paper's Fig. 5 ends.
+//! The idea is from Thatcher Ulrich, "Loose Octrees" (Game Programming Gems, 2000) and from the Morton order (G. M. Morton,
+//! "A Computer Oriented Geodetic Data Base", 1966). The number of leading bits that two codes share is the depth of the
+//! smallest cell around both points. A test shows for every box that this is the node at which the walk of the paper's Fig.
+//! 5 ends.
 
 use super::grid::OspGrid;
 use osp::math::Aabb;
 
-/// A node of the tree, by its path from the root.
+/// A node of the tree, given by its path from the root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OspPlace {
-    /// 0 at the root.
+    /// Depth of the node; 0 at the root.
     pub depth: u32,
-    /// The turns taken, the first in the highest of `depth` bits: 1 to the front, 0 to the back.
+    /// The turns of the path, the first in the highest of `depth` bits: 1 to the front, 0 to the back.
     pub path: u32,
 }
 
@@ -26,14 +26,14 @@ impl OspPlace {
 }
 
 impl OspGrid {
-    /// The node at which the walk of the paper's Fig. 5 ends; [`None`] for a box that is not wholly inside the cube.
-    /// O(1): reads only the grid's numbers.
+    /// The node at which the walk of the paper's Fig. 5 ends; [`None`] for a box that is not wholly inside the cube. O(1),
+    /// without a read of the tree.
     ///
-    /// The walk goes to the front of a plane if the box's least coordinate is greater, to the back if its greatest is
-    /// less. Otherwise it stops. So on each axis it cannot pass the planes from the first at or above `min` to the
-    /// last at or below `max`. Number the finest cells: the cell of `min` is the count of planes strictly below it,
-    /// the cell of `max` the count of planes at or below it. Then the walk continues exactly as long as both cells lie
-    /// in the same half.
+    /// The walk goes to the front of a plane if the box's least coordinate is greater, to the back if the greatest
+    /// coordinate is less. Otherwise it stops. So on each axis it cannot pass the planes from the first plane at or above
+    /// `min` to the last plane at or below `max`. Number the finest cells: the cell of `min` is the number of planes
+    /// strictly below `min`, the cell of `max` the number of planes at or below `max`. Then the walk continues exactly as
+    /// long as both cells lie in the same half.
     pub fn place(&self, bounds: &Aabb) -> Option<OspPlace> {
         if !self.root_box().contains(bounds) {
             return None;
@@ -47,7 +47,7 @@ impl OspGrid {
         Some(OspPlace { depth: self.max_depth() - differing_bits, path: least >> differing_bits })
     }
 
-    /// The number of the finest cell of `axis` that a coordinate is in.
+    /// The number of the finest cell of `axis` that contains a coordinate.
     fn finest_cell(&self, axis: usize, x: f32, on_plane: OnPlane) -> u32 {
         let level = self.levels(axis);
         let last = (1u32 << level) - 1;
@@ -55,7 +55,7 @@ impl OspGrid {
             let border = self.border(axis, k, level);
             border < x || (on_plane == OnPlane::InFront && border == x)
         };
-        // The quotient may be off by one through rounding; the borders themselves decide.
+        // Rounding may make the quotient wrong by one, so the borders themselves decide.
         let quotient = (x - self.border(axis, 0, level)) / self.size_m() * (last + 1) as f32;
         let mut k = (quotient as u32).min(last);
         while k < last && is_past(k + 1) {
@@ -71,7 +71,7 @@ impl OspGrid {
     fn interleave(&self, cell: [u32; 3]) -> u32 {
         let mut code = 0;
         for (axis, k) in cell.into_iter().enumerate() {
-            // The lowest bit of an axis stands for its last split; after that come the last splits of other axes.
+            // The lowest bit of an axis belongs to its last split, which the last splits of other axes follow.
             let splits_after = (self.max_depth() + 2 - axis as u32) % 3;
             code |= spread_by_three(k) << splits_after;
         }
@@ -79,14 +79,14 @@ impl OspGrid {
     }
 }
 
-/// The side that a coordinate on a plane counts to.
+/// The side of a plane to which a coordinate on the plane belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OnPlane {
     Behind,
     InFront,
 }
 
-/// Bit `i` to bit `3 i`, for numbers below 2^10.
+/// Moves bit `i` to bit `3 i`, for numbers below 2^10.
 fn spread_by_three(k: u32) -> u32 {
     let mut x = k & 0x3ff;
     x = (x | x << 16) & 0x0300_00ff;

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-/// Plane that splits a node (the paper's state variable, Fig. 4).
+/// The orientation of the plane that splits a node (the paper's state variable, Fig. 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
     /// The YZ plane: x is constant.

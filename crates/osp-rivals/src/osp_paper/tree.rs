@@ -13,10 +13,10 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// In place of a node number: the polygon is in the list beside the tree.
+/// Replaces a node's number if the polygon is in the list beside the tree.
 pub(super) const OUTSIDE: u32 = u32::MAX - 1;
 
-/// Location of a polygon: the node's list, and the place in it.
+/// The location of a polygon: its node, and its position in the node's list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Location {
     node: u32,
@@ -31,7 +31,7 @@ impl Location {
 #[derive(Debug)]
 pub struct OspPaper {
     grid: OspGrid,
-    /// Level by level; the children of node `i` are `2 i + 1` (back) and `2 i + 2` (front).
+    /// The nodes, level by level; the children of node `i` are `2 i + 1` (back) and `2 i + 2` (front).
     pub(super) nodes: Vec<OspNode>,
     /// Polygons that are not wholly inside the cube.
     pub(super) outside: Vec<PolygonId>,
@@ -42,14 +42,14 @@ pub struct OspPaper {
 }
 
 impl OspPaper {
-    /// Makes all nodes of the tree (Fig. 2) and room for `capacity` polygons.
+    /// Makes all nodes of the tree (Fig. 2), and room for `capacity` polygons.
     pub fn new(grid: OspGrid, capacity: usize) -> Self {
         let inner = (1usize << grid.max_depth()) - 1;
         let mut nodes = Vec::with_capacity(2 * inner + 1);
         let mut cells = Vec::with_capacity(inner + 1);
         cells.push(Cell::ROOT);
         for depth in 0..=grid.max_depth() {
-            // Step ② for every cell of this depth: its plane and its eight points; step ③: the next state's cells.
+            // Step ② for every cell of this depth: the cell's plane and eight points. Step ③: the cells of the next state.
             let mut halves = Vec::with_capacity(2 * cells.len());
             for cell in &cells {
                 let i = nodes.len() as u32;
@@ -73,39 +73,39 @@ impl OspPaper {
         }
     }
 
-    /// The tree with another answer for the nodes that the frustum cuts.
+    /// Changes the treatment of nodes that the frustum cuts.
     #[must_use]
     pub fn with_cut_nodes(self, cut_nodes: CutNodes) -> Self {
         Self { cut_nodes, ..self }
     }
 
-    /// Work counts of insertion so far: one plane at each node on the way down but the last.
+    /// Work counts of all insertions: one plane for each node on the way down except the last.
     pub fn filing(&self) -> FilingCounts {
         self.filing
     }
 
-    /// The tree over the root of `config`, 15 levels deep.
+    /// A tree over the root of `config`, 15 levels deep.
     pub fn from_config(config: &IndexConfig) -> Self {
         Self::new(OspGrid::from_config(config), config.room())
     }
 
-    /// Its grid of planes.
+    /// The grid of the splitting planes.
     pub fn grid(&self) -> &OspGrid {
         &self.grid
     }
 
-    /// Number of polygons that are not wholly inside the cube, and so are tested one by one.
+    /// Number of polygons that are not wholly inside the cube, so that queries test them one by one.
     pub fn outside_root(&self) -> usize {
         self.outside.len()
     }
 
-    /// Node of a polygon; [`None`] if the tree lacks it, or it is outside the cube.
+    /// The node of a polygon; [`None`] if the polygon is not in the tree, or outside the cube.
     pub fn place_of(&self, id: PolygonId) -> Option<OspPlace> {
         let node = self.location.get(id).node;
         (node < OUTSIDE).then(|| OspPlace::of_node(node))
     }
 
-    /// Fig. 5: files a polygon, walking down from the root.
+    /// Inserts a polygon by the walk of Fig. 5, down from the root.
     fn file(&mut self, id: PolygonId, bounds: &Aabb) {
         self.filing.polygons += 1;
         if !self.grid.root_box().contains(bounds) {
@@ -118,11 +118,11 @@ impl OspPaper {
             let node = &mut self.nodes[at as usize];
             node.polygons += 1;
             self.filing.planes += u64::from(!node.is_leaf);
-            // The normal is an axis, so the box's least corner has the least distance of all vertices.
+            // The normal is an axis, so the least corner of the box has the least distance of all vertices.
             let in_front = node.splitter.signed_distance(bounds.min) > 0.0;
             let behind = node.splitter.signed_distance(bounds.max) < 0.0;
             if node.is_leaf || !(in_front || behind) {
-                // The last node, or a polygon that is cut by the plane or lies in it.
+                // This is the last node, or the plane cuts the polygon, or the polygon lies in the plane.
                 node.is_polygon = true;
                 self.location.set(id, Location { node: at, slot: node.tri_names.len() as u32 });
                 node.tri_names.push(id);
@@ -133,7 +133,7 @@ impl OspPaper {
         }
     }
 
-    /// Takes a polygon out of its list and brings the flags above it up to date.
+    /// Removes a polygon from its list, and updates the flags above.
     fn take_out(&mut self, id: PolygonId) {
         let Location { node: at, slot } = self.location.get(id);
         self.location.set(id, Location::NOWHERE);
@@ -243,7 +243,7 @@ impl SpatialIndex for OspPaper {
         self.visit(frustum, visitor)
     }
 
-    /// Its cells are fixed: nothing but places changes.
+    /// The cells are fixed, so only insertions count.
     fn upkeep(&self) -> Option<Upkeep> {
         Some(Upkeep { filed: self.filing.polygons, ..Upkeep::default() })
     }

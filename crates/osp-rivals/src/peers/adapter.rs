@@ -9,10 +9,10 @@ use osp::{
 pub(super) trait PeerTree: 'static + Default + Send + Sync {
     fn insert(&mut self, id: u32, bounds: &Aabb);
 
-    /// Removes a polygon that the tree has with this box.
+    /// Removes a polygon. `bounds` is its box in the tree.
     fn remove(&mut self, id: u32, bounds: &Aabb);
 
-    /// Ends a batch of changes; `filed` has all present boxes.
+    /// Ends a batch of changes. `filed` contains the boxes of all present polygons.
     fn commit(&mut self, _filed: &FiledBoxes) {}
 
     fn cull(&self, frustum: &Frustum, out: &mut DrawList);
@@ -97,7 +97,7 @@ impl<T: PeerTree> SpatialIndex for Adapted<T> {
         work
     }
 
-    /// Nothing is known about another crate's invariants.
+    /// Nothing is checked, because the invariants of another crate are not known.
     fn validate(&self) -> Result<(), String> {
         Ok(())
     }

@@ -42,7 +42,7 @@ impl BHShape<f32, 3> for Shape {
 pub(super) struct BvhCrate {
     shapes: Vec<Shape>,
     tree: Option<Bvh<f32, 3>>,
-    /// Something was removed since the last commit.
+    /// Whether a polygon was removed since the last commit.
     is_stale: bool,
     stack: Mutex<Vec<(usize, PlaneMask)>>,
 }

@@ -1,9 +1,9 @@
-//! The trees of other crates, each in its best form. A walk tests only the planes that still cut a node, and takes
-//! polygons inside every plane without a test. A crate with private nodes is walked by its own code, with the plane
-//! test at each node. Only with the feature `peers`.
+//! The trees of other crates, each in its best form. A walk tests only the planes that still cut a node, and takes polygons
+//! inside every plane without a test. A crate with private nodes is walked by its own code, with the plane test at each
+//! node. This module exists only with the feature `peers`.
 //!
-//! They serve for comparison only: their results for boxes near the ends of `f32` are not checked, and their work is
-//! not counted. They refuse the same boxes as every index; for a visitor they are a single leaf.
+//! These trees serve for comparison only: their results for boxes near the ends of `f32` are not checked, and their work is
+//! not counted. They refuse the same boxes as every index. A visitor gets each tree as a single leaf.
 
 mod adapter;
 mod bvh_crate;
@@ -18,26 +18,26 @@ use osp::index::{IndexConfig, SpatialIndex};
 /// Another crate's tree, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PeerKind {
-    /// `parry3d`'s `Bvh`, one box after the other.
+    /// `Bvh` of `parry3d`, filled one box after the other.
     Parry,
-    /// The same, built again by binned SAH in every commit that follows a change.
+    /// `Bvh` of `parry3d`, built again by binned SAH in every commit that follows a change.
     ParryRebuilt,
-    /// `obvhs`'s `Bvh2`, one box after the other.
+    /// `Bvh2` of `obvhs`, filled one box after the other.
     Obvhs,
-    /// The same, built again by PLOC.
+    /// `Bvh2` of `obvhs`, built again by PLOC in every commit that follows a change.
     ObvhsRebuilt,
-    /// `rstar`'s R*-tree with nodes of 6 to 16.
+    /// The R*-tree of `rstar`, with nodes of 6 to 16 children.
     Rstar,
-    /// The crate `bvh`'s `Bvh`, one box after the other; built again after a removal.
+    /// `Bvh` of the crate `bvh`, filled one box after the other, and built again after a removal.
     Bvh,
 }
 
 impl PeerKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: &'static [Self] =
         &[Self::Parry, Self::ParryRebuilt, Self::Obvhs, Self::ObvhsRebuilt, Self::Rstar, Self::Bvh];
 
-    /// Its name on the command line and in tables.
+    /// The name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Parry => "parry3d",
@@ -49,7 +49,7 @@ impl PeerKind {
         }
     }
 
-    /// Whether every change makes it build everything again.
+    /// Whether every change makes the index build the whole tree again.
     pub fn rebuilds(self) -> bool {
         matches!(self, Self::ParryRebuilt | Self::ObvhsRebuilt)
     }

@@ -33,7 +33,7 @@ fn entry(id: u32, bounds: &Aabb) -> Entry {
     Entry::new(Rectangle::from_corners(bounds.min.to_array(), bounds.max.to_array()), id)
 }
 
-/// The tree is balanced, so this goes a few levels deep.
+/// Walks the nodes below `node` by recursion, which goes a few levels deep because the tree is balanced.
 fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut DrawList) {
     for child in node.children() {
         let envelope = child.envelope();
@@ -53,7 +53,7 @@ fn walk(node: &ParentNode<Entry>, mask: PlaneMask, frustum: &Frustum, out: &mut 
     }
 }
 
-/// Bytes of the children; room kept free is not known.
+/// Bytes of the subtree, without reserved room, whose size the crate does not expose.
 fn bytes(node: &ParentNode<Entry>) -> usize {
     let below = |child: &RTreeNode<Entry>| match child {
         RTreeNode::Leaf(_) => 0,
