@@ -1,17 +1,17 @@
 use osp_session::scene::Scene;
 
-/// Red, green, blue of the background, linear: a dark blue-grey.
+/// The dark background, linear red, green, blue: a dark blue-grey.
 pub(super) const DARK: [f64; 3] = [0.016, 0.019, 0.026];
-/// A light grey, for models that hardly stand out from the dark one.
+/// The light background, a light grey, for models that hardly stand out from the dark one.
 const LIGHT: [f64; 3] = [0.62, 0.63, 0.65];
 
-/// Least contrast at which paint stands out from a background: the ratio of relative luminances, each plus 0.05, as in
-/// the Web Content Accessibility Guidelines 2.1. The guidelines require 3 for graphics; unlit sides of paint are
-/// darker than its colour, hence less here.
+/// Least contrast at which paint stands out from a background. Contrast is the ratio of relative luminances, each plus
+/// 0.05, as in the Web Content Accessibility Guidelines 2.1. The guidelines require 3 for graphics. This limit is lower,
+/// because unlit sides of paint are darker than its colour.
 const LEAST_CONTRAST: f64 = 2.0;
 
-/// The background that a model stands out from: the dark one, unless more of the paint stands out from the light one.
-/// Linear red, green, blue. O(strokes).
+/// The background that a model stands out from, linear red, green, blue. It is the dark one, unless more of the paint
+/// stands out from the light one. O(strokes).
 pub fn background_for(scene: &Scene) -> [f64; 3] {
     let (mut lost_in_dark, mut lost_in_light) = (0u64, 0u64);
     let [dark, light] = [DARK, LIGHT].map(luminance);
@@ -38,7 +38,7 @@ fn linear(srgb: f64) -> f64 {
     if srgb <= 0.04045 { srgb / 12.92 } else { libm::pow((srgb + 0.055) / 1.055, 2.4) }
 }
 
-/// A component of a colour in sRGB.
+/// Converts a linear component of a colour to sRGB.
 pub(super) fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }

@@ -40,13 +40,13 @@ pub(super) fn compute_pipeline(
     })
 }
 
-/// The vertices of a shader that reads none from buffers.
+/// The vertex stage of a shader that reads no vertices from buffers.
 pub(super) fn vertex<'a>(module: &'a wgpu::ShaderModule, entry: &'a str) -> wgpu::VertexState<'a> {
     let compilation_options = Default::default();
     wgpu::VertexState { module, entry_point: Some(entry), compilation_options, buffers: &[] }
 }
 
-/// The fragments of a shader.
+/// The fragment stage of a shader.
 pub(super) fn fragment<'a>(
     module: &'a wgpu::ShaderModule,
     entry: &'a str,
@@ -55,7 +55,7 @@ pub(super) fn fragment<'a>(
     wgpu::FragmentState { module, entry_point: Some(entry), compilation_options: Default::default(), targets }
 }
 
-/// Depth test against earlier drawings, and whether depth is written.
+/// The state of the depth test; `writes`: whether depth is written.
 pub(super) fn depth(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
@@ -113,17 +113,17 @@ pub(super) fn bind_layout(
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// A uniform buffer of at least this number of bytes; 0 if the shader determines it.
+/// A uniform buffer of at least `bytes` bytes; 0 if the shader determines the size.
 pub(super) fn uniform(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Uniform, bytes)
 }
 
-/// A buffer that is read; `bytes` as in [`uniform`].
+/// A buffer that the shader only reads; `bytes` as in [`uniform`].
 pub(super) fn read(bytes: u64) -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Storage { read_only: true }, bytes)
 }
 
-/// A buffer that is written.
+/// A buffer that the shader reads and writes.
 pub(super) fn written() -> wgpu::BindingType {
     buffer_binding(wgpu::BufferBindingType::Storage { read_only: false }, 0)
 }
@@ -133,13 +133,13 @@ fn buffer_binding(ty: wgpu::BufferBindingType, bytes: u64) -> wgpu::BindingType 
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size }
 }
 
-/// A flat texture of one sample a texel.
+/// A two-dimensional texture with one sample a texel.
 pub(super) fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     let view_dimension = wgpu::TextureViewDimension::D2;
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
-/// A flat texture of several samples a texel.
+/// A two-dimensional texture with several samples a texel.
 pub(super) fn samples(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     let view_dimension = wgpu::TextureViewDimension::D2;
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: true }

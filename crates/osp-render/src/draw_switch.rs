@@ -1,24 +1,24 @@
 use osp::occlusion::TryBudget;
 
-/// Frames before the first try, which skips the slow start.
+/// Number of frames before the first try, which skips the slow start.
 const FIRST_TRY: u32 = 16;
-/// Each way is measured by the fastest of this many frames, because disturbances only make frames longer.
+/// Each way of drawing is measured by the fastest of this number of frames, because disturbances only make frames longer.
 const MEASURED: usize = 4;
-/// Frames of a try. The first one has no previous frame and does not count.
+/// Number of frames of a try. The first frame has no previous frame and does not count.
 const TRY_FRAMES: u32 = MEASURED as u32 + 1;
-/// A try ends after this many frames, even if the times of some have not come back.
+/// A try ends after this number of frames, even if the times of some have not come back.
 const LONGEST_TRY: u32 = 24;
-/// Frames from one try to the next, at least and at most.
+/// Least and largest number of frames from one try to the next.
 const PAUSE: [u32; 2] = [64, 8192];
-/// Tries may take this part of the drawing time.
+/// The fraction of the drawing time that tries may take.
 const TRY_SHARE: f64 = 0.01;
-/// The other way has to be faster by this factor to be taken.
+/// The other way replaces the kept way if its frames take less than this fraction of the time.
 const FASTER: f64 = 0.98;
 /// With fewer polygons in view, drawing takes less time than any test.
 const LEAST_POLYGONS: usize = 2000;
 
-/// Decides for every frame whether the GPU culls hidden polygons. Now and then a few frames are drawn the other way, and
-/// the faster way is kept. It changes no picture.
+/// Decides for every frame whether the GPU culls hidden polygons. At intervals it draws a few frames the other way, and
+/// keeps the faster way. Both ways give the same picture.
 #[derive(Clone, Debug)]
 pub(super) struct DrawSwitch {
     /// Whether frames are culled, except during a try.
@@ -27,19 +27,19 @@ pub(super) struct DrawSwitch {
     usual_ns: [f64; MEASURED],
     tried: Option<Tried>,
     budget: TryBudget,
-    /// Extra time of the frames of the last try, nanoseconds.
+    /// Additional time of the frames of the last try, nanoseconds.
     price_ns: Option<f64>,
 }
 
 /// The frames of a try so far.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
-    /// Frames since it began, whether their times have come back or not.
+    /// Number of frames since the try began, whether their times have come back or not.
     begun: u32,
-    /// Frames whose times have come back.
+    /// Number of frames whose times have come back.
     frames: u32,
     all_ns: f64,
-    /// The fastest except the first.
+    /// Time of the fastest frame except the first, nanoseconds.
     least_ns: f64,
 }
 
@@ -56,7 +56,7 @@ impl Default for DrawSwitch {
 }
 
 impl DrawSwitch {
-    /// Whether to cull the next frame; called once a frame, with the number of polygons in view.
+    /// Whether to cull the next frame. Called once a frame, with the number of polygons in view.
     pub(super) fn decide(&mut self, in_view: usize) -> bool {
         if in_view < LEAST_POLYGONS {
             return false;
@@ -72,7 +72,7 @@ impl DrawSwitch {
         self.culls != self.tried.is_some()
     }
 
-    /// Takes the time of a frame, perhaps some frames later, and whether that frame was culled.
+    /// Records the time of a frame, perhaps some frames later, and whether this frame was culled.
     pub(super) fn note(&mut self, culled: bool, ns: u64) {
         let ns = ns as f64;
         if culled == self.culls {
@@ -90,7 +90,7 @@ impl DrawSwitch {
         }
     }
 
-    /// Counts a frame without a try.
+    /// Whether a try begins. Counts a frame without a try.
     fn is_try_due(&mut self) -> bool {
         let usual_ns = self.usual();
         if usual_ns.is_infinite() {
@@ -120,7 +120,7 @@ impl DrawSwitch {
 mod tests {
     use super::*;
 
-    /// Draws frames whose times come back `late` frames later. Returns the time of all, nanoseconds, and the number of
+    /// Draws frames whose times come back `late` frames later. Returns the total time, nanoseconds, and the number of
     /// culled frames at the end.
     fn play(
         switch: &mut DrawSwitch,

@@ -2,10 +2,10 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why nothing could be drawn. The scene is never affected.
+/// The reason why nothing could be drawn. The scene is never affected.
 #[derive(Debug, Error)]
 pub enum RenderError {
-    /// There is no driver.
+    /// The system has no graphics driver.
     #[error(
         "no graphics adapter was found: is a driver installed? (on Linux, mesa-vulkan-drivers has one in software)"
     )]
@@ -18,7 +18,7 @@ pub enum RenderError {
         /// The missing capability.
         lacks: &'static str,
     },
-    /// The driver lacks a capability for culling while drawing.
+    /// The driver lacks a capability for occlusion culling on the GPU.
     #[error("the graphics adapter {adapter} cannot find what is hidden while it draws: it lacks {lacks}")]
     NoOcclusion {
         /// Name of the adapter.
@@ -40,20 +40,20 @@ pub enum RenderError {
     /// The driver reported an error, such as lack of memory.
     #[error("the graphics driver reported: {0}")]
     Device(String),
-    /// A picture of this size cannot be made.
+    /// No picture of this size can be made.
     #[error("a picture of {width}x{height} cannot be drawn: expected 1 to {limit} pixels each way")]
     Size {
         /// Width requested, pixels.
         width: u32,
         /// Height requested, pixels.
         height: u32,
-        /// Most pixels in one direction.
+        /// Largest width and height, pixels.
         limit: u32,
     },
-    /// There is a window but no surface to draw on.
+    /// The window has no surface to draw on.
     #[error("the window has no drawable surface: {0}")]
     Surface(String),
-    /// The picture could not be written.
+    /// The picture could not be written to the file.
     #[error("{}: {reason}", path.display())]
     Write {
         /// The file.

@@ -1,10 +1,10 @@
 //! Formats shared by targets and pipelines.
 
-/// Samples a pixel.
+/// Number of samples of a pixel.
 pub const SAMPLES: u32 = 4;
-/// Format of the drawn colours: sRGB numbers, as on a screen, but without bounds.
+/// Format of the drawn colours: sRGB numbers, as on a screen, but unbounded.
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// The finished picture: sRGB numbers from 0 to 1.
+/// Format of the finished picture: sRGB numbers from 0 to 1.
 pub(super) const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Floating point, for reversed depth.
+/// Format of depth: floating point, for reversed depth.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

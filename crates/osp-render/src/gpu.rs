@@ -2,11 +2,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::{RenderError, formats::COLOR_FORMAT};
 
-/// Chunks of polygons that are bound at once. With the draw list they fill the eight storage buffers that every
+/// Number of chunks of polygons that are bound at once. With the draw list they fill the eight storage buffers that every
 /// adapter has.
 pub(super) const CHUNKS_A_PAGE: usize = 7;
 
-/// Storage buffers that the vertex shader reads: the draw list and the chunks of one page.
+/// Number of storage buffers that the vertex shader reads: the draw list, and the chunks of one page.
 pub(super) const STORAGE_BUFFERS: u32 = CHUNKS_A_PAGE as u32 + 1;
 
 /// A graphics adapter with its device and queue.
@@ -28,10 +28,10 @@ enum Fault {
 }
 
 impl Gpu {
-    /// The best adapter for pictures without a window. `WGPU_BACKEND=vulkan|gl` narrows the choice.
+    /// Opens the best adapter for pictures without a window. `WGPU_BACKEND=vulkan|gl` restricts the choice.
     ///
     /// # Errors
-    /// There is no adapter, or none that can be used.
+    /// The system has no adapter, or none with the required capabilities.
     pub fn headless() -> Result<Self, RenderError> {
         let open = |backends: wgpu::Backends| {
             let mut description = wgpu::InstanceDescriptor::new_without_display_handle();
@@ -40,7 +40,7 @@ impl Gpu {
             pollster::block_on(Self::open(wgpu::Instance::new(description.with_env()), None))
         };
         let best = open(wgpu::Backends::PRIMARY);
-        // OpenGL only with a display: without one, requesting it makes some drivers print errors.
+        // OpenGL is tried only with a display, because without one some drivers print errors.
         let has_display = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
         match &best {
             Ok(gpu) if !gpu.is_software() || !has_display => best,
@@ -52,18 +52,18 @@ impl Gpu {
         }
     }
 
-    /// The best adapter that can show pictures on `surface`.
+    /// Opens the best adapter that can show pictures on `surface`.
     ///
     /// # Errors
-    /// There is no adapter, or none that can be used.
+    /// The system has no adapter, or none with the required capabilities.
     pub fn for_surface(instance: wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, RenderError> {
         pollster::block_on(Self::open(instance, Some(surface)))
     }
 
-    /// [`Gpu::for_surface`] for a caller that cannot wait: a page in a browser.
+    /// Does the same as [`Gpu::for_surface`], for a caller that cannot wait, such as a page in a browser.
     ///
     /// # Errors
-    /// There is no adapter, or none that can be used.
+    /// The system has no adapter, or none with the required capabilities.
     pub async fn for_surface_later(
         instance: wgpu::Instance,
         surface: &wgpu::Surface<'_>,
@@ -83,7 +83,7 @@ impl Gpu {
                 ..Default::default()
             })
         };
-        // Without a better adapter, the first request finds a software adapter, too.
+        // If the system has no other adapter, the first request finds a software adapter, too.
         let adapter = match request(false).await {
             Ok(adapter) => adapter,
             Err(_) => request(true).await.map_err(|_| RenderError::NoAdapter)?,
@@ -95,7 +95,7 @@ impl Gpu {
         let description = wgpu::DeviceDescriptor {
             label: Some("osp"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            // The adapter's own limits: the defaults limit buffers to 256 MiB.
+            // The limits are the adapter's own, because the default limits allow buffers of only 256 MiB.
             required_limits: adapter.limits(),
             ..Default::default()
         };
@@ -122,12 +122,12 @@ impl Gpu {
         self.adapter.get_info().backend == wgpu::Backend::BrowserWebGpu
     }
 
-    /// Whether shaders can read each sample of a pixel. With OpenGL, wgpu makes no texture for that.
+    /// Whether shaders can read each sample of a pixel. With OpenGL, wgpu makes no textures whose samples can be read.
     pub(super) fn reads_samples(&self) -> bool {
         self.adapter.get_info().backend != wgpu::Backend::Gl
     }
 
-    /// Whether the samples of a pixel are at their standard places, if that is known.
+    /// Whether the samples of a pixel have their standard positions; `None` if this was not measured.
     pub(super) fn samples_in_place(&self) -> Option<bool> {
         self.samples_in_place.get().copied()
     }
@@ -164,7 +164,7 @@ impl Gpu {
         }
     }
 
-    /// Waits until everything submitted is done.
+    /// Waits until the GPU has done all submitted work.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -175,16 +175,16 @@ impl Gpu {
     }
 }
 
-/// Flags of an instance for [`Gpu`]. The arguments of indirect draw calls are not checked: only shaders of this crate write
-/// them, within bounds that the CPU has set. On Windows the check stays, because Direct3D 12 takes the first vertex of such
-/// a call from it.
+/// Flags of an instance for [`Gpu`]. wgpu does not check the arguments of indirect draw calls, because only shaders of this
+/// crate write them, within bounds that the CPU has set. On Windows the check stays, because Direct3D 12 gets the first
+/// vertex of such a call from it.
 pub fn instance_flags() -> wgpu::InstanceFlags {
     let checked = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
     let flags = wgpu::InstanceFlags::default();
     (if cfg!(windows) { flags } else { flags - checked }).with_env()
 }
 
-/// Stores the first fault for [`Gpu::check`], in place of the default handlers of wgpu, which panic.
+/// Stores the first fault for [`Gpu::check`], instead of the default handlers of wgpu, which panic.
 fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
     let keep = |slot: &Mutex<Option<Fault>>, new: Fault| {
         slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(new);
@@ -195,7 +195,7 @@ fn keep_first_fault(device: &wgpu::Device, fault: &Arc<Mutex<Option<Fault>>>) {
     }));
     let slot = Arc::clone(fault);
     device.set_device_lost_callback(move |reason, message| {
-        // Dropping the device on purpose is no fault.
+        // A device that was dropped on purpose has no fault.
         if reason != wgpu::DeviceLostReason::Destroyed {
             keep(&slot, Fault::Lost(message.replace('\n', " ")));
         }

@@ -1,13 +1,13 @@
-/// Method by which a view culls hidden polygons on the GPU, while drawing.
+/// The method by which a view culls hidden polygons on the GPU, while drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GpuOcclusion {
-    /// Not at all.
+    /// No culling on the GPU.
     #[default]
     None,
-    /// By a depth pyramid (Hi-Z).
+    /// Culling by a depth pyramid (Hi-Z).
     Hzb,
-    /// By hardware occlusion queries.
+    /// Culling by hardware occlusion queries.
     Queries,
-    /// In each frame whichever of none and [`GpuOcclusion::Hzb`] takes the least time.
+    /// In each frame the faster of [`GpuOcclusion::None`] and [`GpuOcclusion::Hzb`].
     Auto,
 }

@@ -11,53 +11,54 @@ use super::{
 use osp::polygon::{Change, PolygonId, bits};
 use osp_session::scene::Scene;
 
-/// Moved polygons with at most this many unmoved ones between them are sent in one piece: sending 96 bytes more
-/// costs less than another transfer.
+/// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them, because sending 96
+/// bytes for each of these costs less than another transfer.
 const GAP: usize = 16;
 
-/// Polygons of one transfer (1.5 MiB), so that loading a large session does not need as much staging memory again.
+/// Number of polygons of one transfer (1.5 MiB). It is limited, because otherwise loading a large session would double its
+/// memory for a moment.
 const TRANSFER: usize = 1 << 14;
 
-/// Most polygons of a chunk, whole clusters: 128 MiB, the largest binding that every adapter supports.
+/// Largest number of polygons of a chunk, whole clusters: 128 MiB, the largest binding that every adapter supports.
 const MAX_CHUNK: usize = (128 << 20) / PolygonRecord::SIZE as usize / CLUSTER * CLUSTER;
 
-/// Polygons of the first chunk and of the index buffer, unless the scene has more.
+/// Number of polygons of the first chunk and of the index buffer, unless the scene has more.
 const FIRST_LEN: usize = 1 << 12;
 
-/// Corners, and so vertices, of a polygon.
+/// Number of corners of a polygon, which are its vertices.
 pub(super) const CORNERS: u32 = 4;
-/// Indices of the two triangles of a polygon.
+/// Number of indices of the two triangles of a polygon.
 pub(super) const INDICES: u32 = 6;
 
-/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks; only the first chunk is copied,
-/// while it is smaller than the others.
+/// All polygons of a scene on the GPU, in chunks of fixed size. Growth adds chunks. Only the first chunk is copied, while
+/// it is smaller than the others.
 #[derive(Debug)]
 pub(super) struct GpuScene {
-    /// Polygons of a chunk, whole clusters.
+    /// Number of polygons of a chunk, whole clusters.
     chunk_len: usize,
-    /// Most polygons of a draw call.
+    /// Largest number of polygons of a draw call.
     draw_len: usize,
-    /// Indices of as many polygons as the scene has, at most `draw_len`.
+    /// Indices for as many polygons as the scene has, at most `draw_len`.
     indices: wgpu::Buffer,
     chunks: Vec<wgpu::Buffer>,
-    /// For each chunk, whether the placeholder replaces it because the scene has released all its polygons.
+    /// For each chunk, whether the scene has released all its polygons, so that the placeholder replaces it.
     is_free: Vec<bool>,
     /// Number of polygons that the scene had released at the last [`GpuScene::flush`].
     let_go: u64,
     pages: Vec<wgpu::BindGroup>,
-    /// Bound in place of chunks that do not exist yet or any more.
+    /// A buffer that is bound instead of chunks that do not exist.
     placeholder: wgpu::Buffer,
     layout: wgpu::BindGroupLayout,
     /// Number of polygons on the GPU.
     uploaded: usize,
-    /// One bit for each uploaded polygon that has moved since.
+    /// A bit for each uploaded polygon that has moved since its upload.
     moved: Vec<u64>,
     any_moved: bool,
-    /// Groups that have moved as a whole since.
+    /// Groups that have moved as a whole since then.
     placed: Vec<Change>,
-    /// One bit for each transparent polygon.
+    /// A bit for each transparent polygon.
     transparent: Vec<u64>,
-    /// One bit for each additive polygon.
+    /// A bit for each additive polygon.
     additive: Vec<u64>,
     /// Whether a brush has painted any polygon.
     has_brushes: bool,
@@ -72,7 +73,7 @@ impl GpuScene {
         let chunk = (wgpu::ShaderStages::VERTEX, descriptors::read(PolygonRecord::SIZE));
         let layout = descriptors::bind_layout(gpu.device(), "polygon chunks", &[chunk; CHUNKS_A_PAGE]);
         Self {
-            // No cluster lies in two chunks.
+            // The length is a multiple of a cluster, so that no cluster lies in two chunks.
             chunk_len: chunk_len.clamp(1, MAX_CHUNK).next_multiple_of(CLUSTER),
             draw_len: draw_len.max(1),
             indices: create_indices(gpu, FIRST_LEN.min(draw_len.max(1))),
@@ -95,7 +96,7 @@ impl GpuScene {
         }
     }
 
-    /// Sets the colours and returns whether they change. If so, all polygons are sent again.
+    /// Sets the colours; returns whether they have changed. If so, all polygons are sent again.
     pub(super) fn set_colors(&mut self, colors: Colors) -> bool {
         let is_other = colors != self.colors;
         if is_other {
@@ -118,22 +119,22 @@ impl GpuScene {
         &self.chunks
     }
 
-    /// Polygons of a page: a draw call draws from a single page.
+    /// Number of polygons of a page. A draw call draws polygons of a single page.
     pub(super) fn page_len(&self) -> usize {
         self.chunk_len * CHUNKS_A_PAGE
     }
 
-    /// Most polygons of a draw call.
+    /// Largest number of polygons of a draw call.
     pub(super) fn draw_len(&self) -> u32 {
         self.draw_len as u32
     }
 
-    /// Number of draw calls for this number of polygons of a page.
+    /// Number of draw calls for `polygons` polygons of a page.
     pub(super) fn draw_calls(&self, polygons: usize) -> u64 {
         polygons.div_ceil(self.draw_len) as u64
     }
 
-    /// Binds the polygons of a page, and the indices. Returns `false` if there is no such page.
+    /// Binds the polygons of a page, and the indices. Returns `false` if the page does not exist.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'_>, page: u32) -> bool {
         let Some(page) = self.pages.get(page as usize) else { return false };
         pass.set_bind_group(1, page, &[]);
@@ -141,7 +142,7 @@ impl GpuScene {
         true
     }
 
-    /// Draws the polygons at these places of the draw list in a style, after [`GpuScene::bind`].
+    /// Draws the polygons at `places` of the draw list in a style, after [`GpuScene::bind`].
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, places: Range<u32>, style: u32) {
         for first in places.clone().step_by(self.draw_len) {
             let count = (places.end - first).min(self.draw_len());
@@ -159,7 +160,7 @@ impl GpuScene {
         chunks.filter(|(_, is_free)| !**is_free).map(|(chunk, _)| chunk.size()).sum()
     }
 
-    /// Drawing classes of the 64 polygons from `first`, a multiple of 64.
+    /// Drawing classes of the 64 polygons from `first` on, a multiple of 64.
     pub(super) fn classes_of(&self, first: usize) -> Classes {
         let of = |words: &[u64]| words.get(first / bits::WORD).copied().unwrap_or(0);
         Classes { transparent: of(&self.transparent), additive: of(&self.additive) }
@@ -175,7 +176,7 @@ impl GpuScene {
         self.has_brushes
     }
 
-    /// Records polygons that have moved or changed their paint. [`GpuScene::flush`] finds new polygons by their
+    /// Records polygons that have moved or whose paint has changed. [`GpuScene::flush`] finds new polygons by their
     /// numbers.
     pub(super) fn note(&mut self, changes: &[Change]) {
         for change in changes {
@@ -194,7 +195,7 @@ impl GpuScene {
         }
     }
 
-    /// Forgets the polygons from `count` on: the scene assigns their numbers again.
+    /// Drops the polygons from number `count` on, because the scene assigns their numbers again.
     pub(super) fn truncate(&mut self, count: usize) {
         if count >= self.uploaded {
             return;
@@ -209,7 +210,7 @@ impl GpuScene {
         self.uploaded = count;
     }
 
-    /// Sends polygons that are new or have moved; returns the bytes sent.
+    /// Sends polygons that are new or have moved; returns the number of bytes sent.
     pub(super) fn flush(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
         let mut bytes = 0;
         if self.let_go != scene.let_go_count() {
@@ -278,7 +279,7 @@ impl GpuScene {
                     at += count;
                     continue;
                 }
-                // A replay went back to a time when the chunk had polygons.
+                // The replay went back to a time when the chunk had polygons.
                 let buffer = create_chunk(gpu, self.chunk_len);
                 self.put_chunk(gpu, chunk, buffer, false);
             }
@@ -293,7 +294,7 @@ impl GpuScene {
         sent
     }
 
-    /// Frees the memory of chunks whose polygons the scene has all released.
+    /// Frees the memory of chunks all of whose polygons the scene has released.
     fn free_chunks(&mut self, gpu: &Gpu, scene: &Scene) {
         for chunk in 0..self.uploaded / self.chunk_len {
             let polygons = chunk * self.chunk_len..(chunk + 1) * self.chunk_len;
@@ -331,7 +332,7 @@ impl GpuScene {
         }
     }
 
-    /// Grows the first chunk to this number of polygons, at most `chunk_len`.
+    /// Grows the first chunk to `polygons` polygons, at most `chunk_len`.
     fn grow_first_chunk(&mut self, gpu: &Gpu, polygons: usize) {
         let Some(first) = self.chunks.first() else { return };
         if self.is_free[0] || first.size() >= polygons as u64 * PolygonRecord::SIZE {

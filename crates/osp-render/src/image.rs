@@ -6,7 +6,7 @@ use osp_session::atomic_file::write_atomically;
 /// Tolerance of a colour component, of 255, for the mean of some colours.
 const ROUNDING: u8 = 2;
 
-/// A finished picture: 8 bits for each of red, green, blue and opacity (always full), sRGB, rows from the top.
+/// A finished picture, 8 bits for each of red, green, blue and opacity (always full), sRGB, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -15,16 +15,16 @@ pub struct Image {
 }
 
 impl Image {
-    /// A picture from its bytes, four a pixel; none if they are too few or too many.
+    /// A picture from its bytes, four for each pixel; `None` if the number of bytes is wrong.
     pub fn from_rgba(width: u32, height: u32, rgba: Vec<u8>) -> Option<Self> {
         let is_whole = u64::from(width) * u64::from(height) * 4 == rgba.len() as u64;
         is_whole.then_some(Self { width, height, rgba })
     }
 
-    /// A picture from its bytes, four a pixel.
+    /// A picture from its bytes, four for each pixel.
     ///
     /// # Panics
-    /// The number of bytes is not that of the size.
+    /// The number of bytes does not match the size.
     pub(super) fn new(width: u32, height: u32, rgba: Vec<u8>) -> Self {
         assert_eq!(rgba.len(), width as usize * height as usize * 4, "four bytes a pixel");
         Self { width, height, rgba }
@@ -40,7 +40,7 @@ impl Image {
         self.height
     }
 
-    /// The bytes, four a pixel, rows from the top.
+    /// The bytes, four for each pixel, row by row from the top.
     pub fn rgba(&self) -> &[u8] {
         &self.rgba
     }
@@ -53,10 +53,10 @@ impl Image {
         self.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)).filter(|(a, b)| a != b).count()
     }
 
-    /// Number of pixels whose colour lies beyond the colours of `other`'s pixel and its eight neighbours. A colour
-    /// between them can come from the edge of a surface, which covers a little more or less of the pixel.
+    /// Number of pixels whose colour lies outside the range of colours of `other`'s pixel and its eight neighbours. A
+    /// colour within this range can come from the edge of a surface that covers a little more or less of the pixel.
     ///
-    /// All pixels if the sizes differ.
+    /// If the sizes differ, all pixels count.
     pub fn unlike_pixels(&self, other: &Self) -> usize {
         if (self.width, self.height) != (other.width, other.height) {
             return self.rgba.len() / 4;
@@ -87,7 +87,7 @@ impl Image {
         pixels.filter(|pixel| Some(*pixel) != first).count()
     }
 
-    /// Writes the picture as PNG, whole or not at all.
+    /// Writes the picture as PNG. The file is written completely or not at all.
     ///
     /// # Errors
     /// The file cannot be written.

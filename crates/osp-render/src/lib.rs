@@ -1,23 +1,21 @@
 //! Drawing on a GPU with wgpu: a scene that only grows, pictures to a file, frames to a surface.
 //!
-//! * [`Gpu`] is an adapter and its device; without an adapter, one clear line states the reason.
-//! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it
-//!   has moved. A frame sends nothing but the numbers of the polygons to draw ([`DrawOrder`]). The vertex shader
-//!   fetches the corners itself.
+//! * [`Gpu`] is an adapter and its device. Without an adapter, the error is one line with the reason.
+//! * [`Renderer`] keeps every polygon on the GPU. A polygon is uploaded once, when it is made, and again only when it has
+//!   moved. A frame sends only the numbers of the polygons to draw ([`DrawOrder`]); the vertex shader fetches the corners.
 //! * [`Target`] holds the images of a pass, the same for a picture and for a window; [`Offscreen`] makes [`Image`]s
 //!   and measures.
 //!
-//! * [`Renderer::set_occlusion`]: hidden polygons are culled on the GPU.
-//! * [`PaintList`] is the painter's algorithm, to compare with: back to front by a BSP tree, without a test of depth.
+//! * [`Renderer::set_occlusion`] selects culling of hidden polygons on the GPU.
+//! * [`PaintList`] is the painter's algorithm, for comparison: back to front by a BSP tree, without a depth test.
 //!
-//! Polygons are seen from both sides: flat-shaded, or with the look of their brush ([`Renderer::set_environment`] sets
-//! its light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front.
-//! The later of two polygons at the same depth is seen. These orders depend on the view and the polygons alone:
-//! not on the index that found them, nor on culled polygons. So two pictures of the same visible surface are equal to
-//! the last bit.
+//! Polygons are seen from both sides: flat-shaded, or with the look of their brush ([`Renderer::set_environment`] sets its
+//! light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front. Of two
+//! polygons at the same depth, the later one is visible. These orders depend only on the view and the polygons, not on the
+//! index that found them, nor on culled polygons. So two pictures of the same visible surface are equal, bit for bit.
 //!
-//! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame), for the painter on the
-//! tree of [`Bsp`](osp_rivals::Bsp), and on no index.
+//! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame). The painter depends on the tree
+//! [`Bsp`](osp_rivals::Bsp). Nothing here depends on another index.
 
 mod backdrop;
 mod descriptors;

@@ -8,16 +8,16 @@ use super::{
 };
 use osp::{math::Aabb, view::View};
 
-/// Whether the model hides a line.
+/// Whether surfaces of the model hide a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// Nearer surfaces hide it.
+    /// Nearer surfaces hide the line.
     Hidden,
-    /// It shows through everything.
+    /// The line is drawn over all surfaces.
     Through,
 }
 
-/// Red, green, blue, opacity; 0 to 255, sRGB.
+/// Red, green, blue, opacity, each from 0 to 255, sRGB.
 pub type LineColor = [u8; 4];
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -27,7 +27,7 @@ struct Vertex {
     color: LineColor,
 }
 
-/// Lines and transparent faces of a frame, world space. Emptied and filled every frame.
+/// The lines and transparent faces of a frame, world space. The caller empties and fills the batch in every frame.
 #[derive(Clone, Debug, Default)]
 pub struct LineBatch {
     hidden: Vec<Vertex>,
@@ -41,7 +41,7 @@ impl LineBatch {
         Self::default()
     }
 
-    /// Empties it; keeps the memory.
+    /// Removes all lines and faces; keeps the memory.
     pub fn clear(&mut self) {
         self.hidden.clear();
         self.through.clear();
@@ -58,7 +58,7 @@ impl LineBatch {
         self.faces.len() / 3
     }
 
-    /// A line.
+    /// Adds a line.
     pub fn line(&mut self, from: Vec3, to: Vec3, color: LineColor, depth: Depth) {
         let list = match depth {
             Depth::Hidden => &mut self.hidden,
@@ -67,14 +67,14 @@ impl LineBatch {
         list.extend([from, to].map(|p| Vertex { point: p.to_array(), color }));
     }
 
-    /// A closed line around these corners.
+    /// Adds a closed line around these corners.
     pub fn outline(&mut self, corners: &[Vec3], color: LineColor, depth: Depth) {
         for i in 0..corners.len() {
             self.line(corners[i], corners[(i + 1) % corners.len()], color, depth);
         }
     }
 
-    /// The twelve edges of a box.
+    /// Adds the twelve edges of a box.
     pub fn aabb(&mut self, bounds: &Aabb, color: LineColor, depth: Depth) {
         let corners = bounds.corners();
         for i in 0..8usize {
@@ -86,7 +86,7 @@ impl LineBatch {
         }
     }
 
-    /// A convex face, seen from both sides, that hides nothing.
+    /// Adds a convex face, visible from both sides, that hides nothing.
     pub fn face(&mut self, corners: &[Vec3], color: LineColor) {
         for pair in corners.windows(2).skip(1) {
             self.faces.extend([corners[0], pair[0], pair[1]].map(|p| Vertex { point: p.to_array(), color }));
@@ -101,7 +101,7 @@ struct Uniforms {
     eye_in_world: [f32; 4],
 }
 
-/// Draws a [`LineBatch`] over a view. One for each view.
+/// Draws a [`LineBatch`] over a view. Each view needs a pass of its own.
 #[derive(Debug)]
 pub struct LinePass {
     hidden: wgpu::RenderPipeline,
@@ -110,7 +110,7 @@ pub struct LinePass {
     uniforms: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     vertices: wgpu::Buffer,
-    /// Vertices of the three lists, one after the other.
+    /// Number of vertices of each of the three lists, in drawing order.
     counts: [u32; 3],
 }
 

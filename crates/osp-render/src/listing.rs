@@ -11,17 +11,18 @@ use osp_session::scene::Scene;
 /// Page of a run before [`Sink::end_page`] sets it.
 const NO_PAGE: u32 = u32::MAX;
 
-/// Polygons of a word.
+/// Number of polygons of a word.
 const WORD: usize = CLUSTER;
 
-/// Words that are examined together.
+/// Number of words that are examined together.
 const CHUNK_WORDS: usize = 8;
 
-/// Least number of drawn polygons of a chunk in a span: undrawn polygons still cost a vertex invocation.
+/// Least number of drawn polygons of a chunk in a span. It is high, because undrawn polygons still cost a vertex
+/// invocation.
 const LEAST_OF_CHUNK: u32 = (CHUNK_WORDS * WORD * 3 / 4) as u32;
 
-/// Least number of polygons of a span, a run that sends one bit for each polygon in place of its number. A lower limit
-/// makes more draw calls.
+/// Least number of polygons of a span, a run that sends a bit for each polygon instead of its number. If it is smaller,
+/// frames have more draw calls.
 pub(super) const LEAST_SPAN: usize = 2048;
 
 /// Visible polygons of one style.
@@ -35,12 +36,12 @@ pub(super) struct List<'a, F> {
     pub(super) transparent: &'a mut Vec<(u32, u32, u32)>,
 }
 
-/// Receiver of the opaque polygons of a list, by number.
+/// The receiver of the opaque polygons of a list, by number.
 pub(super) trait Sink {
-    /// Adds the polygons `first + bit`, which are of one page.
+    /// Adds the polygons `first + bit`, which belong to one page.
     fn add(&mut self, first: usize, opaque: u64);
 
-    /// Tries to add the polygons of a chunk, which are of one page. If it returns `false`, the caller adds them word by
+    /// Tries to add the polygons of a chunk, which belong to one page. If it returns `false`, the caller adds them word by
     /// word.
     #[inline(always)]
     fn takes_chunk(&mut self, _first: usize, _words: &[u64]) -> bool {
@@ -106,7 +107,7 @@ impl<F: Fn(usize) -> Classes, S: Sink> Walk<'_, F, S> {
                 }
                 let added = known & classes.additive & !transparent;
                 let opaque = known & !(transparent | added);
-                // Pages consist of whole words.
+                // A page has whole words, so a word never lies in two pages.
                 while first >= page_end {
                     sink.end_page(page);
                     additive.end_page(page);
@@ -127,7 +128,7 @@ fn word_of(masks: &[u16; WORD / BLOCK]) -> u64 {
     masks.iter().rev().fold(0, |word, mask| word << BLOCK | u64::from(*mask))
 }
 
-/// One bit for each polygon of a span: word `i` has the polygons from 64 `i` on.
+/// A bit for each polygon of a span. Word `i` has the polygons from 64 `i` on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpanBits {
     words: Vec<u64>,
@@ -164,16 +165,16 @@ pub(super) struct Numbers<'a> {
     runs: &'a mut Vec<Run>,
     style: u32,
     blend: Blend,
-    /// Start of the numbers that are in no run yet.
+    /// Start of the numbers that belong to no run yet.
     start: usize,
-    /// `None` if every polygon is listed.
+    /// The bits of spans; `None` if every polygon is listed.
     bits: Option<&'a mut SpanBits>,
-    /// Range of the last polygons, which have bits and are in no run yet.
+    /// Range of the last polygons, which have bits and belong to no run yet.
     span: Range<usize>,
 }
 
 impl<'a> Numbers<'a> {
-    /// `bits`: the bits of spans, and the number of polygons of the scene.
+    /// A list without polygons. `bits` has the bits of spans, and the number of polygons of the scene.
     pub(super) fn new(
         ids: &'a mut Vec<PolygonId>,
         runs: &'a mut Vec<Run>,
@@ -235,7 +236,7 @@ impl<'a> Numbers<'a> {
 /// Whether enough polygons of a chunk are drawn for a span.
 #[inline(always)]
 fn is_dense(words: &[u64]) -> bool {
-    // Counting bits is the slowest part: it is left out if full words suffice.
+    // Counting bits is the slowest part, so it is skipped if the full words suffice.
     let full = words.iter().filter(|word| **word == u64::MAX).count();
     let polygons = || words.iter().map(|word| word.count_ones()).sum::<u32>();
     (full * WORD) as u32 >= LEAST_OF_CHUNK || polygons() >= LEAST_OF_CHUNK
@@ -294,7 +295,7 @@ impl Sink for Numbers<'_> {
 pub(super) struct Handles<'a> {
     pub(super) handles: &'a mut Vec<Handle>,
     pub(super) handle_runs: &'a mut Vec<HandleRun>,
-    /// First handle that is in no run yet, and the number of polygons from there on.
+    /// The first handle that belongs to no run yet, and the number of polygons from there on.
     pub(super) start: usize,
     pub(super) polygons: u32,
 }
@@ -327,7 +328,7 @@ fn note_transparent<F>(list: &mut List<'_, F>, first: usize, transparent: u64) {
         let id = PolygonId((first + left.trailing_zeros() as usize) as u32);
         left &= left - 1;
         let distance_squared = list.scene.bounds(id).center().distance_squared(list.eye_in_world);
-        // A distance of NaN sorts as the farthest; the polygon is still drawn.
+        // A distance of NaN sorts as the farthest, so that the polygon is still drawn.
         list.transparent.push((distance_squared.to_bits(), list.style, id.0));
     }
 }

@@ -1,4 +1,4 @@
-/// Heights of the octaves, pixels: a quarter of a picture of 256 pixels, a twelfth and so on.
+/// Heights of the octaves, pixels. For a picture of 256 pixels they are a quarter of its height, a twelfth, and so on.
 pub(super) const HEIGHTS: [u32; 4] = [64, 21, 7, 2];
 
 /// Resources for finishing the picture of one target.
@@ -7,7 +7,7 @@ pub(super) struct Octaves {
     pub(super) resolved: wgpu::BindGroup,
     pub(super) octaves: [Octave; HEIGHTS.len()],
     pub(super) all: wgpu::BindGroup,
-    /// None where samples cannot be read.
+    /// The bind group of the samples; `None` if shaders cannot read samples.
     pub(super) samples: Option<wgpu::BindGroup>,
 }
 

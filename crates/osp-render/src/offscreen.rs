@@ -14,21 +14,21 @@ use osp_session::{recording::Environment, scene::Scene};
 /// Times and counts of drawing a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTimes {
-    /// Sending new polygons, sorting the visible ones, sending their numbers.
+    /// Time for sending new polygons, sorting the visible ones, and sending their numbers.
     pub prepare: Stage,
-    /// From submission to completion.
+    /// Time from submission to completion.
     pub draw: Stage,
-    /// GPU time by time stamps, nanoseconds; `None` where the adapter has none.
+    /// GPU time by time stamps, nanoseconds; `None` if the adapter has no time stamps.
     pub gpu_ns: Option<u64>,
-    /// The same for each pass.
+    /// GPU time of each pass; `None` if the adapter has no time stamps.
     pub passes: Option<PassTimes>,
     /// Counts of culling on the GPU; `None` in a frame without it.
     pub occlusion: Option<DrawnCounts>,
-    /// Bytes sent for polygons that are new or have moved.
+    /// Number of bytes sent for polygons that are new or have moved.
     pub polygon_bytes: u64,
-    /// Bytes sent for the view and the numbers of the polygons to draw.
+    /// Number of bytes sent for the view and for the numbers of the polygons to draw.
     pub list_bytes: u64,
-    /// Draw calls.
+    /// Number of draw calls.
     pub draw_calls: u64,
 }
 
@@ -48,7 +48,7 @@ struct Sight {
     timer: GpuTimer,
 }
 
-/// Draws without a window, one frame at a time, and waits for each.
+/// Draws without a window, one frame at a time, and waits for each frame.
 #[derive(Debug)]
 pub struct Offscreen {
     renderer: Renderer,
@@ -59,15 +59,15 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// A drawer of pictures of this size, pixels, on the best adapter.
+    /// A drawer of pictures of `width` x `height` pixels, on the best adapter.
     ///
     /// # Errors
-    /// There is no adapter, or a side is zero or longer than the adapter allows.
+    /// The system has no adapter, or a side is zero or longer than the adapter allows.
     pub fn new(width: u32, height: u32) -> Result<Self, RenderError> {
         Self::on(Arc::new(Gpu::headless()?), width, height, &RendererConfig::default())
     }
 
-    /// A drawer of pictures of this size, pixels, on an adapter.
+    /// A drawer of pictures of `width` x `height` pixels, on this adapter.
     ///
     /// # Errors
     /// A side is zero or longer than the adapter allows.
@@ -81,8 +81,8 @@ impl Offscreen {
         Ok(Self { renderer, sights, last: 0, clock: StageClock::default() })
     }
 
-    /// Adds a view with pictures of its own size, pixels; returns its number. The first view has number 0. All views
-    /// share the polygons, and each has its own state of occlusion culling. A new view does not cull.
+    /// Adds a view with pictures of `width` x `height` pixels; returns the view's number. The first view has number 0. All
+    /// views share the polygons, and each has its own state of occlusion culling. A new view does not cull.
     ///
     /// # Errors
     /// A side is zero or longer than the adapter allows.
@@ -103,7 +103,7 @@ impl Offscreen {
         self.sights[0].target.aspect()
     }
 
-    /// Selects how all views cull hidden polygons on the GPU: see [`Renderer::set_occlusion`].
+    /// Selects how all views cull hidden polygons on the GPU; see [`Renderer::set_occlusion`].
     ///
     /// # Errors
     /// The adapter lacks a required feature.
@@ -111,7 +111,7 @@ impl Offscreen {
         self.sights.iter_mut().try_for_each(|sight| self.renderer.set_occlusion(&mut sight.slot, occlusion))
     }
 
-    /// [`Offscreen::set_occlusion`] with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
+    /// Does the same as [`Offscreen::set_occlusion`], with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
     /// The adapter lacks a required feature.
@@ -125,18 +125,18 @@ impl Offscreen {
             .try_for_each(|sight| self.renderer.set_occlusion_with(&mut sight.slot, occlusion, config))
     }
 
-    /// Selects how the view with this number culls hidden polygons on the GPU.
+    /// Selects how view number `number` culls hidden polygons on the GPU.
     ///
     /// # Errors
     /// The adapter lacks a required feature.
     ///
     /// # Panics
-    /// There is no view of this number.
+    /// The view does not exist.
     pub fn set_occlusion_of(&mut self, number: usize, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.renderer.set_occlusion(&mut self.sights[number].slot, occlusion)
     }
 
-    /// Sets light and sky: see [`Renderer::set_environment`].
+    /// Sets light and sky; see [`Renderer::set_environment`].
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.renderer.set_environment(environment);
     }
@@ -156,7 +156,7 @@ impl Offscreen {
         self.renderer.follow(changes);
     }
 
-    /// Forgets the polygons from number `count` on, after the scene was reset to its first `count` polygons: see
+    /// Drops the polygons from number `count` on, after the scene was reset to its first `count` polygons; see
     /// [`Renderer::forget_from`].
     pub fn forget_from(&mut self, count: usize) {
         self.renderer.forget_from(count);
@@ -167,8 +167,8 @@ impl Offscreen {
         self.renderer.bytes()
     }
 
-    /// Draws a frame of the first view and waits until it is done. A view with another aspect is stretched to the
-    /// picture: see [`View::with_aspect`].
+    /// Draws a frame of the first view and waits until it is done. If the view has another aspect than the picture, it is
+    /// stretched; see [`View::with_aspect`].
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -181,13 +181,13 @@ impl Offscreen {
         self.draw_view(0, scene, view, layers)
     }
 
-    /// Draws a frame of the view with this number; see [`Offscreen::draw`].
+    /// Draws a frame of view number `number`; see [`Offscreen::draw`].
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
     ///
     /// # Panics
-    /// There is no view of this number.
+    /// The view does not exist.
     pub fn draw_view(
         &mut self,
         number: usize,
@@ -199,13 +199,13 @@ impl Offscreen {
     }
 
     /// Draws a frame of several views, such as the eyes of a headset, in one submission, and waits until it is done. Each
-    /// view comes with its number and its layers; no number may come twice. Returns the sums over the views.
+    /// view comes with its number and its layers; no number may occur twice. Returns the sums over the views.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
     ///
     /// # Panics
-    /// There is no view of one of the numbers.
+    /// A view does not exist.
     pub fn draw_views(
         &mut self,
         scene: &Scene,
@@ -236,7 +236,7 @@ impl Offscreen {
             timer.submitted();
             slot.submitted();
         }
-        // Results of the frame are mapped now.
+        // After this call, the results of the frame are mapped.
         gpu.wait()?;
         let even_ns = times.draw.ns / views.len().max(1) as u64;
         for &(number, ..) in views {
@@ -251,13 +251,13 @@ impl Offscreen {
         Ok(times)
     }
 
-    /// Sets the order of opaque polygons in frames that are not culled on the GPU. `splits_by_material`: each range of
-    /// one material takes its own draw call, as if each material needed its own state.
+    /// Sets the order of opaque polygons in frames that are not culled on the GPU. If `splits_by_material`, each range of
+    /// one material has its own draw call, as if each material required its own state.
     pub fn set_opaque_order(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.sights[0].slot.order.set_opaque(order, splits_by_material);
     }
 
-    /// Cost of the last frame's order in calls and changes of state; `scene` is the drawn scene.
+    /// Cost of the last frame's order, in calls and changes of state; `scene` is the drawn scene.
     pub fn order_counts(&self, scene: &Scene) -> OrderCounts {
         self.renderer.order_counts(&self.sights[0].slot, scene)
     }
@@ -270,12 +270,12 @@ impl Offscreen {
         self.renderer.count_overdraw(&self.sights[0].target, &self.sights[0].slot)
     }
 
-    /// Sets whether every polygon is drawn solid in its plain colour: see [`Renderer::set_solid`].
+    /// Sets whether every polygon is drawn solid in its plain colour; see [`Renderer::set_solid`].
     pub fn set_solid(&mut self, is_solid: bool) {
         self.renderer.set_solid(is_solid);
     }
 
-    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the ones before,
+    /// Draws a painter's list in the first view and waits until it is done. Each part is drawn over the parts before it,
     /// without a depth test, solid in the plain colour of its polygon.
     ///
     /// # Errors

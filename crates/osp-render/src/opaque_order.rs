@@ -4,29 +4,29 @@ use super::run::{Blend, Run, push};
 use osp::polygon::PolygonId;
 use osp_session::scene::Scene;
 
-/// Order in which opaque polygons are drawn. At the same depth the polygon that is drawn later wins; else every order
-/// gives the same picture.
+/// The order in which opaque polygons are drawn. At the same depth the polygon drawn later wins. Except for such polygons,
+/// every order gives the same picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OpaqueOrder {
-    /// By number, in order of arrival: the renderer's default.
+    /// By number, in order of arrival. This is the renderer's default.
     #[default]
     None,
-    /// The nearest first, by the centres of their boxes: later polygons behind are rejected unshaded.
+    /// The nearest first, by the centres of their boxes. Later polygons behind others are rejected before shading.
     FrontToBack,
-    /// The farthest first: most samples are shaded without effect.
+    /// The farthest first. Most samples are shaded without effect.
     BackToFront,
-    /// By material, then by number: the fewest changes of state, if each material has its own.
+    /// By material, then by number. If each material has its own state, the state changes least often.
     Material,
-    /// By number, twice: first for depth alone, then with colours, so that nothing is shaded without effect.
+    /// By number, twice: first for depth alone, then with colours, so that no sample is shaded without effect.
     ZPrepass,
 }
 
 impl OpaqueOrder {
-    /// All of them.
+    /// All orders.
     pub const ALL: [Self; 5] =
         [Self::None, Self::FrontToBack, Self::BackToFront, Self::Material, Self::ZPrepass];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -38,7 +38,7 @@ impl OpaqueOrder {
     }
 
     fn key(self, scene: &Scene, id: PolygonId, eye_in_world: Vec3) -> u32 {
-        // The bits of a non-negative float sort in the order of its value.
+        // The bits of a non-negative float sort like its value.
         let distance = || scene.bounds(id).center().distance_squared(eye_in_world).to_bits();
         match self {
             Self::None | Self::ZPrepass => 0,
@@ -49,15 +49,15 @@ impl OpaqueOrder {
     }
 }
 
-/// Cost of an order in calls and changes of state.
+/// Cost of an order, in calls and changes of state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OrderCounts {
-    /// Draw calls, of all passes.
+    /// Number of draw calls of all passes.
     pub draw_calls: u64,
-    /// Pipelines that are bound, of all passes.
+    /// Number of pipelines that are bound in all passes.
     pub pipelines: u64,
-    /// Ranges of opaque polygons of one material in the order of drawing: the number of state changes of a renderer
-    /// with a state for each material. This renderer reads the material with the polygon.
+    /// Number of ranges of opaque polygons with one material, in drawing order: the number of state changes of a renderer
+    /// that has a state for each material. This renderer reads the material with the polygon.
     pub material_runs: u64,
 }
 
@@ -66,7 +66,7 @@ fn material_of(scene: &Scene, id: PolygonId) -> u32 {
     scene.stroke_of(id).brush().map_or(0, |brush| 1 + u32::from(brush.number()))
 }
 
-/// Puts listed opaque polygons into another order.
+/// Sorts listed opaque polygons by another order.
 pub(super) fn sort(
     order: OpaqueOrder,
     scene: &Scene,
@@ -91,7 +91,7 @@ pub(super) fn sort(
     }
 }
 
-/// Gives each range of one material a run of its own.
+/// Divides runs so that each range of one material has a run of its own.
 pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec<Run>) {
     let mut split = Vec::with_capacity(runs.len());
     for run in runs.iter() {
@@ -106,7 +106,7 @@ pub(super) fn split_by_material(scene: &Scene, ids: &[PolygonId], runs: &mut Vec
     *runs = split;
 }
 
-/// Ranges of one material, of opaque polygons.
+/// Number of ranges of one material among opaque polygons.
 pub(super) fn material_runs(scene: &Scene, ids: impl Iterator<Item = PolygonId>) -> u64 {
     let (mut runs, mut last) = (0, None);
     for id in ids {

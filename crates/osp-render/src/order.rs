@@ -8,21 +8,21 @@ use super::{
 use osp::polygon::{PolygonId, VisibleBlocks, bits};
 use osp_session::scene::Scene;
 
-/// Form of a list of polygons.
+/// The form of a list of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Listing {
-    /// The number of every polygon, except in long spans with few gaps, which are bit masks.
+    /// The number of every polygon; long spans with few gaps are bit masks instead.
     #[default]
     Ids,
     /// Clusters with a mask for opaque polygons, and the numbers of all others.
     Clusters,
 }
 
-/// Order in which polygons are drawn. It is rebuilt every frame in the same memory.
+/// The order in which polygons are drawn. It is computed again in every frame, in the same memory.
 ///
-/// Opaque polygons come first, by number, then additive polygons, by number. Transparent polygons come last, the
-/// farthest first; at equal distance by number. The relative order of two polygons depends neither on other polygons
-/// nor on the order of arrival. So the picture does not change if hidden polygons are left out.
+/// Opaque polygons come first, by number, then additive polygons, by number. Transparent polygons come last, the farthest
+/// first, and by number at equal distance. The relative order of two polygons depends neither on other polygons nor on the
+/// order of arrival. So the picture does not change if hidden polygons are left out.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOrder {
     ids: Vec<PolygonId>,
@@ -31,13 +31,13 @@ pub struct DrawOrder {
     /// The order of the opaque polygons of [`Listing::Ids`], and whether each range of one material is a run of its own.
     opaque: (OpaqueOrder, bool),
     span_bits: SpanBits,
-    /// By number.
+    /// The opaque polygons of [`Listing::Clusters`], by number.
     handles: Vec<Handle>,
     handle_runs: Vec<HandleRun>,
-    /// Like `ids` and `runs`, until [`DrawOrder::finish`] appends them.
+    /// Numbers and runs of additive polygons, until [`DrawOrder::finish`] appends them to `ids` and `runs`.
     additive: Vec<PolygonId>,
     additive_runs: Vec<Run>,
-    /// Squared distance from the eye, as float bits that sort like the value; style; polygon.
+    /// For each transparent polygon: squared distance from the eye, as float bits that sort like the value; style; number.
     transparent: Vec<(u32, u32, u32)>,
 }
 
@@ -57,8 +57,8 @@ impl DrawOrder {
         &self.runs
     }
 
-    /// Bits of the runs that are not listed: the number of the first word, and the words from there on. Word `i` has
-    /// one bit for each polygon from 64 `i` on, the lowest bit first.
+    /// Bits of the runs that are not listed: the number of the first word, and the words from there on. Word `i` has a bit
+    /// for each polygon from 64 `i` on, the lowest bit first.
     pub fn span_bits(&self) -> (usize, &[u64]) {
         self.span_bits.used()
     }
@@ -95,7 +95,7 @@ impl DrawOrder {
         self.listing
     }
 
-    /// Sets the order of opaque polygons from the next frame on. `splits_by_material`: each range of one material takes
+    /// Sets the order of opaque polygons from the next frame on. If `splits_by_material`, each range of one material has
     /// its own draw call.
     pub(super) fn set_opaque(&mut self, order: OpaqueOrder, splits_by_material: bool) {
         self.opaque = (order, splits_by_material);
@@ -123,7 +123,7 @@ impl DrawOrder {
         self.clear_for(Listing::Ids);
     }
 
-    /// Starts a new frame with this form of list.
+    /// Starts a new frame whose list has this form.
     pub(super) fn clear_for(&mut self, listing: Listing) {
         self.listing = listing;
         self.ids.clear();
@@ -136,8 +136,9 @@ impl DrawOrder {
         self.transparent.clear();
     }
 
-    /// Adds polygons to draw in `style`. Numbers that the scene does not have are left out. `page_len`, the polygons of
-    /// a page, is a multiple of 64. `classes_of` returns the drawing classes of 64 polygons from a multiple of 64 on.
+    /// Adds polygons to draw in `style`. Numbers that the scene does not have are left out. `page_len`, the number of
+    /// polygons of a page, is a multiple of 64. `classes_of` returns the drawing classes of 64 polygons from a multiple of
+    /// 64 on.
     pub fn add(
         &mut self,
         scene: &Scene,
@@ -151,8 +152,8 @@ impl DrawOrder {
         let Self { ids, runs, listing, opaque, span_bits, handles, handle_runs, .. } = self;
         let Self { additive, additive_runs, transparent, .. } = self;
         let list = List { scene, polygons, style, eye_in_world, page_len, classes_of, transparent };
-        // Only the first style has spans: there is one set of bits, and a polygon may have several styles. Clusters and
-        // sorted polygons have no spans either.
+        // Only the first style has spans, because the spans share one set of bits, and a polygon may have several styles.
+        // Clusters and sorted polygons have no spans, either.
         let has_spans = *listing == Listing::Ids && *opaque == Default::default() && style == 0;
         let spans = has_spans.then_some(span_bits);
         let additive = Numbers::new(additive, additive_runs, style, Blend::Additive, None);
@@ -263,7 +264,7 @@ mod tests {
                 .filter(|&wanted| wanted > 0 || listing == Listing::Ids)
                 .flat_map(|wanted| {
                     let ids = (0..200).filter(move |&i| class(i) == wanted);
-                    // Back to front: a higher number is farther away.
+                    // Transparent polygons are drawn back to front, and a higher number is farther away here.
                     if wanted == 2 { ids.rev().collect::<Vec<_>>() } else { ids.collect() }
                 })
                 .collect();

@@ -1,14 +1,14 @@
 use super::{Gpu, RenderError, Target, descriptors, read_back::read_buffer, shaders};
 
-/// Pixels of a workgroup each way.
+/// Number of pixels of a workgroup in each direction.
 const SIDE: u32 = 8;
 
-/// Overdraw of opaque polygons. Counts are limited to 2,048 a sample.
+/// Overdraw of opaque polygons. The count of a sample is limited to 2,048.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overdraw {
-    /// Samples that passed the test of depth and were shaded, four a pixel.
+    /// Number of samples, four a pixel, that passed the depth test and were shaded, summed over all polygons.
     pub shaded: u64,
-    /// Samples that an opaque polygon covers at the end.
+    /// Number of samples that an opaque polygon covers in the finished picture.
     pub covered: u64,
 }
 
@@ -19,7 +19,7 @@ impl Overdraw {
     }
 }
 
-/// Adds up the counts of a pass in a target's samples.
+/// Sums the counts of a pass over the samples of a target.
 pub(super) fn add_up(gpu: &Gpu, target: &Target) -> Result<Overdraw, RenderError> {
     if !gpu.reads_samples() {
         let lacks = "shaders that read each sample of a pixel (drive it by Vulkan, not OpenGL)";

@@ -6,13 +6,13 @@ use super::{
     gpu_scene::GpuScene,
 };
 
-/// Pipelines that draw polygons, and the resources that they bind beside a view and a page of polygons.
+/// The pipelines that draw polygons, and the resources that they bind beside a view and a page of polygons.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     opaque: wgpu::RenderPipeline,
     additive: wgpu::RenderPipeline,
     transparent: wgpu::RenderPipeline,
-    /// Depth of opaque polygons, without colours.
+    /// Draws the depth of opaque polygons, without colours.
     depth: wgpu::RenderPipeline,
     /// Counts opaque polygons in the alpha of each sample; created on first use.
     count: OnceLock<wgpu::RenderPipeline>,
@@ -22,7 +22,7 @@ pub(super) struct Pipelines {
     sky: Option<Sky>,
 }
 
-/// A [`Shader`] of opaque polygons, with ownership.
+/// A [`Shader`] of opaque polygons that owns its parts.
 #[derive(Debug)]
 struct OwnShader {
     module: wgpu::ShaderModule,
@@ -32,7 +32,7 @@ struct OwnShader {
     fragment: &'static str,
 }
 
-/// The sky behind the polygons, and the resources that sky and painted polygons bind.
+/// The sky behind the polygons, and the resources that the sky and painted polygons bind.
 #[derive(Debug)]
 pub(super) struct Sky {
     pub(super) pipeline: wgpu::RenderPipeline,
@@ -51,9 +51,9 @@ pub(super) struct Shader<'a> {
     pub(super) layout: &'a wgpu::PipelineLayout,
     pub(super) chunk_len: usize,
     pub(super) vertex: &'static str,
-    /// Fragment shaders of opaque, additive and transparent polygons.
+    /// The fragment shaders of opaque, additive and transparent polygons.
     pub(super) fragments: [&'static str; 3],
-    /// Vertex and fragment shader for depth alone. Without a fragment shader, no pixel of a polygon is discarded.
+    /// The vertex and the fragment shader for depth alone. Without a fragment shader, no pixel of a polygon is discarded.
     pub(super) depth: (&'static str, Option<&'static str>),
 }
 
@@ -87,14 +87,14 @@ impl Pipelines {
         }
     }
 
-    /// Changes the shadow map of the first light.
+    /// Replaces the shadow map of the first light.
     pub(super) fn set_shadow(&mut self, shadow: &wgpu::BindGroup) {
         if let Some(sky) = &mut self.sky {
             sky.shadow = shadow.clone();
         }
     }
 
-    /// Materials, textures and light; `None` for plain colours.
+    /// The bind group of materials, textures and light; `None` for plain colours.
     pub(super) fn paint(&self) -> Option<&wgpu::BindGroup> {
         self.sky.as_ref().map(|sky| &sky.paint)
     }
@@ -166,7 +166,7 @@ impl Pipelines {
         }
     }
 
-    /// Draws runs. Places of listed runs count from `first`, polygon numbers of the other runs from `all_from`.
+    /// Draws runs. Positions of listed runs count from `first`, polygon numbers of other runs from `all_from`.
     pub(super) fn draw_runs(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -189,12 +189,12 @@ impl Pipelines {
     }
 }
 
-/// Outputs of a pipeline.
+/// The outputs of a pipeline.
 #[derive(Clone, Copy)]
 enum Into {
     Depth,
     Colors(Blend),
-    /// Alpha of each sample; every fragment adds one.
+    /// The alpha of each sample; every fragment adds one.
     Counts,
 }
 
@@ -237,9 +237,9 @@ fn create(
             },
             buffers: &[],
         },
-        // Both sides of a polygon are visible: no back-face culling.
+        // Both sides of a polygon are visible, so no back faces are culled.
         primitive: wgpu::PrimitiveState::default(),
-        // At equal depth the later polygon wins. Culling other polygons does not change which one is later.
+        // At equal depth the later polygon wins. Culling other polygons does not change which polygon is later.
         depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, hides)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: fragment.map(|entry_point| {

@@ -9,14 +9,14 @@ use std::{
 
 use super::{Gpu, Image, RenderError, descriptors};
 
-/// Copies a texture of four bytes a pixel to memory.
+/// Copies a texture of four bytes a pixel to memory, and waits for it.
 pub(super) fn read_back(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Image, RenderError> {
     let coming = begin_read_back(gpu, texture);
     gpu.wait()?;
     coming.finish()
 }
 
-/// A picture on its way from the GPU.
+/// A picture that is being copied from the GPU.
 #[derive(Debug)]
 pub struct ComingImage {
     buffer: wgpu::Buffer,
@@ -27,7 +27,7 @@ pub struct ComingImage {
 }
 
 impl ComingImage {
-    /// The picture, once it has arrived.
+    /// The picture, once it has arrived; `None` before.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -38,7 +38,7 @@ impl ComingImage {
         self.is_here.load(Ordering::Acquire).then(|| self.finish())
     }
 
-    /// Waits for the picture and returns it; a page in a browser cannot wait.
+    /// Waits for the picture and returns it. A page in a browser cannot call this, because it cannot wait.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
@@ -88,7 +88,7 @@ pub(super) fn begin_read_back(gpu: &Gpu, texture: &wgpu::Texture) -> ComingImage
     ComingImage { buffer, width, height, padded_row_bytes, is_here }
 }
 
-/// Copies a buffer to memory.
+/// Copies a buffer to memory, and waits for it.
 pub(super) fn read_buffer(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, RenderError> {
     if bytes == 0 {
         return Ok(Vec::new());
@@ -100,7 +100,7 @@ pub(super) fn read_buffer(gpu: &Gpu, from: &wgpu::Buffer, bytes: u64) -> Result<
     mapped(&buffer)
 }
 
-/// The same for a caller that cannot wait.
+/// Does the same as [`read_buffer`], for a caller that cannot wait.
 pub(super) async fn read_buffer_later(
     gpu: &Gpu,
     from: &wgpu::Buffer,

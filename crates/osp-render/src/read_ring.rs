@@ -5,10 +5,10 @@ use std::sync::{
 
 use super::{Gpu, descriptors};
 
-/// Frames whose results may be on their way at once.
+/// Number of frames whose results may be on their way at once.
 pub(super) const SLOTS: usize = 4;
 
-/// Small results of frames on their way back from the GPU. Without a free slot, a frame has no result.
+/// Small results of frames that are being copied from the GPU. If no slot is free, a frame has no result.
 #[derive(Debug)]
 pub(super) struct ReadRing {
     slots: Vec<Slot>,
@@ -19,14 +19,14 @@ pub(super) struct ReadRing {
 #[derive(Debug)]
 struct Slot {
     buffer: wgpu::Buffer,
-    /// Bytes of the slot that the frame uses.
+    /// Number of bytes of the slot that the frame uses.
     bytes: u64,
     is_busy: bool,
     is_mapped: Arc<AtomicBool>,
 }
 
 impl ReadRing {
-    /// A ring for results of this many bytes.
+    /// A ring for results of `bytes` bytes.
     pub(super) fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot {
             buffer: descriptors::buffer(
@@ -42,12 +42,12 @@ impl ReadRing {
         Self { slots: (0..SLOTS).map(slot).collect(), current: None }
     }
 
-    /// Most bytes of a result.
+    /// Largest size of a result, bytes.
     pub(super) fn capacity(&self) -> u64 {
         self.slots.first().map_or(0, |slot| slot.buffer.size())
     }
 
-    /// Takes a free slot for the frame being encoded; returns its number.
+    /// Reserves a free slot for the frame being encoded; returns its number, or `None` if no slot is free.
     pub(super) fn begin(&mut self) -> Option<usize> {
         self.current = self.slots.iter().position(|slot| !slot.is_busy);
         self.current
@@ -68,7 +68,7 @@ impl ReadRing {
         }
     }
 
-    /// Call it after submission.
+    /// Begins the transfer of the frame's result. Call it after submission.
     pub(super) fn submitted(&mut self) {
         if let Some(at) = self.current.take() {
             let slot = &mut self.slots[at];
@@ -80,7 +80,7 @@ impl ReadRing {
         }
     }
 
-    /// Calls `give` with each result that has arrived since the last call, and the number of its slot.
+    /// Calls `give` with each result that has arrived since the last call, and with the number of its slot.
     pub(super) fn take(&mut self, mut give: impl FnMut(usize, &[u8])) {
         for (number, slot) in self.slots.iter_mut().enumerate() {
             if !slot.is_mapped.swap(false, Ordering::Acquire) {

@@ -9,15 +9,16 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// A polygon in the layout of the vertex shader: four corners (a triangle repeats its last), and their paint.
+/// A polygon in the memory layout of the vertex shader: four corners (a triangle repeats its last), and their paint.
 ///
-/// The spare words of the four corners are, in this order:
+/// The fourth words of the four corners are, in this order:
 /// - the colour: red, green, blue, opacity from the lowest byte;
 /// - the corners' alpha, a byte each;
 /// - the material and the flags;
 /// - the range of animation of a square that faces the eye, metres.
 ///
-/// Words, not floats: a colour read as a float could be a signalling NaN, which some drivers quieten.
+/// The corners are stored as words, because a colour read as a float could be a signalling NaN, which some drivers change
+/// to a quiet one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PolygonRecord {
@@ -26,18 +27,18 @@ pub(super) struct PolygonRecord {
     normals: [u32; 4],
 }
 
-/// Flag of a square that faces the eye; above the material's number.
+/// Flag of a square that faces the eye; it lies above the bits of the material's number.
 const FACING: u32 = 1 << 16;
 /// Flag of a polygon whose corners have normals of their own.
 const SMOOTH: u32 = 1 << 17;
 
-/// Colours of polygons.
+/// The colours in which polygons are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// Colours that they were painted in.
+    /// The colours in which they were painted.
     #[default]
     Own,
-    /// Colours of their authors ([`Scene::author_color`]), with the painted opacity.
+    /// The colours of their authors ([`Scene::author_color`]), with the painted opacity.
     Authors,
 }
 
@@ -53,14 +54,14 @@ impl Colors {
     }
 }
 
-/// Blending of a polygon.
+/// The blending of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DrawClass {
-    /// It hides the background, at least where it is solid.
+    /// The polygon hides the background, at least in its solid parts.
     Solid,
-    /// Its light is added to the background.
+    /// The polygon's light is added to the background.
     Additive,
-    /// It covers the background in part.
+    /// The polygon covers the background in part.
     Transparent,
 }
 
@@ -78,10 +79,10 @@ impl DrawClass {
 }
 
 impl PolygonRecord {
-    /// Bytes of a polygon on the GPU.
+    /// Size of a polygon on the GPU, bytes.
     pub(super) const SIZE: u64 = size_of::<Self>() as u64;
 
-    /// The record of a polygon as it is now.
+    /// The record of a polygon in its current form.
     pub(super) fn of(scene: &Scene, id: PolygonId, colors: Colors) -> Self {
         let polygon = scene.polygon(id);
         let corners = polygon.vertices();
@@ -95,7 +96,7 @@ impl PolygonRecord {
         (record.normals, record.uv) = surface.words();
         record.corners[0][3] = u32::from_le_bytes(color_bytes(colors.of(scene, stroke)));
         record.corners[1][3] = u32::from_le_bytes(surface.alpha_bytes());
-        // Number 0 is for polygons without a brush.
+        // Number 0 stands for polygons without a brush.
         let material = stroke.brush().map_or(0, |brush| 1 + u32::from(brush.number()));
         let facing = if surface.is_facing() { FACING } else { 0 };
         let smooth = if surface.is_smooth() { SMOOTH } else { 0 };
@@ -107,13 +108,13 @@ impl PolygonRecord {
     }
 }
 
-/// Distance by which the ball around a square can move along each axis within the box, metres.
+/// Distance by which the sphere around a square can move along each axis within the box, metres.
 fn room_m(square: &ConvexPolygon, bounds: &Aabb) -> f32 {
     let around = square.bounds();
     let middle = around.center();
     let radius = square.vertices().iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
     let half = (bounds.max - middle).min(middle - bounds.min).min_element();
-    // Reduced by the shader's possible rounding.
+    // The result is reduced by the largest rounding error of the shader.
     (half - radius * 1.001) * 0.999
 }
 

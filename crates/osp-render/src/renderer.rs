@@ -27,12 +27,12 @@ use osp::{
 };
 use osp_session::{recording::Environment, scene::Scene};
 
-/// Polygons to draw, and their style.
+/// Polygons to draw in one style.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
     /// The polygons.
     pub polygons: &'a VisibleBlocks,
-    /// Their style.
+    /// The style of the polygons.
     pub style: Style,
 }
 
@@ -43,21 +43,20 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// Settings of a renderer. Only the background changes the picture.
+/// Settings of a renderer. Only the background affects the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RendererConfig {
-    /// Number of polygons in a chunk of GPU memory, 96 bytes each. Larger chunks make fewer dispatches and draw calls
-    /// for large scenes. The first chunk grows by doubling, so small scenes do not take more memory.
+    /// Number of polygons in a chunk of GPU memory, 96 bytes each. With larger chunks, large scenes need fewer dispatches
+    /// and draw calls. The first chunk grows by doubling, so small scenes take no more memory.
     pub chunk_len: usize,
-    /// Greatest number of polygons of a draw call. The index buffer, which all calls share, takes 24 bytes for each of
-    /// them.
+    /// Largest number of polygons of a draw call. The index buffer, which all calls share, takes 24 bytes for each of them.
     pub draw_len: usize,
     /// Background colour: linear red, green, blue.
     pub background: [f64; 3],
 }
 
 impl Default for RendererConfig {
-    /// Chunks of 48 MiB, indices of 6 MiB, a dark blue-grey background.
+    /// Chunks of 48 MiB, an index buffer of 6 MiB, and a dark blue-grey background.
     fn default() -> Self {
         Self { chunk_len: 1 << 19, draw_len: 1 << 18, background: super::backdrop::DARK }
     }
@@ -119,7 +118,7 @@ impl Renderer {
         self.background = wgpu::Color { r, g, b, a: 1.0 };
     }
 
-    /// Sets light and sky. Without an environment the background is seen, and the default environment of Tilt Brush
+    /// Sets light and sky. Without an environment the background is visible, and the default environment of Tilt Brush
     /// lights brush strokes.
     pub fn set_environment(&mut self, environment: Option<&Environment>) {
         self.environment = environment.cloned();
@@ -139,14 +138,14 @@ impl Renderer {
         self.has_changed |= self.scene.set_colors(colors);
     }
 
-    /// Sets whether shadows may be some frames older than their casters. A frame that changes a large scene then need
-    /// not draw the whole scene into the shadow map.
+    /// Sets whether shadows may be some frames older than their casters. If so, not every frame that changes a large scene
+    /// has to draw the whole scene into the shadow map.
     pub fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Sets whether every polygon is drawn solid and flat-shaded in its plain colour, whatever brush has painted it. A
-    /// painter draws polygons in the same way ([`PaintList`]).
+    /// Sets whether every polygon is drawn solid and flat-shaded in its plain colour, regardless of its brush. A painter
+    /// draws polygons in the same way ([`PaintList`]).
     pub fn set_solid(&mut self, is_solid: bool) {
         self.is_solid = is_solid;
     }
@@ -179,21 +178,21 @@ impl Renderer {
         ViewSlot::new(&self.gpu, &self.view_layout)
     }
 
-    /// Records changes of the scene; the next [`Renderer::send`] sends them. Call it with every change, also with
-    /// changes of frames that are not drawn.
+    /// Records changes of the scene; the next [`Renderer::send`] sends them. Call it with every change, including changes
+    /// of frames that are not drawn.
     pub fn follow(&mut self, changes: &[Change]) {
         self.has_changed |= !changes.is_empty();
         self.scene.note(changes);
     }
 
-    /// Forgets the polygons from number `count` on. Call it after the scene was reset to its first `count` polygons (0
-    /// for another scene). Polygons that then take these numbers are sent again.
+    /// Drops the polygons from number `count` on. Call it after the scene was reset to its first `count` polygons (0 for
+    /// another scene). Polygons that then get these numbers are sent again.
     pub fn forget_from(&mut self, count: usize) {
         self.has_changed = true;
         self.scene.truncate(count);
     }
 
-    /// Sends the polygons that are new or have moved; returns the bytes sent.
+    /// Sends the polygons that are new or have moved; returns the number of bytes sent.
     pub fn send(&mut self, scene: &Scene) -> u64 {
         let bytes = self.scene.flush(&self.gpu, scene);
         self.has_changed |= bytes > 0;
@@ -215,19 +214,18 @@ impl Renderer {
         bytes
     }
 
-    /// Selects how a view culls hidden polygons on the GPU. Only frames with a single layer in its own colours are
-    /// culled.
+    /// Selects how a view culls hidden polygons on the GPU. Only frames with a single layer in its own colours are culled.
     ///
     /// # Errors
-    /// The adapter lacks a required feature; the view is drawn as before.
+    /// The adapter lacks a required feature. The view is then drawn as before.
     pub fn set_occlusion(&mut self, slot: &mut ViewSlot, occlusion: GpuOcclusion) -> Result<(), RenderError> {
         self.set_occlusion_with(slot, occlusion, HzbConfig::default())
     }
 
-    /// [`Renderer::set_occlusion`] with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
+    /// Does the same as [`Renderer::set_occlusion`], with settings for [`GpuOcclusion::Hzb`] and [`GpuOcclusion::Auto`].
     ///
     /// # Errors
-    /// The adapter lacks a required feature; the view is drawn as before.
+    /// The adapter lacks a required feature. The view is then drawn as before.
     pub fn set_occlusion_with(
         &mut self,
         slot: &mut ViewSlot,
@@ -297,8 +295,9 @@ impl Renderer {
         self.scene.bytes()
     }
 
-    /// Sorts the polygons of a view and sends their order; returns the bytes sent. Call it after [`Renderer::send`]:
-    /// polygons that are not on the GPU are left out. Layers beyond the eighth are drawn in the style of the eighth.
+    /// Sorts the polygons of a view and sends their order; returns the number of bytes sent. Call it after
+    /// [`Renderer::send`], because polygons that are not on the GPU are left out. Layers beyond the eighth are drawn in the
+    /// style of the eighth.
     pub fn prepare(&self, slot: &mut ViewSlot, scene: &Scene, view: &View, layers: &[Layer<'_>]) -> u64 {
         let page_len = self.scene.page_len();
         let mut styles = [Style::PLAIN; MAX_STYLES];
@@ -355,7 +354,7 @@ impl Renderer {
         calls
     }
 
-    /// Encodes the drawing of a prepared view into `target`; `more` draws on top of it. After submission, call both
+    /// Encodes the drawing of a prepared view into `target`; `more` draws over the polygons. After submission, call both
     /// [`GpuTimer::submitted`] and [`ViewSlot::submitted`].
     pub fn encode(
         &self,
@@ -403,8 +402,8 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// Draws a prepared view on top of another renderer's picture, in its render pass: the `more` of its
-    /// [`Renderer::encode`] calls this. Both targets have the same format. The view must not be culled on the GPU.
+    /// Draws a prepared view over another renderer's picture, in its render pass. Call it from the `more` of the other
+    /// renderer's [`Renderer::encode`]. Both targets must have the same format. The view must not be culled on the GPU.
     pub fn draw_over(&self, pass: &mut wgpu::RenderPass<'_>, slot: &ViewSlot) {
         let pipelines = self.pipelines();
         pipelines.bind(pass, slot.bind_group());
@@ -413,8 +412,8 @@ impl Renderer {
 }
 
 impl Renderer {
-    /// For [`OpaqueOrder::ZPrepass`], encodes the depth pass with `stamps`. Returns the depth and the time stamps of
-    /// the pass with colours.
+    /// For [`OpaqueOrder::ZPrepass`], encodes the depth pass with `stamps`. Returns the state of depth and the time stamps
+    /// for the pass with colours.
     fn lay_down_depth<'s>(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -452,13 +451,13 @@ impl Renderer {
     /// Number of draw calls of a prepared view.
     pub(super) fn draw_calls(&self, slot: &ViewSlot) -> u64 {
         let in_list = slot.order.runs().iter().map(|run| self.scene.draw_calls(run.range.len()));
-        // For depth, then for colours.
+        // Culled polygons are drawn twice, for depth and for colours.
         let culled =
             slot.order.handle_runs().iter().map(|run| 2 * self.scene.draw_calls(run.polygons as usize));
         in_list.chain(culled).sum()
     }
 
-    /// Cost of a prepared view's order in calls and changes of state.
+    /// Cost of a prepared view's order, in calls and changes of state.
     pub(super) fn order_counts(&self, slot: &ViewSlot, scene: &Scene) -> OrderCounts {
         let order = &slot.order;
         let runs = order.runs();

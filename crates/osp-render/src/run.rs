@@ -6,35 +6,35 @@ use bytemuck::{Pod, Zeroable};
 
 use osp::polygon::{PolygonId, bits};
 
-/// Blending of polygons with the background.
+/// The blending of polygons with the background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
-    /// They hide it, except where a brush cuts holes.
+    /// The polygons hide the background, except where a brush cuts holes.
     Opaque,
-    /// Their light is added to it.
+    /// The polygons' light is added to the background.
     Additive,
-    /// It shines through.
+    /// The background shines through the polygons.
     Transparent,
 }
 
-/// Blending of 64 polygons, a bit each; polygons in neither mask are opaque.
+/// The blending of 64 polygons, a bit each. Polygons in neither mask are opaque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Classes {
     /// Polygons that the background shines through.
     pub transparent: u64,
-    /// Polygons whose light is added.
+    /// Polygons whose light is added to the background.
     pub additive: u64,
 }
 
 /// A part of the draw list with one page, style and blending.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// Places in [`DrawOrder::ids`](super::DrawOrder::ids), or polygon numbers.
+    /// Positions in [`DrawOrder::ids`](super::DrawOrder::ids), or polygon numbers.
     pub range: Range<u32>,
-    /// Whether `range` has places in the list. If not, it has polygon numbers; the polygons whose bit is set in
+    /// Whether `range` has positions in the list. If not, it has polygon numbers, and the polygons whose bit is set in
     /// [`DrawOrder::span_bits`](super::DrawOrder::span_bits) are drawn.
     pub is_listed: bool,
-    /// Page of the scene's polygons: it begins at `page` times the page's length.
+    /// Page of the scene's polygons. The page begins at polygon number `page` times the page's length.
     pub page: u32,
     /// Number of the style.
     pub style: u32,
@@ -43,23 +43,23 @@ pub struct Run {
 }
 
 impl Run {
-    /// The places to draw. Places of a listed run count from `first`, polygon numbers of another run from `all_from`.
+    /// The positions to draw. Positions of a listed run count from `first`, polygon numbers of another run from `all_from`.
     pub(super) fn places(&self, first: u32, all_from: u32) -> Range<u32> {
         let from = if self.is_listed { first } else { all_from };
         from + self.range.start..from + self.range.end
     }
 }
 
-/// Consecutive polygons that are culled together on the GPU.
+/// Number of consecutive polygons that are culled together on the GPU.
 pub(super) const CLUSTER: usize = 64;
 
-/// Opaque polygons of one cluster to draw.
+/// The opaque polygons of one cluster that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Handle {
-    /// The cluster: its first polygon is [`CLUSTER`] times this.
+    /// Number of the cluster; its first polygon is [`CLUSTER`] times this.
     pub(super) cluster: u32,
-    /// Mask of its polygons to draw: the lower 32 bits, the upper 32 bits.
+    /// Mask of the polygons to draw: the lower 32 bits, then the upper 32 bits.
     pub(super) mask: [u32; 2],
 }
 
@@ -91,7 +91,7 @@ pub(super) struct HandleRun {
     pub(super) polygons: u32,
 }
 
-/// Appends a polygon to the list, in the last run if page, style and blending are the same.
+/// Appends a polygon to the list, to the last run if page, style and blending are the same.
 pub(super) fn push(
     ids: &mut Vec<PolygonId>,
     runs: &mut Vec<Run>,

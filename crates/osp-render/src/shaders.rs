@@ -1,4 +1,4 @@
-/// Every shader of the crate by its name, in WGSL. A shader may be made of several files, one after the other.
+/// Every shader of the crate in WGSL, with its name. A shader may be the concatenation of several files.
 pub const SHADERS: &[(&str, &str)] = &[
     ("finish", FINISH),
     ("hzb_compact", HZB_COMPACT),
@@ -68,7 +68,7 @@ mod tests {
                 Ok(module) => module,
                 Err(error) => panic!("{name}.wgsl: {}", error.emit_to_string(source)),
             };
-            // No capability beyond the standard: the shaders run everywhere.
+            // The shaders need no optional capability, so that they run on every adapter.
             if let Err(error) =
                 Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module)
             {

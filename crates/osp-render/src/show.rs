@@ -1,22 +1,22 @@
 use super::{Gpu, Target, descriptors, pipelines::of_whole_picture, shaders};
 
-/// Channels of a window that a picture is drawn in.
+/// The colour channels of a window that a picture is drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// All of them.
+    /// All channels.
     All,
-    /// Red: the left eye of an anaglyph.
+    /// Red, for the left eye of an anaglyph.
     Red,
-    /// Green and blue: the right eye of an anaglyph.
+    /// Green and blue, for the right eye of an anaglyph.
     Cyan,
 }
 
 /// A rectangle of a window, pixels from its upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
-    /// Left side.
+    /// Position of the left side.
     pub x: f32,
-    /// Upper side.
+    /// Position of the upper side.
     pub y: f32,
     /// Width.
     pub width: f32,
@@ -67,7 +67,7 @@ impl ShowPass {
         Self { layout, all, red, cyan }
     }
 
-    /// Prepares a target's picture; a new target needs a new call.
+    /// Prepares a target's picture for drawing. A new target needs a new call.
     pub fn bind(&self, gpu: &Gpu, target: &Target) -> Shown {
         Shown(descriptors::bind_group(
             gpu.device(),
@@ -77,7 +77,7 @@ impl ShowPass {
         ))
     }
 
-    /// Shows a picture in an area of the pass's target, which must lie within it.
+    /// Draws a picture in an area of the pass's target. The area must lie within the target.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, shown: &Shown, area: Area, channels: Channels) {
         if !(area.width >= 1.0 && area.height >= 1.0) {
             return;

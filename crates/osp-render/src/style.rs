@@ -1,18 +1,18 @@
 use super::backdrop::srgb_from_linear;
 
-/// Styles that a frame can use.
+/// Largest number of styles of a frame.
 pub(super) const MAX_STYLES: usize = 8;
 
-/// Look of the polygons of a list.
+/// The look of the polygons of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
-    /// Red, green, blue, linear, that replaces the polygon's own colour …
+    /// Linear red, green, blue that replaces the polygon's own colour in part.
     pub tint: [f32; 3],
-    /// … by this much, 0 to 1.
+    /// The part of the polygon's own colour that the tint replaces, 0 to 1.
     pub amount: f32,
-    /// Factor of the opacity; below 1 the polygons are drawn as transparent.
+    /// Factor of the opacity. If it is below 1, the polygons are drawn as transparent.
     pub opacity: f32,
-    /// Added to the brightness.
+    /// Number added to the brightness.
     pub glow: f32,
 }
 

@@ -1,6 +1,6 @@
 use super::{Gpu, RenderError};
 
-/// The drawable surface of a window: follows the window's size and changes by the system.
+/// The drawable surface of a window. It adapts to the window's size and to changes by the system.
 #[derive(Debug)]
 pub struct WindowSurface {
     surface: wgpu::Surface<'static>,
@@ -10,14 +10,14 @@ pub struct WindowSurface {
     is_stale: bool,
 }
 
-/// Result of a request for a frame.
+/// The result of a request for a frame.
 #[derive(Debug)]
 pub enum Acquired {
-    /// Draw into this and present it.
+    /// A frame: draw into it, then present it.
     Frame(wgpu::SurfaceTexture),
-    /// Nothing can be shown now (minimised, covered, busy): skip the frame.
+    /// Nothing can be shown now, because the window is minimised, covered or busy. Skip the frame.
     Nothing,
-    /// The surface is lost: make a new one for the window. Pictures drawn so far are not affected.
+    /// The surface is lost. Make a new surface for the window; pictures drawn so far are not affected.
     Lost,
 }
 
@@ -25,7 +25,7 @@ impl WindowSurface {
     /// Makes a window's surface ready for drawing.
     ///
     /// # Errors
-    /// The adapter cannot draw on it.
+    /// The adapter cannot draw on the surface.
     pub fn new(
         gpu: &Gpu,
         surface: wgpu::Surface<'static>,
@@ -33,7 +33,7 @@ impl WindowSurface {
         height: u32,
     ) -> Result<Self, RenderError> {
         let capabilities = surface.get_capabilities(gpu.adapter());
-        // The user interface blends stored values: formats that convert would make it paler.
+        // The user interface blends stored values, so formats that convert would make it paler.
         let format = capabilities
             .formats
             .iter()
@@ -53,7 +53,7 @@ impl WindowSurface {
         Ok(Self { surface, config, size: (width, height), is_stale: true })
     }
 
-    /// The format of its pixels.
+    /// The format of the surface's pixels.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
     }
@@ -63,7 +63,7 @@ impl WindowSurface {
         self.size
     }
 
-    /// Follows the window's size.
+    /// Sets the window's size, pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
         if self.size != (width, height) {
             self.size = (width, height);
@@ -71,7 +71,7 @@ impl WindowSurface {
         }
     }
 
-    /// Sets whether a frame waits for the display, so that none is torn; initially each does.
+    /// Sets whether a frame waits for the display, so that no frame is torn. Initially frames wait.
     pub fn set_waits(&mut self, waits: bool) {
         let mode = if waits { wgpu::PresentMode::AutoVsync } else { wgpu::PresentMode::AutoNoVsync };
         if self.config.present_mode != mode {

@@ -7,7 +7,7 @@ use super::{
     read_back::{ComingImage, begin_read_back, read_back},
 };
 
-/// Textures of one view: multisampled colours and depth, the resolved colours, which may exceed 1, and the finished
+/// The textures of one view: multisampled colours and depth, the resolved colours, which may exceed 1, and the finished
 /// picture, which is saved or shown.
 #[derive(Debug)]
 pub struct Target {
@@ -23,7 +23,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// A target of this size in pixels.
+    /// A target of `width` x `height` pixels.
     ///
     /// # Errors
     /// A side is zero or longer than the adapter allows.
@@ -86,7 +86,7 @@ impl Target {
         read_back(gpu, &self.picture)
     }
 
-    /// [`Target::image`] for a caller that cannot wait: the picture arrives later.
+    /// Does the same as [`Target::image`], for a caller that cannot wait. The picture arrives later.
     pub fn image_later(&self, gpu: &Gpu) -> ComingImage {
         begin_read_back(gpu, &self.picture)
     }
@@ -169,7 +169,7 @@ impl Target {
 }
 
 impl Target {
-    /// Begins a pass of occlusion queries against the stored depth. It changes nothing.
+    /// Begins a pass of occlusion queries against the stored depth. The pass changes no texture.
     pub(super) fn begin_queries<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -190,14 +190,14 @@ impl Target {
     }
 }
 
-/// Depth before a pass with colours, and whether the pass stores its own.
+/// The depth before a pass with colours, and whether the pass stores its depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthBefore {
-    /// Cleared; not stored.
+    /// Depth is cleared, and not stored.
     Nothing,
-    /// Stored by a pass without colours; not stored again.
+    /// A pass without colours has stored depth; it is not stored again.
     Kept,
-    /// Cleared, then stored for later passes.
+    /// Depth is cleared, then stored for later passes.
     NothingAndKept,
 }
 

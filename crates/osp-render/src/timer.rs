@@ -5,9 +5,9 @@ use super::{
     read_ring::{ReadRing, SLOTS},
 };
 
-/// Most passes of a frame.
+/// Largest number of passes of a frame.
 const MAX_PASSES: usize = 3;
-/// Time stamps of a frame: the beginning and the end of each pass.
+/// Number of time stamps of a frame: the beginning and the end of each pass.
 const STAMPS: u32 = 2 * MAX_PASSES as u32;
 /// Alignment of a query result in its buffer, bytes.
 const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
@@ -15,13 +15,13 @@ const ALIGNMENT: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 /// GPU times of the passes of a frame, nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PassTimes {
-    /// From the beginning of the first to the end of the last.
+    /// Time from the beginning of the first pass to the end of the last.
     pub total_ns: u64,
-    /// The depth pass, of polygons that were visible in the last frame; 0 without culling on the GPU.
+    /// Time of the depth pass, with the polygons that were visible in the last frame; 0 without culling on the GPU.
     pub depth_ns: u64,
-    /// The depth pyramid, and the test of the polygons in view; 0 without culling on the GPU.
+    /// Time of the depth pyramid, and of the test of the polygons in view; 0 without culling on the GPU.
     pub test_ns: u64,
-    /// The pass with colours.
+    /// Time of the pass with colours.
     pub color_ns: u64,
 }
 
@@ -55,7 +55,7 @@ struct Queries {
     current: Option<usize>,
 }
 
-/// Time stamps that a pass writes.
+/// The time stamps that a pass writes.
 pub(super) struct Stamps<'a> {
     set: &'a wgpu::QuerySet,
     begin: Option<u32>,
@@ -80,14 +80,14 @@ impl<'a> Stamps<'a> {
     }
 }
 
-/// Stamped ends of a pass.
+/// The ends of a pass that get time stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// Its beginning.
+    /// The beginning of the pass.
     Begin,
-    /// Its end.
+    /// The end of the pass.
     End,
-    /// Both.
+    /// Both ends.
     Both,
 }
 
@@ -136,7 +136,7 @@ impl GpuTimer {
         })
     }
 
-    /// Call it after the frame's passes, before submission.
+    /// Copies the time stamps. Call it after the frame's passes, before submission.
     pub(super) fn end(&mut self, encoder: &mut wgpu::CommandEncoder, passes: u32) {
         if let Some(queries) = &mut self.queries
             && let Some(at) = queries.current
@@ -148,7 +148,7 @@ impl GpuTimer {
         }
     }
 
-    /// Call it after submission.
+    /// Begins the transfer of the time stamps. Call it after submission.
     pub fn submitted(&mut self) {
         if let Some(queries) = &mut self.queries {
             queries.current = None;
@@ -175,8 +175,8 @@ fn pass_times(bytes: &[u8], period_ns: f64) -> Option<PassTimes> {
         Some((ticks as f64 * period_ns) as u64)
     };
     let stamps = bytes.len() / 8;
-    // The first pass is always the same, the order of the others varies. If the adapter's counter was reset, there is
-    // no time.
+    // The first pass is always the same; the order of the others varies. If the adapter's counter was reset, the frame has
+    // no times.
     let end = (1..stamps).step_by(2).max_by_key(|&i| stamp(i))?;
     let total_ns = between(0, end)?;
     let of = |pass: usize| between(pass * 2, pass * 2 + 1);

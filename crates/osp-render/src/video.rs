@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-/// The ffmpeg command that makes a video beside a folder of its pictures, in the order of their names, as text for a
-/// shell. `ending` is the end of the pictures' names.
+/// The ffmpeg command, as text for a shell, that makes a video beside a folder from the pictures in the folder, in the
+/// order of their names. `ending` is the end of the pictures' names.
 pub fn ffmpeg_command(folder: &Path, ending: &str, frames_a_second: u32) -> String {
     let text = folder.to_string_lossy();
     let text = text.trim_end_matches(std::path::is_separator);
     let mut pattern = String::new();
     for c in text.chars() {
-        // ffmpeg takes these characters for a pattern.
+        // The character is escaped, because ffmpeg would read it as a pattern.
         if matches!(c, '*' | '?' | '[' | ']' | '{' | '}' | '\\') && !std::path::is_separator(c) {
             pattern.push('\\');
         }

@@ -11,11 +11,11 @@ use osp::{math::rotate, view::View};
 #[derive(Debug)]
 pub struct ViewSlot {
     uniforms: wgpu::Buffer,
-    /// The listed polygon numbers, then one bit for each polygon for the runs that are not listed.
+    /// The listed polygon numbers, then a bit for each polygon, for the runs that are not listed.
     ids: wgpu::Buffer,
-    /// Capacity for listed numbers, and so the place at which the bits begin.
+    /// Number of listed numbers with room, which is the position at which the bits begin.
     all_from: u32,
-    /// Capacity for bits, in words of 32.
+    /// Number of words of 32 bits with room for bits.
     bit_words: u32,
     bind_group: wgpu::BindGroup,
     pub(super) order: DrawOrder,
@@ -32,7 +32,7 @@ pub(super) struct Uniforms {
     styles: [[[f32; 4]; 2]; MAX_STYLES],
     up_in_world: [f32; 4],
     corners: [[f32; 4]; 3],
-    /// x: the place that stands for polygon 0; each later place stands for the next number.
+    /// x: the position that stands for polygon 0; each later position stands for the next number.
     all_from: [u32; 4],
 }
 
@@ -79,12 +79,12 @@ impl ViewSlot {
         &self.ids
     }
 
-    /// For runs that are not listed: the place that stands for polygon 0.
+    /// For runs that are not listed, the position that stands for polygon 0.
     pub(super) fn all_from(&self) -> u32 {
         self.all_from
     }
 
-    /// Method by which this view is culled on the GPU.
+    /// The method by which this view is culled on the GPU.
     pub fn occlusion(&self) -> GpuOcclusion {
         match (&self.switch, &self.hzb) {
             (Some(_), _) => GpuOcclusion::Auto,
@@ -93,8 +93,8 @@ impl ViewSlot {
         }
     }
 
-    /// Records the time of a frame of this view, nanoseconds, and whether that frame was culled on the GPU. The time
-    /// may come some frames later. [`GpuOcclusion::Auto`] decides by these times.
+    /// Records the time of a frame of this view, nanoseconds, and whether the frame was culled on the GPU. The call may
+    /// come some frames later. [`GpuOcclusion::Auto`] compares these times.
     pub fn note_time(&mut self, culled: bool, ns: u64) {
         if let Some(switch) = &mut self.switch {
             switch.note(culled, ns);
@@ -106,7 +106,8 @@ impl ViewSlot {
         self.hzb.is_some() && self.order.listing() == Listing::Clusters
     }
 
-    /// Call it after submitting the commands of [`Renderer::encode`](super::Renderer::encode).
+    /// Begins the transfer of the frame's counts. Call it after the commands of
+    /// [`Renderer::encode`](super::Renderer::encode) were submitted.
     pub fn submitted(&mut self) {
         if self.culls()
             && let Some(view) = &mut self.hzb
@@ -120,7 +121,7 @@ impl ViewSlot {
         self.hzb.as_mut()?.take_counts()
     }
 
-    /// Sends the view and the order of drawing; returns the bytes sent.
+    /// Sends the view and the order of drawing; returns the number of bytes sent.
     pub(super) fn send(
         &mut self,
         gpu: &Gpu,
@@ -141,21 +142,21 @@ impl ViewSlot {
         self.send_uniforms(gpu, layout, uniforms)
     }
 
-    /// [`ViewSlot::send`] with these uniforms in place of a view's.
+    /// Does the same as [`ViewSlot::send`], with these uniforms instead of a view's.
     pub(super) fn send_uniforms(
         &mut self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         uniforms: Uniforms,
     ) -> u64 {
-        // The GPU lists the opaque polygons of clusters, in front of the others.
+        // The GPU lists the opaque polygons of clusters before the others.
         let before = u64::from(self.order.opaque_count());
         let ids: &[u8] = bytemuck::cast_slice(self.order.ids());
         let (first_word, bits) = self.order.span_bits();
         let listed = before + self.order.ids().len() as u64;
         let bit_words = if bits.is_empty() { 0 } else { (first_word + bits.len()) as u64 * 2 };
         if listed > u64::from(self.all_from) || bit_words > u64::from(self.bit_words) {
-            // Both are written again every frame: the old content need not be copied.
+            // Both parts are written again in every frame, so the old contents need not be copied.
             let grown = |room: u32, wanted: u64| u64::from(room).max(wanted.next_power_of_two()) as u32;
             self.all_from = grown(self.all_from, listed);
             self.bit_words = if bit_words == 0 { self.bit_words } else { grown(self.bit_words, bit_words) };
@@ -166,7 +167,7 @@ impl ViewSlot {
             gpu.queue().write_buffer(&self.ids, before * 4, ids);
         }
         let bits: &[u8] = bytemuck::cast_slice(bits);
-        // Without bits, no place stands for a polygon number: other lists may be longer than this one.
+        // Without bits, no position stands for a polygon number, because other lists may be longer than this one.
         let mut all_from = u32::MAX;
         if !bits.is_empty() {
             all_from = self.all_from;

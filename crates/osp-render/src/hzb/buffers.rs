@@ -1,13 +1,13 @@
 use crate::{Gpu, descriptors};
 
-/// Lanes of a workgroup, one handle each.
+/// Number of lanes of a workgroup; a lane processes one handle.
 pub(super) const LANES: u32 = 256;
 
 pub(super) fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
     descriptors::buffer(gpu.device(), label, bytes, usage)
 }
 
-/// Replaces a buffer with less than this number of bytes by a larger one, which is all zero. Returns whether it does.
+/// Replaces a buffer with less than `bytes` bytes by a larger buffer of zeros. Returns whether it did.
 pub(super) fn grow(gpu: &Gpu, buffer: &mut wgpu::Buffer, bytes: u64) -> bool {
     if bytes <= buffer.size() {
         return false;

@@ -3,11 +3,11 @@ use std::ops::Add;
 /// Number of polygons that are tested together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbGroup {
-    /// Sixteen.
+    /// Sixteen polygons.
     Sixteen,
-    /// Four.
+    /// Four polygons.
     Four,
-    /// Each by itself.
+    /// Each polygon separately.
     #[default]
     One,
 }
@@ -23,15 +23,15 @@ impl HzbGroup {
     }
 }
 
-/// Bound that represents a group.
+/// The bound that represents a group in a test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbBound {
-    /// The rectangle around its corners on the picture, and the depth of the nearest corner.
+    /// The rectangle around the group's corners on the picture, and the depth of the nearest corner.
     #[default]
     Corners,
-    /// The same of the corners of its bounding box in world space.
+    /// The same for the corners of the group's bounding box in world space.
     Box,
-    /// Wrong on purpose, for a test that must detect it: the rectangle, and a depth beyond the farthest corner.
+    /// The rectangle, and a depth beyond the farthest corner. This is wrong on purpose, for a test that must detect it.
     #[cfg(test)]
     Farthest,
 }
@@ -39,41 +39,41 @@ pub enum HzbBound {
 /// Whether the polygons of a group that is not hidden are tested one by one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HzbFine {
-    /// They are tested, triangle by triangle: each texel that a triangle touches against the triangle's plane there.
+    /// They are tested, triangle by triangle: in each texel that a triangle touches, the depth of the triangle's plane is
+    /// compared.
     #[default]
     Triangles,
     /// They are drawn without a test.
     Off,
 }
 
-/// Settings of culling by a hierarchical depth buffer. They change how many hidden polygons are found, never the
-/// picture.
+/// Settings of culling by a hierarchical depth buffer. They affect the number of hidden polygons found, never the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HzbConfig {
-    /// Number of polygons that are tested together. Larger groups make fewer tests, and fewer hidden polygons are
-    /// found.
+    /// Number of polygons that are tested together. If groups are larger, fewer tests are made, and fewer hidden polygons
+    /// are found.
     pub group: HzbGroup,
-    /// Bound that represents a group.
+    /// The bound that represents a group.
     pub bound: HzbBound,
-    /// Finer test of a group that is not hidden.
+    /// The finer test of a group that is not hidden.
     pub fine: HzbFine,
 }
 
 /// Counts of a frame that is culled on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawnCounts {
-    /// Tested groups of opaque polygons, plus tested transparent polygons.
+    /// Number of tested groups of opaque polygons, plus tested transparent polygons.
     pub groups_tested: u64,
-    /// Polygons in view.
+    /// Number of polygons in view.
     pub in_view: u64,
-    /// Polygons drawn in the depth pass: visible in the last frame and in view in this one.
+    /// Number of polygons drawn in the depth pass: visible in the last frame and in view in this frame.
     pub first_pass: u64,
-    /// Polygons drawn in the colour pass.
+    /// Number of polygons drawn in the colour pass.
     pub second_pass: u64,
 }
 
 impl DrawnCounts {
-    /// Polygons in view that were found to be hidden.
+    /// Number of polygons in view that were found to be hidden.
     pub fn hidden(&self) -> u64 {
         self.in_view - self.second_pass.min(self.in_view)
     }
@@ -82,7 +82,7 @@ impl DrawnCounts {
 impl Add for DrawnCounts {
     type Output = Self;
 
-    /// Sum over several views.
+    /// The sum of two counts.
     fn add(self, other: Self) -> Self {
         Self {
             groups_tested: self.groups_tested + other.groups_tested,

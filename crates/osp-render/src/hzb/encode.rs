@@ -16,11 +16,11 @@ use crate::{
     timer::{Ends, Stamps},
 };
 
-/// Handles that a workgroup tests.
+/// Number of handles that a workgroup tests.
 const HANDLES_OF_TEST: u32 = 1;
-/// Transparent polygons that a workgroup tests.
+/// Number of transparent polygons that a workgroup tests.
 const POLYGONS_OF_TEST: u32 = 64;
-/// Texels of a workgroup of the pyramid, each way.
+/// Number of texels of a workgroup of the pyramid in each direction.
 const TEXELS_OF_PYRAMID: u32 = 8;
 
 impl HzbView {
@@ -37,7 +37,7 @@ impl HzbView {
         timer.begin();
         self.is_encoded = true;
         if self.has_jumped {
-            // All polygons in view are kept: see `prepare`.
+            // All polygons in view are drawn; see `prepare`.
             self.compact(frame, &groups, encoder, timer.stamps(0, Ends::Both));
             self.draw(frame, encoder, timer, DepthBefore::NothingAndKept, more);
             self.remember(frame, &groups, encoder, timer);
@@ -58,7 +58,7 @@ impl HzbView {
         self.groups = Some(groups);
     }
 
-    /// Fits the pyramid and the bind groups to the target.
+    /// Adapts the pyramid and the bind groups to the target.
     fn fit(&mut self, frame: &Frame<'_>) {
         let gpu = frame.gpu;
         if self.size != frame.target.size() {
@@ -171,7 +171,7 @@ impl HzbView {
         }
     }
 
-    /// Issues queries in place of the test.
+    /// Issues queries instead of the test.
     fn ask(&mut self, frame: &Frame<'_>, encoder: &mut wgpu::CommandEncoder) {
         let parts = HzbViewParts {
             span: span_of(&self.buffers.spans),
@@ -201,7 +201,8 @@ impl HzbView {
         }
     }
 
-    /// Builds the pyramid of the drawn polygons, and tests these to record the visible ones for the next frame.
+    /// Builds the pyramid of the drawn polygons, and tests these polygons against it, to record the visible ones for the
+    /// next frame.
     fn remember(
         &self,
         frame: &Frame<'_>,
@@ -222,7 +223,7 @@ impl HzbView {
         for (level, (_, width, height)) in (1..).zip(self.levels.iter()) {
             let (pipeline, texels) = match level {
                 1 => (&frame.hzb.base, 2 * TEXELS_OF_PYRAMID),
-                // Built together with the first.
+                // Level 2 is built together with level 1.
                 2 => continue,
                 _ => (&frame.hzb.reduce, TEXELS_OF_PYRAMID),
             };
@@ -233,7 +234,7 @@ impl HzbView {
         }
     }
 
-    /// Compacts the polygons that are not hidden into the draw list.
+    /// Writes the polygons that are not hidden to the draw list.
     fn compact(
         &self,
         frame: &Frame<'_>,
@@ -256,7 +257,7 @@ impl HzbView {
         }
     }
 
-    /// Draws the colours of the compacted list, over the depth of the first pass if there was one.
+    /// Draws the colours of the compacted list, over the depth of the first pass if the frame had one.
     fn draw(
         &self,
         frame: &Frame<'_>,
@@ -321,7 +322,7 @@ fn span_of(spans: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     })
 }
 
-/// Tests the polygons of the spans, each span with its chunk.
+/// Tests the polygons of all spans. Each span is bound with its chunk.
 fn test_spans<'a>(
     frame: &Frame<'_>,
     groups: &Groups,
@@ -341,7 +342,7 @@ fn test_spans<'a>(
 
 fn dispatch(pass: &mut wgpu::ComputePass<'_>, workgroups: u32) {
     if workgroups > 0 {
-        // Only transparent polygons can exceed the limit of a dispatch. The rest of them is drawn without a test.
+        // Only transparent polygons can exceed the limit of a dispatch. Those beyond the limit are drawn without a test.
         pass.dispatch_workgroups(workgroups.min(65_535), 1, 1);
     }
 }

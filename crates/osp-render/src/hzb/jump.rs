@@ -5,24 +5,24 @@ use osp_session::scene::Scene;
 
 /// Number of polygons whose distance from the eye is sampled.
 const SAMPLES: usize = 15;
-/// Part of the polygons' distance. An eye that moves farther sees other sides of the polygons.
+/// A view jumps if the eye moves farther than this fraction of the polygons' distance, because it then sees other sides of
+/// the polygons.
 const FAR_PART: f32 = 0.5;
 
-/// Record of a view's last frame, to decide whether recalling its visible polygons pays.
+/// The record of a view's last frame, which decides whether recalling its visible polygons pays.
 #[derive(Debug, Default)]
 pub(super) struct LastLook {
     eye_in_world: Vec3,
     /// The opaque polygons in view, by number.
     handles: Vec<Handle>,
-    /// Whether its view had jumped.
+    /// Whether the view had jumped in that frame.
     has_jumped: bool,
 }
 
 impl LastLook {
-    /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not
-    /// in view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any
-    /// more. While the eye moves that fast, every other frame jumps; the frames between recall the polygons just found
-    /// visible.
+    /// Records the next frame, and returns whether its view has jumped. A view jumps if most polygons in view were not in
+    /// view in the last frame. It also jumps if the eye has moved so far that the old occluders may hide nothing any more.
+    /// While the eye moves so fast, every other frame jumps; the frames in between recall the polygons just found visible.
     pub(super) fn jumps_to(
         &mut self,
         eye_in_world: Vec3,
@@ -42,7 +42,7 @@ impl LastLook {
     }
 }
 
-/// Whether `a` and `b` have at least this number of polygons in common.
+/// Whether `a` and `b` have at least `least` polygons in common.
 fn have_common(a: &[Handle], b: &[Handle], least: u32) -> bool {
     let mut a = a.iter().peekable();
     let mut common = 0;
@@ -88,7 +88,7 @@ mod tests {
         scene
     }
 
-    /// Polygons of three clusters.
+    /// The polygons of three clusters as handles, and their number.
     fn handles(bits: [u64; 3]) -> (Vec<Handle>, u32) {
         let all = bits.into_iter().zip(0..).map(|(bits, cluster)| Handle::new(cluster * CLUSTER, bits));
         let count = bits.iter().map(|bits| bits.count_ones()).sum();
@@ -107,7 +107,7 @@ mod tests {
         let all = handles([u64::MAX; 3]);
         assert!(jumps(&mut last, eye, all.clone(), &scene), "the first frame");
         assert!(!jumps(&mut last, eye, all.clone(), &scene));
-        // Of these polygons, all were in view, then half, then less.
+        // First all of these polygons were in view before, then half, then less than half.
         assert!(!jumps(&mut last, eye, handles([0, 0xFFFF_FFFF, 0]), &scene));
         assert!(!jumps(&mut last, eye, handles([0xFFFF, 0xFFFF, 0]), &scene));
         assert!(jumps(&mut last, eye, handles([0xFFFF_FFFF, 0xF, 0xFF]), &scene));

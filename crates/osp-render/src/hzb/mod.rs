@@ -16,21 +16,22 @@
 //!
 //! A visible polygon that is new, has moved or has come into view is not proven hidden, and is drawn in step 5: no
 //! frame lags. The picture is the same as without culling, to the last bit:
-//! * A polygon that wins a sample is never proven hidden: there, the pyramid has no nearer depth than the winner's own.
-//! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden:
+//! * A polygon that wins a sample is never proven hidden, because the pyramid has no nearer depth there than the polygon's
+//!   own.
+//! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden, because
 //!   depth on clipped pieces has no bound.
-//! * Among polygons at the same depth the last in the order wins, with and without culling. The order does not depend
-//!   on visibility (see [`DrawOrder`](super::DrawOrder)). That is why the first pass draws no colours.
-//! * The record of the last frame decides only how much is culled. Any subset of the polygons in view would give the
-//!   same picture.
+//! * Among polygons at the same depth the last in the order wins, with and without culling. The order does not depend on
+//!   visibility (see [`DrawOrder`](super::DrawOrder)). For this reason the first pass draws no colours.
+//! * The record of the last frame affects only the number of culled polygons. Any subset of the polygons in view would give
+//!   the same picture.
 //!
 //! Differences from the papers:
 //! * The first pass draws depth alone.
 //! * The pyramid is a buffer, not a texture with mip levels, so that every size halves without loss.
-//! * Each triangle is tested on the texels that it touches, with the nearest depth of its plane there. If a texel does
-//!   not decide, the finer texels do, down to single pixels and their samples. Real sketches need this: they are layers
-//!   of paint, millimetres apart. At a grazing angle, the nearest corner of a polygon lies in front of most of its
-//!   occluders.
+//! * Each triangle is tested on the texels that it touches, with the nearest depth of its plane there. If a texel does not
+//!   decide, the finer texels do, down to single pixels and their samples. This is necessary for real sketches, which are
+//!   layers of paint, millimetres apart: at a grazing angle, the nearest corner of a polygon lies in front of most of the
+//!   polygon's occluders.
 
 mod bindings;
 mod buffers;

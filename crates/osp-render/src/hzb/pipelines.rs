@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{Gpu, RenderError, descriptors::bind_group, gpu_scene::GpuScene, shaders};
 
-/// Storage buffers of the compute shader with the most, all of which an adapter must support.
+/// Number of storage buffers of the compute shader with the most. An adapter must support this number.
 const STORAGE_BUFFERS: u32 = 7;
 
 /// Shared resources of culling by a hierarchical depth buffer, for all views.
@@ -32,14 +32,14 @@ pub(in super::super) struct Hzb {
 }
 
 impl Gpu {
-    /// Measures whether samples have their standard positions, which occlusion culling requires. Otherwise its first
-    /// selection waits for that measurement, and a page in a browser cannot wait.
+    /// Measures whether samples have their standard positions, which occlusion culling requires. Without this call, the
+    /// first selection of occlusion culling waits for the measurement, and a page in a browser cannot wait.
     ///
     /// # Errors
     /// The device is lost or the driver reported an error.
     pub async fn learn(&self) -> Result<(), RenderError> {
         let are_in_place = match missing(self) {
-            // Occlusion culling is not available: the value is never read.
+            // Occlusion culling is not available, so the value is never read.
             Some(_) => false,
             None => samples::are_in_place_later(self).await?,
         };

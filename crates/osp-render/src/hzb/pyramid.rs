@@ -1,8 +1,8 @@
-/// Greatest number of levels: enough for the largest texture of wgpu.
+/// Largest number of levels: enough for the largest texture of wgpu.
 pub(super) const MAX_LEVELS: usize = 16;
 
-/// Sizes of the levels of a depth pyramid, and their offsets in its buffer. Level 1 has half the size of the picture,
-/// rounded up, and each later level half the size of the one before. Level 0 is the picture itself, which is not copied
+/// The sizes of the levels of a depth pyramid, and their offsets in its buffer. Level 1 has half the size of the picture,
+/// rounded up; each later level has half the size of the previous level. Level 0 is the picture itself, which is not copied
 /// to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Levels {
@@ -53,11 +53,11 @@ impl Levels {
 /// A level of a depth pyramid, read back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PyramidLevel {
-    /// Texels across.
+    /// Width, texels.
     pub width: u32,
-    /// Texels down.
+    /// Height, texels.
     pub height: u32,
-    /// The farthest depth of each texel, rows from the top; reversed: 1 near, 0 far.
+    /// The farthest depth of each texel, row by row from the top. Depth is reversed: 1 is near, 0 is far.
     pub depths: Vec<f32>,
 }
 

@@ -1,12 +1,12 @@
-//! A rival of the depth pyramid: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent
+//! An alternative to the depth pyramid: Jiří Bittner, Michael Wimmer, Harald Piringer, Werner Purgathofer, "Coherent
 //! Hierarchical Culling: Hardware Occlusion Queries Made Useful", 2004.
 //!
 //! A query tests the bounding box of a group, a cluster of 64 consecutive polygons, against the depth of the polygons
 //! that were visible. A group that was visible is drawn without a query, and queried again some frames later. A group
 //! that was hidden is queried in every frame.
 //!
-//! Differences from the paper: There is no hierarchy: groups are polygons with neighbouring numbers. The GPU applies
-//! the results to the same frame; the CPU receives them later, only to choose the next queries. As in [`hzb`](super),
+//! Differences from the paper: groups are polygons with neighbouring numbers, without a hierarchy. The GPU applies the
+//! results to the same frame. The CPU receives them later, and only selects the next queries by them. As in [`hzb`](super),
 //! depth comes first and colours follow in one pass in order, so that the picture is the same to the last bit.
 
 use bytemuck::{Pod, Zeroable};
@@ -26,14 +26,13 @@ use crate::{
 use osp::{math::Aabb, view::View};
 use osp_session::scene::Scene;
 
-/// Queries of a set; every adapter must support this number.
+/// Number of queries of a set; every adapter must support it.
 const SET: u32 = 4096;
-/// Most queries of a frame; further groups are drawn without a query.
+/// Largest number of queries of a frame; further groups are drawn without a query.
 const MOST: usize = 1 << 16;
-/// A group that was visible is queried again in the next frame, then after two frames, four, and so on, up to this
-/// number.
+/// A group that was visible is queried again in the next frame, then after two frames, four, and so on, up to this number.
 const PATIENCE: u64 = 8;
-/// Stands for no query.
+/// The value that stands for no query.
 const NOTHING: u32 = u32::MAX;
 
 /// State of the queries of one view.
@@ -45,16 +44,16 @@ pub(super) struct Queries {
     results: wgpu::Buffer,
     sets: Vec<wgpu::QuerySet>,
     groups: Option<(wgpu::BindGroup, wgpu::BindGroup)>,
-    /// Width and height of the view frustum at distance 1 along the view.
+    /// Width and height of the view frustum at distance 1 along the direction of view.
     extent: [f32; 2],
     frame: u64,
-    /// For each group, the frame of its next query, and the number of frames until then.
+    /// For each group, the frame of its next query, and the number of frames from its last query to this frame.
     due: Vec<(u64, u64)>,
     box_words: Vec<[[f32; 4]; 2]>,
     of_handle_words: Vec<u32>,
-    /// Groups of the current frame's queries.
+    /// The groups that the current frame queries.
     asked: Vec<u32>,
-    /// Groups of the queries whose results have not arrived, by slot of `ring`.
+    /// For each slot of `ring`, the groups of the queries whose results have not arrived.
     waiting: [Vec<u32>; SLOTS],
     ring: ReadRing,
 }
@@ -102,7 +101,7 @@ impl Queries {
         self.groups = None;
     }
 
-    /// Chooses the groups to query and sends their boxes; returns the bytes sent.
+    /// Selects the groups to query and sends their boxes; returns the number of bytes sent.
     pub(super) fn prepare(&mut self, gpu: &Gpu, order: &DrawOrder, scene: &Scene, view: &View) -> u64 {
         self.learn();
         self.frame += 1;
@@ -159,7 +158,7 @@ impl Queries {
         (self.asked.len() as u32).div_ceil(SET)
     }
 
-    /// Takes the results that have arrived, and sets when their groups are queried again.
+    /// Reads the results that have arrived, and sets when their groups are queried again.
     fn learn(&mut self) {
         let (due, waiting, frame) = (&mut self.due, &self.waiting, self.frame);
         self.ring.take(|slot, bytes| {
@@ -249,7 +248,7 @@ fn bounds_of(handle: &Handle, scene: &Scene) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     for id in handle.ids() {
         let of_polygon = scene.bounds(id);
-        // A union ignores a bound of NaN.
+        // The box is NaN if a polygon's box is not finite, because a union would ignore it.
         if !(of_polygon.min.is_finite() && of_polygon.max.is_finite()) {
             return Aabb { min: Vec3::NAN, max: Vec3::NAN };
         }

@@ -1,7 +1,7 @@
 //! Positions of the samples in a pixel.
 //!
 //! The test of single samples assumes the standard positions of four samples in WebGPU, Vulkan, Direct3D and Metal. A
-//! driver may use other positions without reporting them. So they are measured once; on an adapter with other
+//! driver may use other positions without reporting them. So the positions are measured once. On an adapter with other
 //! positions, occlusion culling is not available.
 
 use super::{
@@ -18,11 +18,11 @@ use crate::{
 
 /// Side of the measured picture, pixels.
 const SIDE: u32 = 2;
-/// Bytes of the measurement along one axis.
+/// Number of bytes of the measurement along one axis.
 const BYTES: u64 = (SIDE * SIDE * SAMPLES) as u64 * 4;
-/// Positions of the samples from the left and from the top, parts of a pixel, as in `hzb_test.wgsl`.
+/// Positions of the samples from the left and from the top, as fractions of a pixel, as in `hzb_test.wgsl`.
 const PLACES: [[f32; 2]; SAMPLES as usize] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
-/// Greatest accepted error of a measured position, pixels: rounding. The test of single samples tolerates far more.
+/// Largest accepted error of a measured position by rounding, pixels. The test of single samples tolerates far more.
 const NEAR_ENOUGH: f32 = 1.0e-4;
 
 /// Whether the samples of a pixel have the positions that the occlusion test assumes.
@@ -34,7 +34,7 @@ pub(super) fn are_in_place(gpu: &Gpu) -> Result<bool, RenderError> {
     Ok(are_places(&[read(0)?, read(1)?]))
 }
 
-/// [`are_in_place`] for a caller that cannot wait.
+/// Does the same as [`are_in_place`], for a caller that cannot wait.
 ///
 /// # Errors
 /// As in [`are_in_place`].
@@ -50,13 +50,13 @@ fn distances(bytes: &[u8]) -> Vec<f32> {
     bytemuck::pod_collect_to_vec::<u8, f32>(bytes).iter().map(|part| part * 2.0 * SIDE as f32).collect()
 }
 
-/// Whether these distances, by axis, are those of the standard positions.
+/// Whether these distances, for the two axes, are those of the standard positions.
 fn are_places(found: &[Vec<f32>; 2]) -> bool {
     (0..(SIDE * SIDE * SAMPLES) as usize).all(|i| {
         let pixel = i / PLACES.len();
         let pixel = [pixel as u32 % SIDE, pixel as u32 / SIDE];
         let place = PLACES[i % PLACES.len()];
-        // False for NaN.
+        // The comparison is false for NaN.
         (0..2).all(|axis| (found[axis][i] - pixel[axis] as f32 - place[axis]).abs() < NEAR_ENOUGH)
     })
 }
@@ -148,7 +148,7 @@ mod tests {
         }
     }
 
-    /// The shader has its own list.
+    /// The shader has its own list of the positions.
     #[test]
     fn the_shader_takes_samples_to_be_at_the_same_places() {
         for (sample, [x, y]) in PLACES.iter().enumerate() {

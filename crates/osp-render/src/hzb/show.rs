@@ -35,9 +35,9 @@ impl PyramidPass {
         Self { layout, pipeline, encodes: format.is_srgb() }
     }
 
-    /// Draws a level of the pyramid that culls the current frame, in an area of the pass's target. The area must lie
-    /// within the target. A texel of level n stands for 2^n pixels each way. Level 0 is drawn as level 1, and a level
-    /// beyond the last as the last. Returns whether the view has a pyramid: only views that are culled by one do.
+    /// Draws a level of the pyramid that culls the current frame, in an area of the pass's target. The area must lie within
+    /// the target. A texel of level n covers 2^n pixels in each direction. Level 0 is drawn as level 1, and a level beyond
+    /// the last as the last. Returns whether the view has a pyramid; only views that are culled by a pyramid have one.
     pub fn draw(
         &self,
         gpu: &Gpu,

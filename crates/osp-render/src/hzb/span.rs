@@ -7,22 +7,22 @@ use super::{
     pyramid::{Levels, MAX_LEVELS},
 };
 
-/// Bytes of a [`Span`].
+/// Size of a [`Span`], bytes.
 pub(super) const SPAN_BYTES: u64 = size_of::<Span>() as u64;
-/// Bytes of [`Params`].
+/// Size of [`Params`], bytes.
 pub(super) const PARAMS_BYTES: u64 = size_of::<Params>() as u64;
-/// Distance between spans in their buffer, bytes: no adapter requires a larger alignment.
+/// Distance between spans in their buffer, bytes. No adapter requires a larger alignment.
 pub(super) const SPAN_STRIDE: u32 = 256;
 
-/// Words of `args` before those of the first page. They count hidden transparent polygons, polygons of the depth pass,
-/// and opaque polygons of the colour pass.
+/// Number of words of `args` before those of the first page. They count hidden transparent polygons, polygons of the depth
+/// pass, and opaque polygons of the colour pass.
 pub(super) const COUNTERS: u32 = 3;
 
 /// The work of one dispatch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Span {
-    /// First handle, or place in the list, or level.
+    /// First handle, or position in the list, or level of the pyramid.
     pub(super) first: u32,
     pub(super) end: u32,
     pub(super) first_sum: u32,
@@ -30,9 +30,9 @@ pub(super) struct Span {
     /// Position of the page's count and draw calls in the words of `args`.
     pub(super) args: u32,
     pub(super) first_polygon: u32,
-    /// Draw calls of the page for depth, and as many for colours.
+    /// Number of draw calls of the page for depth; the page has as many for colours.
     pub(super) draws: u32,
-    /// Most polygons of a draw call.
+    /// Largest number of polygons of a draw call.
     pub(super) draw_len: u32,
 }
 
@@ -41,7 +41,7 @@ impl Span {
         self.end - self.first
     }
 
-    /// Offsets of the page's draw calls in `args`, bytes: for depth, for colours.
+    /// Offsets of the page's draw calls in `args`, bytes: those for depth, and those for colours.
     pub(super) fn draw_calls(&self) -> [u64; 2] {
         [0, self.draws].map(|before| u64::from(self.args + 1 + before * 5) * 4)
     }

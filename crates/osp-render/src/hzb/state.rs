@@ -21,7 +21,7 @@ use osp_session::scene::Scene;
 #[derive(Debug)]
 pub(in super::super) struct HzbView {
     pub(super) config: HzbConfig,
-    /// Replace the pyramid, if present.
+    /// Hardware queries; if present, they replace the pyramid.
     pub(super) queries: Option<Queries>,
     pub(super) buffers: Buffers,
     pub(super) groups: Option<Groups>,
@@ -31,16 +31,16 @@ pub(in super::super) struct HzbView {
     /// Whether the view has jumped. The frame then draws all polygons in view, and tests them afterwards.
     pub(super) has_jumped: bool,
     kept_masks: Vec<[u32; 2]>,
-    /// Size of the picture that `levels` has been computed for, pixels.
+    /// Size of the picture for which `levels` was computed, pixels.
     pub(super) size: (u32, u32),
     pub(super) levels: Levels,
-    /// One span for each page of opaque polygons.
+    /// A span for each page of opaque polygons.
     pub(super) pages: Vec<Span>,
-    /// One span for the opaque polygons of each chunk; `base` is the chunk's number.
+    /// A span for the opaque polygons of each chunk; `base` is the chunk's number.
     pub(super) chunks: Vec<Span>,
-    /// One span of all transparent polygons for each chunk that has some; `base` is the chunk's number.
+    /// A span of all transparent polygons for each chunk that has some; `base` is the chunk's number.
     pub(super) transparent: Vec<Span>,
-    /// Offsets of these three in the buffer of spans, bytes.
+    /// Offsets of `pages`, `chunks` and `transparent` in the buffer of spans, bytes.
     pub(super) first_span: [u32; 3],
     span_bytes: Vec<u8>,
     args_words: Vec<u32>,
@@ -56,7 +56,7 @@ pub(super) struct Buffers {
     pub(super) params: wgpu::Buffer,
     pub(super) handles: wgpu::Buffer,
     pub(super) kept: wgpu::Buffer,
-    /// A mask for each cluster of the scene: its polygons that were visible in the last frame.
+    /// For each cluster of the scene, a mask of its polygons that were visible in the last frame.
     pub(super) remembered: wgpu::Buffer,
     pub(super) recalled: wgpu::Buffer,
     pub(super) sums: wgpu::Buffer,
@@ -71,7 +71,7 @@ pub(super) struct Groups {
     pub(super) pyramid: wgpu::BindGroup,
     pub(super) test: wgpu::BindGroup,
     pub(super) compact: wgpu::BindGroup,
-    /// For the vertex shader, with the recalled polygons as the draw list.
+    /// A group for the vertex shader, with the recalled polygons as the draw list.
     pub(super) draw_recalled: wgpu::BindGroup,
     pub(super) list: wgpu::Buffer,
     pub(super) depth: wgpu::TextureView,
@@ -123,18 +123,18 @@ impl HzbView {
         if self.queries.is_some() { GpuOcclusion::Queries } else { GpuOcclusion::Hzb }
     }
 
-    /// Culls by a depth pyramid from now on. The record of the last frame stays.
+    /// Selects culling by a depth pyramid. The record of the last frame stays.
     pub(in super::super) fn use_pyramid(&mut self, config: HzbConfig) {
         (self.config, self.queries) = (config, None);
         self.size = (0, 0);
     }
 
-    /// Culls by hardware queries from now on. The record of the last frame stays.
+    /// Selects culling by hardware queries. The record of the last frame stays.
     pub(in super::super) fn use_queries(&mut self, gpu: &Gpu) {
         self.queries.get_or_insert_with(|| Queries::new(gpu));
     }
 
-    /// Sends the inputs of the frame's shaders, except the ones that depend on the picture's size; returns the bytes
+    /// Sends the inputs of the frame's shaders, except those that depend on the picture's size; returns the number of bytes
     /// sent.
     pub(in super::super) fn prepare(
         &mut self,
@@ -174,7 +174,7 @@ impl HzbView {
         }
         let has_jumped =
             self.last.jumps_to(view.eye_in_world, (handles, opaque), scene) || forgets && !handles.is_empty();
-        // Queries keep a due frame for each group: a jump needs no special frame.
+        // Queries have a frame number for each group, so a jump needs no special frame.
         self.has_jumped = has_jumped && self.queries.is_none();
         self.kept_masks.clear();
         if self.has_jumped {
@@ -210,7 +210,7 @@ impl HzbView {
         sent
     }
 
-    /// Cuts the frame's work into dispatches.
+    /// Divides the frame's work into dispatches.
     fn lay_out(&mut self, order: &DrawOrder, transparent: Range<u32>, chunk_len: u32, draw_len: u32) {
         let handles = order.handles();
         self.pages.clear();
@@ -224,11 +224,12 @@ impl HzbView {
             let args = self.args_words.len() as u32;
             let draws = run.polygons.div_ceil(draw_len);
             self.pages.push(Span { first, end, first_sum, base, args, draws, draw_len, first_polygon: 0 });
-            // Polygons recalled; draw calls for depth, then for colours.
+            // Each page begins with its number of recalled polygons; then come draw calls for depth, then for colours.
             self.args_words.push(0);
             for draw in (0..draws).chain(0..draws) {
                 let first_vertex = (base + draw * draw_len) * CORNERS;
-                // Number of indices and of instances, first index, first vertex, first instance.
+                // A draw call consists of the numbers of indices and instances, the first index, the first vertex and the
+                // first instance.
                 self.args_words.extend([0, 1, 0, first_vertex, 0]);
             }
             first_sum += (end - first).div_ceil(LANES);
@@ -250,7 +251,7 @@ impl HzbView {
                 self.transparent.push(Span { base: chunk, first_polygon: chunk * chunk_len, ..span });
             }
         }
-        // The levels of the pyramid come first: they are the same in every frame.
+        // The levels of the pyramid come first, because they are the same in every frame.
         self.span_bytes.clear();
         for level in 0..MAX_LEVELS as u32 {
             push_span(&mut self.span_bytes, &Span { first: level, ..Span::default() });
@@ -261,19 +262,19 @@ impl HzbView {
         }
     }
 
-    /// Call it before copying the results.
+    /// Reserves a slot for the frame's results. Call it before the results are copied.
     pub(super) fn begin_results(&mut self) {
         if let Some(slot) = self.ring.begin() {
             self.known[slot] = self.frame;
         }
     }
 
-    /// Bytes of the results.
+    /// Size of the results, bytes.
     pub(super) fn result_bytes(&self) -> u64 {
         self.args_words.len() as u64 * 4
     }
 
-    /// Call it after submission.
+    /// Begins the transfer of the results. Call it after submission.
     pub(in super::super) fn submitted(&mut self) {
         self.ring.submitted();
         self.queries.iter_mut().for_each(Queries::submitted);
@@ -290,7 +291,7 @@ impl HzbView {
     }
 }
 
-/// Groups of a handle that have a polygon.
+/// Number of groups of a handle that have a polygon.
 fn groups_in(handle: &Handle, of_group: u32) -> u32 {
     let group = u64::MAX >> (CLUSTER as u32 - of_group);
     let firsts = (0..CLUSTER).step_by(of_group as usize);

@@ -36,7 +36,7 @@ fn squares_before_a_wall() -> Scene {
     scene
 }
 
-/// The third frame of a view at rest: the first to recall what a frame with a test has found.
+/// The third frame of a view at rest, the first frame that recalls what a frame with a test has found.
 fn third_frame(gpu: &Arc<Gpu>, occlusion: GpuOcclusion, bound: HzbBound) -> Image {
     let scene = squares_before_a_wall();
     let mut drawer =
@@ -52,8 +52,8 @@ fn third_frame(gpu: &Arc<Gpu>, occlusion: GpuOcclusion, bound: HzbBound) -> Imag
     drawer.image().expect("a picture")
 }
 
-/// With a bound that is too far away, polygons count as hidden by the wall behind them. A comparison of pictures
-/// detects that.
+/// With a bound that is too far away, polygons count as hidden by the wall behind them. A comparison of pictures must
+/// detect this.
 #[test]
 fn a_bound_that_is_too_far_is_noticed() {
     let gpu = match Gpu::headless() {

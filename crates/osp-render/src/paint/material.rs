@@ -5,12 +5,12 @@ use osp_session::brush::{
     texture::{picture::Picture, solid::repeats},
 };
 
-/// Room for materials in the shader.
+/// Number of materials that the shader has room for.
 const MOST: usize = 160;
 /// Number that stands for no texture.
 const NO_TEXTURE: u32 = u32::MAX;
 
-/// A brush in the layout of the shader.
+/// A brush in the memory layout of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Material {
@@ -47,7 +47,7 @@ impl Material {
         let kind = lighting | flag(is_one_sided, ONE_SIDED) | flag(!repeats(brush), IS_CLAMPED);
         let picture = Picture::of(brush);
         let layer = |number: Option<usize>| number.map_or(NO_TEXTURE, |number| number as u32);
-        // Opaque brushes cut nothing out, whatever their alpha.
+        // Opaque brushes discard no pixels, whatever their alpha.
         let cutoff = if brush.draw == Draw::Opaque { 0.0 } else { brush.cutoff };
         Self {
             f0: [r, g, b, gloss],
@@ -80,7 +80,7 @@ mod tests {
             let material = all[1 + usize::from(brush.number())];
             assert_eq!(material, Material::of(brush), "{}", brush.name);
             let has_gaps = brush.along.is_some_and(|along| along.iter().any(|solid| *solid < 0.99));
-            // Bars use only the middle of their texture.
+            // Bars use only the middle of their texture, so they need no shape.
             let is_bar = brush.family == Family::BoxSection;
             let needs_shape = brush.draw == Draw::Cutout && has_gaps && !is_bar;
             assert!(!needs_shape || material.kinds[2] != NO_TEXTURE, "{} is cut out of nothing", brush.name);

@@ -25,7 +25,7 @@ use surroundings::Surroundings;
 pub(super) struct Paint {
     pipelines: Pipelines,
     buffer: wgpu::Buffer,
-    /// Present and required content of `buffer`.
+    /// The current contents of `buffer`; `wanted` are the required ones.
     sent: Surroundings,
     wanted: Surroundings,
     shadow: Shadow,
@@ -106,13 +106,13 @@ impl Paint {
         &self.pipelines
     }
 
-    /// Changes light and sky; sent with [`Paint::send`].
+    /// Changes light and sky. [`Paint::send`] sends them.
     pub(super) fn set_environment(&mut self, environment: Option<&Environment>) {
         self.wanted = Surroundings::of(environment);
         self.pipelines.show_sky(environment.is_some());
     }
 
-    /// Notes that polygons have come, moved or gone.
+    /// Records that polygons have come, moved or gone.
     pub(super) fn note_change(&mut self) {
         self.shadow.note_change();
     }
@@ -122,7 +122,7 @@ impl Paint {
         self.shadow.set_patient(is_patient);
     }
 
-    /// Draws the shadow map of the first light, if its content has changed.
+    /// Draws the shadow map of the first light, if its contents have changed.
     pub(super) fn cast(&mut self, gpu: &Gpu, view: &wgpu::BindGroupLayout, scene: &Scene, on_gpu: &GpuScene) {
         let way = self.wanted.shining();
         if let Some(paint) = self.pipelines.paint()
@@ -164,7 +164,7 @@ fn create_sky(
         layout: Some(layout),
         vertex: descriptors::vertex(module, "vertex_sky"),
         primitive: wgpu::PrimitiveState::default(),
-        // It is at the greatest distance: pixels with depth from a pass without colours hide it.
+        // The sky is at the greatest distance, so it is hidden by pixels whose depth a pass without colours has written.
         depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::GreaterEqual, false)),
         multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
         fragment: Some(descriptors::fragment(module, "fragment_sky", &[Some(COLOR_FORMAT.into())])),

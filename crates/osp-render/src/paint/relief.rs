@@ -3,10 +3,11 @@ use osp_session::brush::texture::{
     picture::Picture,
 };
 
-/// Factor from a height field to normals.
+/// Factor from the slope of a height field to normals.
 const STEEPNESS: f32 = 0.05;
 
-/// The normals of a picture's relief as colours: red along, green across, blue out of the surface, 0.5 for none.
+/// The normals of a picture's relief as a colour: red along the stroke, green across it, blue out of the surface; 0.5 is no
+/// deviation.
 pub(super) fn texel(picture: Picture, u: f32, v: f32, side: usize) -> [f32; 4] {
     let by = 1.0 / side as f32;
     let [x, y] = match picture {
@@ -25,7 +26,7 @@ pub(super) fn texel(picture: Picture, u: f32, v: f32, side: usize) -> [f32; 4] {
     [0.5 + 0.5 * x, 0.5 + 0.5 * y, 0.5 + 0.5 * z, 1.0]
 }
 
-/// Height over the surface, 0 to about 1.
+/// Height above the surface, 0 to about 1.
 fn height(picture: Picture, u: f32, v: f32) -> f32 {
     // Rows of strokes are rounded like rods.
     let rod = |v: f32| {
@@ -51,12 +52,12 @@ fn ridges(u: f32, v: f32) -> f32 {
     (1.0 - (octaves(u, v, (7, 7), 3, 46) - 0.5).abs() * 14.0).max(0.0)
 }
 
-/// A smooth normal of about 0 whose parts change at random across a stroke, faster than along it.
+/// A smooth deviation of about 0 that changes at random, faster across a stroke than along it.
 fn furrows(u: f32, v: f32, cells: (i32, i32), seed: u32) -> f32 {
     2.0 * (octaves(u, v, cells, 2, seed) - 0.5)
 }
 
-/// A pillow over the width of each of four rows, with a few long hairs towards the end.
+/// Each of four rows is cushioned across its width, with a few long hairs towards the end.
 fn ink(u: f32, v: f32) -> [f32; 2] {
     let rows = v.clamp(0.0, 0.9999) * 4.0;
     let across = [
@@ -79,7 +80,7 @@ fn ink(u: f32, v: f32) -> [f32; 2] {
     [on_line(&along, u), on_line(&across, rows.fract()) + hairs]
 }
 
-/// Flat, with thin broken scratches, most at the rims of each of four rows and towards the end.
+/// Flat, with thin broken scratches, mostly at the rims of each of four rows and towards the end.
 fn oil_paint(u: f32, v: f32) -> [f32; 2] {
     let row = (v.clamp(0.0, 0.9999) * 4.0).fract();
     let rim = step(0.12, 0.04, row) * -0.12 + step(0.88, 0.96, row) * 0.1;

@@ -11,31 +11,31 @@ use osp_session::{
     scene::{Scene, Stroke},
 };
 
-/// Texels of a side of the map.
+/// Number of texels of a side of the map.
 const SIDE: u32 = 2048;
-/// Distance from a surface at which a shadow begins, texels: strokes that lie on each other cast no shadow on each
-/// other. An artist scales a large model down to work on it: the thickness of paint grows with the size of the model,
-/// as texels do.
+/// Distance from a surface at which a shadow begins, texels, so that strokes that lie on each other cast no shadow on each
+/// other. It counts in texels, because an artist scales a large model down to work on it. The thickness of paint grows with
+/// the size of the model, as texels do.
 const NEAREST: f32 = 20.0;
-/// Number of polygons for which a patient map waits one more frame.
+/// A patient map waits one more frame for each time this number of polygons.
 const PATIENCE: usize = 1 << 13;
 
-/// Depth map of all shadow casters from the first light. It is drawn again when the scene or the light has changed,
-/// whatever the views and their culling.
+/// The depth map of all shadow casters as seen from the first light. It is drawn again when the scene or the light has
+/// changed. It does not depend on views and their culling.
 #[derive(Debug)]
 pub(super) struct Shadow {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
-    /// A single texel until there is a shadow.
+    /// The depth map; a single texel until a shadow is needed.
     map: wgpu::TextureView,
     is_whole: bool,
     /// Bind group of the pipelines that sample the map.
     group: wgpu::BindGroup,
     slot: ViewSlot,
     casters: VisibleBlocks,
-    /// Direction of the light that the map was drawn for, if it casts shadows.
+    /// Direction of the light for which the map was drawn, if this light casts shadows.
     way: Option<Vec3>,
     is_stale: bool,
     is_patient: bool,
@@ -59,7 +59,7 @@ impl Shadow {
         descriptors::bind_layout(gpu.device(), "shadow", &bindings)
     }
 
-    /// Without any shadow. `layouts` are the layouts of a view, of a page of polygons and of the paint.
+    /// A map without any shadow. `layouts` are the layouts of a view, of a page of polygons and of the paint.
     pub(super) fn new(
         gpu: &Gpu,
         module: &wgpu::ShaderModule,
@@ -107,17 +107,18 @@ impl Shadow {
         &self.group
     }
 
-    /// Notes that the shadow casters have changed.
+    /// Records that the shadow casters have changed.
     pub(super) fn note_change(&mut self) {
         self.is_stale = true;
     }
 
-    /// Sets whether the map may be some frames older than the scene: the more polygons to draw, the more frames.
+    /// Sets whether the map may be some frames older than the scene. The more polygons the map has, the more frames it
+    /// waits.
     pub(super) fn set_patient(&mut self, is_patient: bool) {
         self.is_patient = is_patient;
     }
 
-    /// Draws the map if its content has changed; `way` is the direction of the first light, if there is one. Returns
+    /// Draws the map if its contents have changed; `way` is the direction of the first light, if the scene has one. Returns
     /// whether the bind group has changed.
     pub(super) fn send(
         &mut self,
@@ -149,11 +150,11 @@ impl Shadow {
             self.is_whole = true;
         }
         let middle = space.to_world(bounds.center());
-        // A margin, so that nothing is cut off at the rim; never flat.
+        // The margin prevents that casters at the rim are cut off, and that the box is flat.
         let half = bounds.extent() * 0.505 + 1.0e-3;
         let texel = 2.0 * half.x.max(half.y) / SIDE as f32;
         let clip_from_middle = Mat4::from_scale(half.recip()) * space.from_world;
-        // Depth from 0 at the light to 1.
+        // Depth goes from 0 at the light to 1.
         let clip_from_middle = Mat4::from_translation(Vec3::Z * 0.5)
             * Mat4::from_scale(Vec3::new(1.0, 1.0, -0.5))
             * clip_from_middle;
@@ -220,13 +221,13 @@ impl Shadow {
     }
 }
 
-/// Whether a stroke casts a shadow. Unlit strokes do not, as in the program that the brushes come from.
+/// Whether a stroke casts a shadow. Unlit strokes cast none, as in the program that the brushes come from.
 fn throws_shadows(stroke: &Stroke) -> bool {
     let answers = stroke.brush().is_some_and(|brush| brush.lighting != Lighting::Unlit);
     answers && stroke.is_visible() && DrawClass::of(stroke) == DrawClass::Solid
 }
 
-/// Axes of a light: it travels along -z.
+/// The axes of a light, which shines along -z.
 struct LightSpace {
     from_world: Mat4,
 }
@@ -296,14 +297,14 @@ fn create_pipeline(
             },
             buffers: &[],
         },
-        // Both sides of a polygon throw shadows.
+        // Both sides of a polygon cast shadows.
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Less),
             stencil: wgpu::StencilState::default(),
-            // A surface that is steep to the light casts no shadow on itself.
+            // The bias prevents that a surface steep to the light casts a shadow on itself.
             bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
         }),
         multisample: wgpu::MultisampleState::default(),

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use osp::math::{rotate, unit};
 use osp_session::recording::Environment;
 
-/// Light and sky in the layout of the shader.
+/// Light and sky in the memory layout of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Surroundings {
@@ -47,7 +47,7 @@ impl Surroundings {
         }
     }
 
-    /// Direction of the first light, if it is not off.
+    /// Direction of the first light, if it shines.
     pub(super) fn shining(&self) -> Option<Vec3> {
         let ([x, y, z, _], [r, g, b, _]) = (self.ways[0], self.lights[0]);
         (r.max(g).max(b) > 0.0).then_some(Vec3::new(x, y, z))
@@ -58,7 +58,7 @@ impl Surroundings {
     }
 }
 
-/// Whether surfaces mirror a room with lamps in it; in the other environments they mirror the sky, as one even light.
+/// Whether surfaces reflect a room with lamps. In the other environments they reflect the sky, as one even light.
 fn has_lamps(preset: &str) -> bool {
     !matches!(
         preset,
@@ -66,7 +66,7 @@ fn has_lamps(preset: &str) -> bool {
     )
 }
 
-/// Number of the scenery in the shader: 0 for none, 1 for a floor of the environment's own colour.
+/// Number of the scenery in the shader: 0 for no scenery, 1 for a floor of the environment's own colour.
 fn place(environment: &Environment) -> f32 {
     match environment.preset.as_str() {
         _ if environment.floor.is_some() => 1.0,
@@ -78,7 +78,7 @@ fn place(environment: &Environment) -> f32 {
     }
 }
 
-/// Whether the sky has stars (1), and the Milky Way, too (2): a sky of other colours has none.
+/// Whether the sky has stars (1), or stars and the Milky Way (2). A sky of other colours has none (0).
 fn stars(environment: &Environment) -> f32 {
     let is_dark = environment.sky.iter().all(|color| color.max_element() < 0.1);
     match environment.preset.as_str() {
@@ -88,7 +88,7 @@ fn stars(environment: &Environment) -> f32 {
     }
 }
 
-/// Default environment of Tilt Brush, without its fog.
+/// The default environment of Tilt Brush, without its fog.
 fn standard() -> Environment {
     Environment {
         preset: "Standard".to_owned(),

@@ -10,13 +10,13 @@ use osp_session::brush::texture::{
     picture::Picture,
 };
 
-/// Levels of each texture, down to a single texel.
+/// Number of levels of each texture, down to a single texel.
 const LEVELS: u32 = SIDE.ilog2() + 1;
 
-/// All levels of all textures, made once.
+/// All levels of all textures, computed once.
 static TEXELS: LazyLock<Vec<u8>> = LazyLock::new(make);
 
-/// The textures on the GPU, a layer each.
+/// Uploads the textures to the GPU, each as a layer.
 pub(super) fn upload(gpu: &Gpu) -> wgpu::TextureView {
     let texture = gpu.device().create_texture_with_data(
         gpu.queue(),
@@ -54,7 +54,7 @@ fn make() -> Vec<u8> {
     bytes
 }
 
-/// Appends a texture, then every level of half the size. If `keeps_coverage`, all levels have the same solid share.
+/// Appends a texture and its levels, each of half the size. If `keeps_coverage`, the solid share is the same on all levels.
 fn push(bytes: &mut Vec<u8>, keeps_coverage: bool, texel: impl Fn(f32, f32) -> [f32; 4]) {
     let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
     let mut level: Vec<[f32; 4]> = (0..SIDE * SIDE)

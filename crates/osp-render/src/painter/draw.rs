@@ -10,7 +10,7 @@ use crate::{
     shaders,
 };
 
-/// Draws parts of polygons in the order of their list, each over the ones before.
+/// Draws parts of polygons in the order of their list, each over the parts before it.
 #[derive(Debug)]
 pub(crate) struct PartPass {
     pipeline: wgpu::RenderPipeline,
@@ -40,7 +40,7 @@ impl PartPass {
                 })],
             },
             primitive: wgpu::PrimitiveState::default(),
-            // The pass has a depth buffer, which is neither tested nor written.
+            // The pass has a depth buffer, but neither tests nor writes it.
             depth_stencil: Some(descriptors::depth(wgpu::CompareFunction::Always, false)),
             multisample: wgpu::MultisampleState { count: SAMPLES, ..Default::default() },
             fragment: Some(descriptors::fragment(&module, "fragment", &[Some(COLOR_FORMAT.into())])),
@@ -79,7 +79,7 @@ impl PartPass {
     }
 }
 
-/// Corners one after the other whose polygons are of one page, and the page.
+/// The runs of consecutive corners whose polygons belong to one page, each with its page.
 fn runs(corners: &[PartCorner], page_len: usize) -> impl Iterator<Item = (u32, Range<u32>)> {
     let page = move |corner: &PartCorner| corner.polygon as usize / page_len;
     let mut at = 0;

@@ -11,32 +11,32 @@ use osp::{
 use osp_rivals::{Bsp, BspConfig};
 use osp_session::scene::Scene;
 
-/// Most parts of a tree during its construction, including parts that were cut again: some 400 MB. Beyond that, parts
-/// stay whole.
+/// Largest number of parts of a tree during its construction, including parts that were cut again: some 400 MB. Beyond
+/// this, parts stay whole.
 const MOST_PARTS: usize = 3_000_000;
 
 /// A corner of a triangle to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PartCorner {
-    /// World space relative to the eye, metres.
+    /// Position relative to the eye, world axes, metres.
     pub(super) from_eye: [f32; 3],
-    /// The polygon that it belongs to, for its colour.
+    /// The polygon of the corner, which determines the colour.
     pub(super) polygon: u32,
 }
 
 /// Counts of a painter's work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PaintStats {
-    /// Polygons; a quad that is not flat counts as two.
+    /// Number of polygons; a quad that is not flat counts as two.
     pub facets: usize,
-    /// Parts that they were cut into.
+    /// Number of parts into which the polygons were cut.
     pub parts: usize,
-    /// Parts that the tree could not order: they are ordered by their distance.
+    /// Number of parts that the tree could not order. They are ordered by distance.
     pub unordered: usize,
-    /// Nodes of the tree; 0 without one.
+    /// Number of nodes of the tree; 0 without a tree.
     pub nodes: usize,
-    /// The deepest node of the tree; the top has depth 0.
+    /// Depth of the deepest node of the tree; the top has depth 0.
     pub depth: usize,
     /// Time for finding the order, nanoseconds.
     pub ns: u64,
@@ -53,7 +53,7 @@ impl PaintList {
     /// The order in which a painter draws these polygons for this eye.
     ///
     /// # Errors
-    /// There are too many.
+    /// [`PainterError`]: too many polygons are in view.
     pub fn new(
         painter: Painter,
         scene: &Scene,
@@ -73,14 +73,15 @@ impl PaintList {
         Ok(list)
     }
 
-    /// Orders by a tree whose polygon ids are the places of the facets. The later of two facets in one plane comes later.
+    /// Orders facets by a tree. The id of a polygon in the tree is the facet's index. Of two facets in one plane, the later
+    /// one comes later.
     fn by_tree(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let max_pieces_per_polygon = MOST_PARTS / facets.len().max(1);
         let index = IndexConfig { capacity: facets.len(), ..IndexConfig::default() };
         let mut tree = Bsp::new(BspConfig { max_pieces_per_polygon, ..BspConfig::default() }, &index);
         for (facet, place) in facets.iter().zip((0..).map(PolygonId)) {
-            // A facet that is not finite covers no pixel.
+            // A facet that is not finite covers no pixel, so it is left out.
             if tree.insert(place, &facet.shape.bounds()).is_ok() {
                 tree.shape(place, &facet.shape);
             }
@@ -100,7 +101,7 @@ impl PaintList {
         });
     }
 
-    /// Orders by the distance of the polygons' centres. The later of two polygons at the same distance comes later.
+    /// Orders facets by the distance of their centres. Of two facets at the same distance, the later one comes later.
     fn by_centre(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let distance = |corners: &[Vec3]| {
@@ -126,7 +127,7 @@ impl PaintList {
 
     /// Adds a convex part as triangles around its first corner.
     fn add(&mut self, id: PolygonId, corners: &[Vec3], eye_in_world: Vec3) {
-        // As in the shader: uncut polygons cover exactly the same pixels.
+        // The position is computed as in the shader, so that uncut polygons cover exactly the same pixels.
         let corner = |p: Vec3| {
             let from_eye = (p - eye_in_world).to_array();
             PartCorner { from_eye, polygon: id.0 }

@@ -1,9 +1,8 @@
-//! The painter's algorithm: polygons are drawn back to front, each over the ones before, without a depth test.
+//! The painter's algorithm: polygons are drawn back to front, each over the polygons before it, without a depth test.
 //!
-//! The order is the problem. Ordered by the distance of their centres ([`Painter::Centre`]), a large polygon may come
-//! too late or too early. Two polygons that pass through each other have no right order at all. A BSP tree
-//! ([`Painter::Bsp`], [`osp_rivals::Bsp`]) cuts polygons by planes of others until there is a right order from every
-//! eye position.
+//! The difficulty is the order. In the order of the centres' distances ([`Painter::Centre`]), a large polygon may come too
+//! late or too early. Two polygons that pass through each other have no right order at all. A BSP tree ([`Painter::Bsp`],
+//! [`osp_rivals::Bsp`]) cuts polygons by planes of others until a right order exists from every eye position.
 
 mod draw;
 mod list;
@@ -17,20 +16,20 @@ pub use list::{PaintList, PaintStats};
 use osp::polygon::{ConvexPolygon, PolygonId, VisibleBlocks};
 use osp_session::scene::Scene;
 
-/// Method by which the painter finds the order.
+/// The method by which the painter finds the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Painter {
-    /// By a BSP tree of the polygons: right except for a few ([`PaintStats::unordered`]).
+    /// By a BSP tree of the polygons. The order is right except for a few parts ([`PaintStats::unordered`]).
     Bsp,
-    /// By the distance of the polygons' centres: often wrong.
+    /// By the distance of the polygons' centres. The order is often wrong.
     Centre,
 }
 
 impl Painter {
-    /// Both.
+    /// Both methods.
     pub const ALL: [Self; 2] = [Self::Bsp, Self::Centre];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bsp => "bsp",
@@ -39,7 +38,7 @@ impl Painter {
     }
 }
 
-/// Why a painter draws nothing.
+/// The reason why a painter draws nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PainterError {
     /// Too many polygons are in view.
@@ -47,12 +46,12 @@ pub enum PainterError {
         "{polygons} polygons are in view: a painter draws at most {MOST_POLYGONS}; look at an earlier frame or a part of the model"
     )]
     TooMany {
-        /// Polygons in view.
+        /// Number of polygons in view.
         polygons: usize,
     },
 }
 
-/// Most polygons that a painter draws.
+/// Largest number of polygons that a painter draws.
 pub const MOST_POLYGONS: usize = 250_000;
 
 /// A polygon of the scene, or one of the two triangles of a quad that is not flat.
@@ -67,7 +66,7 @@ impl Facet {
         self.shape.vertices()
     }
 
-    /// Unit length; zero where there is no area.
+    /// The unit normal; zero if the facet has no area.
     fn normal(&self) -> DVec3 {
         let between = |from: Vec3, to: Vec3| to.as_dvec3() - from.as_dvec3();
         let area = match *self.corners() {
@@ -79,8 +78,8 @@ impl Facet {
     }
 }
 
-/// The polygons as facets. The renderer draws a quad as two triangles: a quad whose fourth corner is farther than
-/// `tolerance_m` from the plane of the others becomes these.
+/// The polygons as facets. The renderer draws a quad as two triangles. A quad becomes two facets, these triangles, if its
+/// fourth corner is farther than `tolerance_m` from the plane of the others.
 fn facets(scene: &Scene, polygons: &VisibleBlocks, tolerance_m: f64) -> Vec<Facet> {
     let mut facets = Vec::with_capacity(polygons.len());
     for id in polygons.ids() {

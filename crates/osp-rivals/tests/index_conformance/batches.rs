@@ -1,5 +1,5 @@
-//! Updates that are told together come to the same as one after the other: the same answers, the same refusals in the same order,
-//! whatever comes and goes in between.
+//! A batch of updates has the same result as one update after the other: the same polygons in queries, the same refusals in
+//! the same order, whatever comes and goes in between.
 
 use super::{
     Pair,
@@ -14,7 +14,7 @@ use osp::{
 };
 use osp_testkit::boxes::{Rng, drawn};
 
-/// An index that is told together, one that is told of each, and brute force.
+/// An index that gets batches, an index that gets single updates, and brute force.
 struct Trio<'a> {
     pair: Pair<'a>,
     of_each: Box<dyn SpatialIndex>,
@@ -49,7 +49,7 @@ impl<'a> Trio<'a> {
         assert_eq!(valid, Ok(()), "{}, before the commit", self.pair.place);
     }
 
-    /// Takes some out, and lets some that are gone come back.
+    /// Removes some polygons, and inserts some removed ones again.
     fn come_and_go(&mut self, boxes: &[Aabb]) {
         for _ in 0..boxes.len() / 40 {
             let id = self.random.below(boxes.len());
@@ -70,7 +70,7 @@ impl<'a> Trio<'a> {
     }
 }
 
-/// Moves a stretch of polygons by the same way.
+/// Moves consecutive polygons by the same vector.
 fn stretch(random: &mut Rng, boxes: &[Aabb], by_m: f32) -> Vec<(PolygonId, Aabb)> {
     let first = random.below(boxes.len());
     let by = random.direction() * by_m;
@@ -78,8 +78,8 @@ fn stretch(random: &mut Rng, boxes: &[Aabb], by_m: f32) -> Vec<(PolygonId, Aabb)
     some.map(|(id, b)| (PolygonId(id as u32), Aabb::new(b.min + by, b.max + by))).collect()
 }
 
-/// What one frame tells: stretches that keep together, polygons that scatter, boxes that are refused, ids that come again or are
-/// not there.
+/// The updates of one frame: consecutive polygons that move together, scattered polygons, boxes that are refused, ids that
+/// occur twice or are not in the index.
 fn batch(random: &mut Rng, boxes: &[Aabb], frame: usize) -> Vec<(PolygonId, Aabb)> {
     let mut updates = Vec::new();
     for by_m in [0.001, 0.05, 1.5, 40.0] {
@@ -99,7 +99,7 @@ fn batch(random: &mut Rng, boxes: &[Aabb], frame: usize) -> Vec<(PolygonId, Aabb
     if frame % 3 == 1 {
         updates.sort_by_key(|(id, _)| *id);
     }
-    // Some come again, at once or much later.
+    // Some ids occur again, at once or much later.
     let again: Vec<_> = updates.iter().step_by(5).map(|&(id, b)| (id, Aabb::new(b.max, b.max))).collect();
     updates.extend(again);
     let twice: Vec<_> = updates.iter().take(60).flat_map(|&(id, b)| [(id, Aabb::EMPTY), (id, b)]).collect();
@@ -121,7 +121,7 @@ fn run(subject: &Subject, boxes: &[Aabb], frames: usize) {
         }
         trio.check(&format!("frame {frame}"));
     }
-    // All at once, there and back.
+    // All polygons move in one batch, there and back.
     let by = Vec3::new(0.31, -0.17, 0.05);
     let all = |by: Vec3| -> Vec<_> {
         let moved = boxes.iter().map(|b| Aabb::new(b.min + by, b.max + by));
@@ -143,7 +143,7 @@ fn every_index_takes_updates_together_as_one_after_the_other() {
     }
 }
 
-/// So many that there are leaves, which runs leave as wholes.
+/// The polygons are so many that the tree has leaves, which whole runs leave.
 #[test]
 fn runs_of_a_large_tree_move_between_its_leaves() {
     let boxes = drawn(12_000, 4);
@@ -154,10 +154,10 @@ fn runs_of_a_large_tree_move_between_its_leaves() {
     }
 }
 
-/// Runs that have lost a polygon, and wait for their upkeep, move into leaves that split under them.
+/// Runs that have lost a polygon, and wait for upkeep, move into leaves that split.
 #[test]
 fn loose_runs_crowd_into_leaves_that_split() {
-    // Four runs of four polygons in each block, each somewhere else.
+    // Each block has four runs of four polygons, each at another place.
     let mut random = Rng(11);
     let (runs, at_once) = (4_000, 40);
     let boxes_at = |place: Vec3| (0..4).map(move |i| Aabb::cube(place + Vec3::X * (0.012 * i as f32), 0.01));
@@ -174,7 +174,8 @@ fn loose_runs_crowd_into_leaves_that_split() {
             let corner = Vec3::splat(0.3) * (step / 25) as f32;
             let mut updates = Vec::new();
             for run in first..first + at_once {
-                // One is gone, or two, or none: of three the page does not wait, of two it does.
+                // The run loses one polygon, two or none. With three of four left the page does not wait for upkeep, with
+                // two it does.
                 let gone = random.below(4);
                 for lane in 0..gone.min(3) {
                     assert!(trio.of_each.remove(PolygonId((run * 4 + lane) as u32)).is_ok());

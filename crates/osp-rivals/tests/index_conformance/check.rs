@@ -1,4 +1,4 @@
-//! What every index has to answer, whatever is in it.
+//! Checks that every index has to pass, whatever it contains.
 
 use osp::{
     index::{BruteForce, DrawList, Node, SpatialIndex, Visit, Visitor},
@@ -7,7 +7,7 @@ use osp::{
 };
 use osp_testkit::boxes::Rng;
 
-/// How a test visitor answers.
+/// The decisions of a test visitor.
 #[derive(Clone, Copy, Debug)]
 enum Policy {
     DescendAlways,
@@ -15,7 +15,7 @@ enum Policy {
     Random,
 }
 
-/// Collects what a traversal hands over and checks what it says about its nodes.
+/// Collects the polygons of a traversal, and checks the values of its nodes.
 struct Recorder<'a> {
     policy: Policy,
     random: Rng,
@@ -23,7 +23,7 @@ struct Recorder<'a> {
     reference: &'a BruteForceTwin,
     found: Vec<PolygonId>,
     last_asked: Option<(Aabb, usize, Visit)>,
-    /// Handed over since the last node.
+    /// Number of polygons received since the last node.
     since: usize,
     skipped: bool,
     faults: Vec<String>,
@@ -76,7 +76,7 @@ impl Visitor for Recorder<'_> {
     }
 }
 
-/// The reference index with the boxes beside it.
+/// The reference index, and the boxes of its polygons.
 #[derive(Default)]
 pub(crate) struct BruteForceTwin {
     pub(crate) index: BruteForce,
@@ -106,7 +106,7 @@ pub(crate) fn check(index: &dyn SpatialIndex, twin: &BruteForceTwin, frusta: &[F
     }
     assert_eq!(index.len(), twin.index.len(), "{name}, {place}: number of polygons");
     assert_eq!(index.is_empty(), twin.index.is_empty(), "{name}, {place}");
-    // Not emptied in between: a query appends.
+    // The list is not emptied in between, because a query appends.
     let mut seen = DrawList::new();
     seen.push(PolygonId(u32::MAX));
     let (mut expected, mut blocks) = (DrawList::new(), VisibleBlocks::new());

@@ -1,4 +1,4 @@
-//! Groups that move, against a list of every polygon of every node.
+//! Compares groups that move with a list of every polygon of every node.
 
 use osp::{
     glam::{Affine3A, DAffine3, DMat3, Quat, Vec3},
@@ -48,7 +48,7 @@ struct Model {
 }
 
 impl Model {
-    /// As the index multiplies: from the top down.
+    /// The product of the matrices in the index's order, from the top down.
     fn world(&self, node: usize) -> Affine3A {
         let (parent, to_parent, _) = self.nodes[node];
         parent.map_or(Affine3A::IDENTITY, |parent| self.world(parent)) * to_parent
@@ -66,7 +66,7 @@ fn exactly(world: &Affine3A) -> DAffine3 {
     DAffine3 { matrix3, translation: of(world.translation) }
 }
 
-/// How far the best corner of a box is inside the plane that it is farthest behind, metres.
+/// Of all planes, the least distance by which the best corner of a box lies inside, metres.
 fn inside_m(frustum: &Frustum, world: &DAffine3, bounds: &Aabb) -> f64 {
     let corners = bounds.corners().map(|p| world.transform_point3(p.as_dvec3()));
     let of_plane = |plane: &osp::math::Plane| {
@@ -114,7 +114,7 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
         let mut scratch = CullScratch::default();
         for _ in 0..3 {
             let mesh = index.add_mesh();
-            // A list, and a tree.
+            // A mesh is a list if it is small, otherwise a tree.
             let count = if random.below(3) == 0 { 700 } else { random.below(30) };
             model.meshes.push((0..count).map(|_| Some(random.small_box())).collect());
             for (bounds, number) in model.meshes[mesh.0 as usize].iter().zip(0..) {
@@ -204,7 +204,7 @@ fn what_is_in_view_is_found_wherever_groups_are_moved() {
                             assert!(is_seen, "node {node}: a corner in view is culled");
                         }
                     }
-                    // No more than a list of all boxes in their own spaces lets through, but for rounding.
+                    // Except for rounding, the index finds no more than a list of all boxes in their own spaces.
                     assert!(
                         is_seen == (in_view_m >= 0.0) || in_view_m.abs() < 1.0e-3,
                         "node {node}: {in_view_m} m"
@@ -240,7 +240,7 @@ fn a_group_that_moves_costs_its_nodes() {
         let parent = nodes[(number - 1) / 10];
         nodes.push(index.add_node(Some(parent), at(number as f32), Some(mesh)).expect("a node"));
     }
-    // Another tree, which nobody moves.
+    // This tree does not move.
     index.add_node(None, at(-500.0), Some(mesh)).expect("a node");
     index.commit();
     assert_eq!(index.polygon_count(), 10_000, "shown 101 times, filed once");
@@ -253,7 +253,7 @@ fn a_group_that_moves_costs_its_nodes() {
     index.place(top, at(7.0)).expect("a node");
     assert_eq!(cost(&mut index), (101, 101, 1), "the whole tree");
     index.place(nodes[100], at(8.0)).expect("a node");
-    // Its own matrix; its box, and those of the two above.
+    // One matrix changes, and three boxes: the leaf's and those of its two ancestors.
     assert_eq!(cost(&mut index), (1, 3, 1), "one leaf");
     for x in 0..50 {
         index.place(nodes[10], at(x as f32)).expect("a node");
@@ -310,14 +310,14 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
     index.commit();
     assert_eq!(index.walk(top), Ok(vec![top, below]));
     assert!(index.bounds(top).expect("a node").contains(&tile(0)));
-    // Two levels out of each other's reach: infinity is no place, and finds no fault.
+    // Together the two scales exceed `f32`. A box at infinity is left out without an error.
     let far = Affine3A::from_translation(Vec3::splat(f32::MAX));
     index.place(top, far * Affine3A::from_scale(Vec3::splat(f32::MAX))).expect("finite numbers");
     index.commit();
     index.frustum_cull(&Frustum::everything(), &mut CullScratch::default(), |_| ());
 }
 
-/// The scene graph that lecture notes print (source document 000, 1.4), and its first exercise.
+/// The scene graph of lecture notes (source document 000, 1.4), and its first exercise.
 #[test]
 fn the_planet_and_the_moon_are_where_the_lecture_says() {
     let turn = |degrees: f32| Affine3A::from_rotation_y(degrees.to_radians());
@@ -333,7 +333,7 @@ fn the_planet_and_the_moon_are_where_the_lecture_says() {
     index.commit();
     let at = |node: NodeId| Vec3::from(index.world_from_node(node).expect("a node").translation);
     assert!(at(planet).abs_diff_eq(Vec3::new(3.54, 0.0, -3.54), 0.005), "{}", at(planet));
-    // The lecture prints (4.61, 0, -2.89), which no product of its matrices gives: 45 + 30 degrees are 75.
+    // The lecture prints (4.61, 0, -2.89), but no product of its matrices gives this: 45 + 30 degrees are 75.
     assert!(at(moon).abs_diff_eq(Vec3::new(3.924, 0.0, -4.984), 0.005), "{}", at(moon));
     assert!(at(b).abs_diff_eq(Vec3::new(4.414, 0.0, -1.414), 0.005), "{}", at(b));
 }

@@ -1,5 +1,5 @@
-//! Indexes that grow, shrink, are emptied and grow again, far beyond what the small scenes reach: at every step valid, and
-//! with the reference's answers.
+//! Indexes that grow, shrink, are emptied and grow again, far beyond the size of the small scenes. At every step they are
+//! valid and find what the reference finds.
 
 use super::{
     Pair,
@@ -22,7 +22,7 @@ fn for_every_index(frusta_of: &[Aabb], mut test: impl FnMut(&mut Pair<'_>)) {
     }
 }
 
-/// Files `boxes` from `first` on, a few at a time.
+/// Inserts `boxes` from id `first` on, a few in each commit.
 fn fill(pair: &mut Pair<'_>, first: usize, boxes: &[Aabb]) {
     for (n, some) in boxes.chunks(97).enumerate() {
         for (i, bounds) in some.iter().enumerate() {
@@ -39,7 +39,7 @@ fn erase(pair: &mut Pair<'_>, ids: std::ops::Range<usize>) {
             pair.index.commit();
         }
     }
-    // Upkeep has its time.
+    // These commits leave time for upkeep.
     (0..40).for_each(|_| pair.index.commit());
 }
 
@@ -53,7 +53,7 @@ fn emptied_and_filled_again_with_fewer_as_many_and_more() {
             pair.check(&format!("filled with {count}"));
             pair.clear();
             pair.check(&format!("emptied of {count}"));
-            // A late id first.
+            // A late id comes first.
             pair.insert(count, &boxes[0]);
             pair.check("one, after emptying");
             pair.remove(count);
@@ -82,8 +82,8 @@ fn grown_shrunk_and_grown_again() {
             pair.check(&format!("back inside, round {round}"));
             erase(pair, first_every..first_every + everywhere.len());
             pair.check(&format!("back in the corner, round {round}"));
-            // One after the other, each of which asks for another level: ids of different blocks, and a last one so that
-            // none waits.
+            // Each polygon requires another level. The ids belong to different blocks, and a last one closes the block
+            // before it.
             for (i, by) in [0.5, 1.0, 2.0, 3.5, 20.0, 400.0, 0.0].into_iter().enumerate() {
                 pair.insert(6000 + i * 16, &around(root.min + Vec3::splat(0.3 + by), 0.01));
                 pair.check(&format!("grown by {by} m, round {round}"));
@@ -153,7 +153,7 @@ fn ids_beyond_the_limit_are_refused_and_cost_nothing() {
     });
 }
 
-/// ... and takes a few megabytes at most, but in the two rivals that are arrays as long as the highest id.
+/// Such an id takes at most a few megabytes, except in the two rivals that are arrays up to the highest id.
 #[test]
 fn the_last_id_below_the_limit_is_filed() {
     let bounds = around(Vec3::ONE, 0.1);

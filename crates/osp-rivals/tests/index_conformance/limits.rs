@@ -1,4 +1,4 @@
-//! Configurations and numbers that nobody can mean: no panic, and no more memory than is stated.
+//! Senseless configurations and numbers: they cause no panic, and take no more memory than documented.
 
 use osp::{
     frame::{Pipeline, StageClock},
@@ -10,7 +10,7 @@ use osp_rivals::groups::GroupIndex;
 
 use super::*;
 
-/// Bytes of the room that is stated, at most: a hundred for each polygon.
+/// Upper bound of the documented memory: a hundred bytes for each polygon.
 const MOST_BYTES: usize = 100 * IndexConfig::MOST_RESERVED;
 
 #[test]
@@ -26,7 +26,7 @@ fn a_set_takes_no_number_beyond_the_limit() {
         assert_eq!(set.mask(block), 0);
     }
     assert!(set.is_empty());
-    // Room grows by half, and not beyond the limit either.
+    // Room grows by half, and not beyond the limit, either.
     let mut grown = VisibleBlocks::with_capacity(PolygonId::LIMIT as usize / 4 * 3);
     assert!(grown.insert(last) && !grown.insert(PolygonId(PolygonId::LIMIT)));
     assert!(set.insert(last) && set.contains(last));
@@ -35,7 +35,7 @@ fn a_set_takes_no_number_beyond_the_limit() {
     assert_eq!(ids.into_iter().collect::<VisibleBlocks>().to_vec(), [PolygonId(3)]);
 }
 
-/// An index of somebody else, which reports numbers that there cannot be.
+/// A foreign index, which reports impossible numbers.
 #[test]
 fn a_list_of_any_numbers_becomes_a_set_of_those_below_the_limit() {
     struct Any(BruteForce);
@@ -124,7 +124,7 @@ fn a_root_that_is_no_cube_is_one_like_any_other() {
     let frusta = frusta(&boxes);
     for root in roots {
         let config = IndexConfig { root, capacity: 100 };
-        // Some are made with a root of their own.
+        // Subjects that are made with a root of their own are left out.
         for subject in subjects().iter().filter(|subject| subject.name != "osp-paper, 7 levels") {
             let mut pair = Pair::new(subject, &config, &frusta, format!("{}, {root:?}", subject.name));
             for (id, bounds) in boxes.iter().enumerate() {

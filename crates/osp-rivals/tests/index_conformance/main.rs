@@ -1,4 +1,4 @@
-//! Every index against brute force: every scene, every order of changes, validated after each step.
+//! Compares every index with brute force: every scene, every order of changes, validated after each step.
 
 mod batches;
 mod check;
@@ -25,7 +25,7 @@ use osp_rivals::IndexKind;
 use scenes::{TestScene, frusta, scenes};
 use subjects::{Subject, subjects};
 
-/// An index and its twin, changed together.
+/// An index and its twin, which get the same changes.
 struct Pair<'a> {
     index: Box<dyn SpatialIndex>,
     twin: BruteForceTwin,
@@ -120,7 +120,7 @@ fn inserted_and_removed_in_every_order() {
             let (most, rest) = go.split_at(count - count / 8);
             most.iter().for_each(|&id| pair.remove(id));
             pair.check(name);
-            // Some come back under their old ids, and all go.
+            // Some polygons come back under their old ids, and then all go.
             most.iter().step_by(4).for_each(|&id| pair.insert(id, &scene.boxes[id]));
             rest.iter().chain(most.iter().step_by(4)).for_each(|&id| pair.remove(id));
             pair.check(name);
@@ -138,20 +138,20 @@ fn moved_and_cleared() {
             pair.insert(id, bounds);
         }
         pair.check("inserted");
-        // A little, all of them: a structure may refit.
+        // All polygons move a little, so that a structure may refit.
         let nudged = |b: &Aabb| {
             let by = b.extent().min(Vec3::splat(1.0)) * 0.25;
             Aabb::new(b.min + by, b.max + by)
         };
         boxes.iter().enumerate().for_each(|(id, b)| pair.update(id, &nudged(b)));
         pair.check("nudged");
-        // To the place of another one: a structure must re-file.
+        // Each polygon moves to the place of another one, so that a structure must insert it again.
         (0..count).for_each(|id| pair.update(id, &boxes[count - 1 - id]));
         pair.check("mirrored");
         (0..count).step_by(2).for_each(|id| pair.update(id, &boxes[id]));
         (0..count).step_by(3).for_each(|id| pair.remove(id));
         pair.check("half moved back, a third removed");
-        // In the same batch as insert and remove.
+        // Inserts, updates and removals are in one batch.
         (0..count).step_by(3).for_each(|id| {
             pair.insert(id, &boxes[id]);
             pair.update(id, &nudged(&boxes[id]));

@@ -1,4 +1,4 @@
-//! The shipped session of nested groups in an index of groups: each group a node with a mesh of its own.
+//! The shipped session of nested groups in an index of groups. Each group is a node with a mesh of its own.
 
 use std::collections::HashMap;
 
@@ -14,17 +14,18 @@ use osp_session::{
     scene::Scene,
 };
 
-/// The groups of a scene as it grows, filed by what their strokes were when the groups were made.
+/// The groups of a scene as it grows. A mesh contains the strokes of its group in the form that they had when the group was
+/// made.
 #[derive(Default)]
 struct Followed {
     index: GroupIndex,
     nodes: HashMap<GroupId, (NodeId, MeshId)>,
-    /// The polygons of each node's mesh, by their numbers there.
+    /// For each node, the polygons of its mesh, by their numbers in the mesh.
     polygons: HashMap<NodeId, Vec<PolygonId>>,
 }
 
 impl Followed {
-    /// Before the scene takes the event: strokes are still where they were drawn, in the space of their group.
+    /// Applies an event before the scene does, while strokes are still where they were drawn, in the space of their group.
     fn take(&mut self, scene: &Scene, event: &Event) {
         match event {
             Event::Group { group, strokes, parent, .. } => {
@@ -89,14 +90,15 @@ fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
         });
         for id in scene.visible_ids().filter(|&id| !scene.groups_of(scene.stroke_of(id)).is_empty()) {
             let corners = scene.polygon(id);
-            // The scene rounds its corners after every group: a hair's breadth is left for that.
+            // The margin is for the scene, which rounds its corners after every group.
             let is_well_in =
                 |p: &Vec3| frustum.planes().iter().all(|plane| plane.signed_distance(*p) > 1.0e-5);
             let is_seen = visible[id.index()];
             assert!(is_seen || !corners.vertices().iter().any(is_well_in), "polygon {} is in view", id.0);
             let box_may = frustum
                 .may_see(&Aabb { min: scene.bounds(id).min - 1.0e-4, max: scene.bounds(id).max + 1.0e-4 });
-            // Boxes in the mesh's space, around boxes that were drawn there: larger than those of the corners alone.
+            // The index has boxes in the mesh's space around boxes that were drawn there, which are larger than those of
+            // the corners alone.
             seen += u64::from(is_seen);
             missed += u64::from(is_seen && !box_may);
         }
@@ -104,6 +106,6 @@ fn groups_that_move_within_groups_are_found_where_the_scene_has_them() {
     }
     assert_eq!((places, followed.nodes.len()), (1_799, 7));
     assert!(seen > 20_000 && missed * 20 < seen, "{missed} of {seen} reported beyond their boxes");
-    // Each placing costs the nodes that hang below: 1 to 4 of 7.
+    // Each placing multiplies the matrices of the node and the nodes below: 1 to 4 of 7.
     assert!(matrices < 3 * places, "{matrices} matrices for {places} placings");
 }

@@ -1,4 +1,5 @@
-//! The paper's tree: the O(1) placement finds the node that the walk of Fig. 5 ends at, and nothing decays.
+//! The paper's tree: the O(1) placement finds the node at which the walk of Fig. 5 ends, and changes do not degrade the
+//! tree.
 
 use glam::Vec3;
 use osp::{index::SpatialIndex, math::Aabb, polygon::PolygonId};
@@ -62,7 +63,7 @@ proptest! {
         for (i, (a, b, shrink)) in boxes.into_iter().enumerate() {
             let (a, mut b) = (place_in(&cube, a), place_in(&cube, b));
             if i % 3 > 0 {
-                // Small, so that it gets far down.
+                // The box is small, so that it reaches deep levels.
                 b = a + (b - a) * shrink * 0.02;
             }
             let bounds = Aabb::new(a.min(b), a.max(b));
@@ -76,7 +77,7 @@ proptest! {
 
 #[test]
 fn placement_by_hand() {
-    // x 0..8, split at 4; two levels on x, two on y, one on z.
+    // The cube goes from 0 to 8, and x is split at 4; two levels on x, two on y, one on z.
     let grid = OspGrid::new(Vec3::splat(4.0), 8.0, 5);
     let place = |min: [f32; 3], max: [f32; 3]| {
         grid.place(&Aabb::new(Vec3::from_array(min), Vec3::from_array(max))).map(|p| (p.depth, p.path))

@@ -1,4 +1,4 @@
-//! Other crates' trees, as they are compared: a session that grows, loses and moves polygons.
+//! Trees of other crates in the form in which they are compared: a session that grows, loses and moves polygons.
 
 use super::{Pair, subjects::Subject};
 use osp::{index::IndexConfig, math::Aabb};

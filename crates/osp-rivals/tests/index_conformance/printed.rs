@@ -1,4 +1,4 @@
-//! What the paper's trees do as they are printed: more is drawn, nothing less; and how many tests filing takes.
+//! The paper's trees as printed: they draw more polygons, never fewer. Also the number of tests of an insertion.
 
 use osp::{
     index::{BruteForce, DrawList, IndexConfig, SpatialIndex, Visit, Visitor},
@@ -64,17 +64,17 @@ fn a_cut_node_draws_all_its_polygons_as_in_figure_6() {
     assert!(over_drawn.iter().all(|&more| more > 100), "{over_drawn:?}");
 }
 
-/// Section 2.1: three planes for a level of the OSP tree, three for each of eight children of the octree.
+/// Section 2.1: a level of the OSP tree takes three planes, a level of the octree three for each of eight children.
 #[test]
 fn filing_asks_an_octree_eight_times_as_much_a_level() {
     let room = around(glam::Vec3::ZERO, 4.0);
-    // Small boxes in the middle of an octant, an octant of it, and so on: none is cut by a plane.
+    // The boxes lie in the middle of an octant, of an octant of this octant, and so on, so no plane cuts them.
     let at = |level: i32| glam::Vec3::splat(2.0 - 2.0f32.powi(-level));
     let config = IndexConfig { root: room, capacity: 0 };
     let mut osp = OspPaper::new(OspGrid::new(room.center(), 4.0, 12), 0);
     let one_each = OctreePaperConfig { leaf_capacity: 0, max_depth: 4 };
     let mut octree = OctreePaper::new(one_each, &config);
-    // Two in opposite corners span the cube: the octree's root is the OSP tree's.
+    // Two boxes in opposite corners span the cube, so that the octree has the OSP tree's root.
     let corners = [-1.99, 1.99].map(|x| around(glam::Vec3::splat(x), 0.02));
     for (i, bounds) in corners.iter().enumerate() {
         osp.insert(PolygonId(i as u32), bounds).expect("a box");
@@ -85,7 +85,7 @@ fn filing_asks_an_octree_eight_times_as_much_a_level() {
     assert_eq!((osp_before.polygons, osp_before.planes, osp_before.nodes), (2, 2 * 12, 0));
     assert_eq!((octree_before.polygons, octree_before.nodes), (2, 2 * 4 * 8));
     assert_eq!(octree_before.planes, 3 * octree_before.nodes);
-    // A third: the OSP tree files it alone, the octree all three again.
+    // For a third box, the OSP tree inserts only this box, the octree all three again.
     let third = around(at(4), 1.0e-3);
     osp.insert(PolygonId(2), &third).expect("a box");
     octree.insert(PolygonId(2), &third).expect("a box");

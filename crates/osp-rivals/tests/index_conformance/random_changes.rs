@@ -14,7 +14,7 @@ use osp::{
 use osp_testkit::boxes::Rng;
 use proptest::{collection::vec, prelude::*};
 
-/// Ids are drawn from few, so that duplicates and unknown ones happen.
+/// Number of different ids. It is small, so that duplicate and unknown ids occur.
 const IDS: u32 = 40;
 
 #[derive(Clone, Debug)]
@@ -22,16 +22,16 @@ enum Change {
     Insert(u32, Aabb),
     Remove(u32),
     Update(u32, Aabb),
-    /// Ids may come again, and may not be there.
+    /// Updates in one batch. Ids may occur twice, and may be unknown.
     UpdateAll(Vec<(u32, Aabb)>),
-    /// A whole stroke: ids from here upwards, along a line.
+    /// A whole stroke along a line, with ids from the first number on.
     InsertRow(u32, u32, Aabb, Vec3),
     RemoveRow(u32, u32),
     Clear,
     Commit,
 }
 
-/// A coordinate: anywhere in the room, often on a plane that halves the root, sometimes far out or huge.
+/// A coordinate: anywhere in the cube, often on a plane that halves the root, sometimes far outside or huge.
 fn coordinate() -> BoxedStrategy<f32> {
     prop_oneof![
         4 => -2.0f32..4.0,
@@ -50,7 +50,7 @@ fn bounds() -> BoxedStrategy<Aabb> {
         6 => (point(), 0.0f32..0.2).prop_map(|(p, size_m)| Aabb::new(p, (p + Vec3::splat(size_m)).min(Vec3::MAX))),
         2 => (point(), point()).prop_map(|(a, b)| Aabb::new(a.min(b), a.max(b))),
         1 => point().prop_map(|p| Aabb::new(p, p)),
-        // Refused.
+        // This box is refused.
         1 => point().prop_map(|p| Aabb::new(p, Vec3::new(p.x, f32::NAN, p.z))),
     ]
     .boxed()
@@ -135,7 +135,7 @@ fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
                 check(&*index, &twin, &frusta, name);
             }
         }
-        // Between two commits, too.
+        // The index is also valid between two commits.
         if let Err(fault) = index.validate() {
             panic!("{name}, after {change:?}: {fault}");
         }
@@ -143,7 +143,7 @@ fn run(subject: &Subject, config: &IndexConfig, changes: &[Change], seed: u64) {
     }
 }
 
-/// All at once, and the twin one after the other.
+/// Updates the index in one batch, and the twin one by one.
 fn update_all(index: &mut dyn SpatialIndex, twin: &mut BruteForceTwin, updates: &[(u32, Aabb)], name: &str) {
     let updates: Vec<_> = updates.iter().map(|&(id, b)| (PolygonId(id), b)).collect();
     let (mut refused, mut expected) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Boxes and frusta that indexes have failed on somewhere.
+//! Boxes and frusta with which some index has failed.
 
 use glam::Vec3;
 use osp::{
@@ -132,7 +132,7 @@ pub(crate) fn scenes() -> Vec<TestScene> {
     scenes
 }
 
-/// Views and worse. Every index must report the reference's set for all of them.
+/// Views and degenerate frusta. Every index must report the reference's set for all of them.
 pub(crate) fn frusta(boxes: &[Aabb]) -> Vec<Frustum> {
     let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(b));
     let middle = boxes.get(boxes.len() / 2).map_or(Vec3::ONE, Aabb::center);
@@ -158,7 +158,7 @@ pub(crate) fn frusta(boxes: &[Aabb]) -> Vec<Frustum> {
         x_slab(middle.x, middle.x),
         x_slab(middle.x - 0.2 * size_m, middle.x),
         x_slab(middle.x, middle.x - 1.0),
-        // Holds everything; holds nothing; decides nothing.
+        // The first contains all boxes, the second none, and the third decides nothing.
         all_planes(Vec3::ZERO, 1.0),
         all_planes(Vec3::ZERO, -1.0),
         all_planes(Vec3::ZERO, 0.0),
@@ -174,7 +174,7 @@ pub(crate) fn frusta(boxes: &[Aabb]) -> Vec<Frustum> {
     frusta
 }
 
-/// A view from anywhere to anywhere, near `room`.
+/// A view between two random points near `room`.
 pub(crate) fn random_frustum(random: &mut Rng, room: &Aabb) -> Frustum {
     let eye = random.point(room) * 1.5;
     let target = random.point(room);

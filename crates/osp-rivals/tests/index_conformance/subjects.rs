@@ -1,4 +1,4 @@
-//! What is tested: every index as it is used, and some made so that small scenes reach all of their code.
+//! The tested indexes: each as it is used, and some with settings with which small scenes reach all of their code.
 
 use osp::index::{IndexConfig, Osp, SpatialIndex};
 use osp_rivals::{
