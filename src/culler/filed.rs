@@ -18,7 +18,7 @@ const LEAST_SORTED: usize = 32;
 const LEAST_MANY: usize = 1024;
 const MANY_TIMES: usize = 4;
 
-/// New objects get numbers in order of arrival if the boxes around their blocks are at most this many times as large as in
+/// New objects keep their order of arrival if the boxes around their blocks are at most this many times as large as in
 /// spatial order. If it is larger, more blocks extend through much of the world. If it is smaller, more objects that move
 /// together get numbers far apart.
 const MOST_LARGER: f64 = 8.0;

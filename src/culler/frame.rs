@@ -120,7 +120,7 @@ impl<'a, K: Key> Seen<'a, K> {
     }
 
     /// Whether the occluders of this frame certainly hide all of a box in view. `false` means that the box may be visible.
-    /// The box, world space, metres, need not belong to an object; it may be that of a light, a sound or something that is
+    /// The box, world space, metres, need not belong to an object. It may surround a light, a sound or something that is
     /// not loaded yet. A box that is not finite is never hidden. O(log occluders).
     ///
     /// Always `false` for a camera that does not [hide by occluders](crate::Camera::hide_by_occluders).

@@ -10,7 +10,7 @@
 //! * the last sum costs nothing, because only its sign is used, which rounding never changes.
 //!
 //! So `s >= 0` if `n.p + d >= 3 u (|n_x p_x| + |n_y p_y| + |n_z p_z|)`, except for terms in `u^2`. The left side is linear
-//! in `p` and the right side convex, so this holds in all of a frustum if it holds at the frustum's eight corners. The
+//! in `p` and the right side convex. So this holds in all of a frustum if it holds at the frustum's eight corners. The
 //! corners determine `d`. Far corners need a larger `d` than near ones. Therefore the normal is first turned outwards by as
 //! much as the bound grows with depth.
 
@@ -22,8 +22,8 @@ use super::Plane;
 const UNIT: f64 = f32::EPSILON as f64 * 0.5;
 
 /// Largest error of the box test, in `u` times the sum of the sizes of its terms: three, and a little for squares of `u`. A
-/// longer proof shows that slightly more than half of this is enough, because rounding the plane's distance up compensates
-/// for the rounding of the final sum.
+/// longer proof shows that slightly more than half of this is enough: rounding the plane's distance up compensates for the
+/// rounding of the final sum.
 const ROUNDED: f64 = 3.001 * UNIT;
 
 /// Turn of a normal, in `u` times the growth of the terms' sizes with depth: three for [`ROUNDED`], one for the rounding of

@@ -12,8 +12,8 @@ pub fn unit(q: Quat) -> Quat {
 
 /// Rotates `v` by the unit quaternion `q`.
 ///
-/// The steps are plain `f32`, because a replay must give the same bits on every machine, and `glam`'s own product has
-/// another order of operations on each SIMD target.
+/// The steps are plain `f32`, because a replay must give the same bits on every machine. `glam`'s own product has another
+/// order of operations on each SIMD target.
 pub fn rotate(q: Quat, v: Vec3) -> Vec3 {
     let u = Vec3::new(q.x, q.y, q.z);
     let t = u.cross(v) * 2.0;

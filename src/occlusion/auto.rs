@@ -19,7 +19,8 @@ pub(crate) struct AutoConfig {
     /// occluders may take on average.
     pub keep_share: f64,
     /// A method counts as recent for this number of frames after a frame in which it paid. A recent method is tried more
-    /// often, and candidates get more time, because a method that pays in one part of a scene mostly pays in the next.
+    /// often, and candidates get more time. The reason is that a method that pays in one part of a scene mostly pays in the
+    /// next.
     pub recent: u32,
 }
 

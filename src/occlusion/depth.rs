@@ -6,7 +6,7 @@
 //! reciprocal of the distance along the direction of view: larger is nearer, and 0 is infinitely far.
 //!
 //! # Differences from the paper
-//! * Occluders are few convex polygons, not meshes. In a row of pixels, a polygon covers an interval; eight intervals are
+//! * Occluders are few convex polygons, not meshes. In a row of pixels, a polygon covers an interval. Eight intervals are
 //!   computed at once, and eight blocks of 8 x 4 pixels are updated at once.
 //! * [`Coverage::WholePixels`] counts a pixel only if the polygon covers all of its square. The buffer keeps the farthest
 //!   depth within a block, and rounds every number towards "visible". So it is conservative without a tolerance: each ray

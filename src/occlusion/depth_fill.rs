@@ -295,7 +295,7 @@ mod tests {
         }
     }
 
-    /// Where an outline touches a block, the plane of the outline may be far beyond the corners of the outline.
+    /// In a block that an outline touches, the plane of the outline may be far beyond the corners of the outline.
     #[test]
     fn an_outline_is_set_up_between_its_nearest_and_its_farthest_corner() {
         let view =

@@ -74,8 +74,8 @@ impl Tile {
         }
     }
 
-    /// Returns whether some pixels of `asked` are not hidden at the reciprocal depth `nearest`, and whether any of their
-    /// blocks could hide a part of the volume, which ends at `farthest`.
+    /// Tests the pixels `asked` of a volume between two reciprocal depths. Returns whether some pixels are not hidden at
+    /// `nearest`, and whether any block could hide a part of the volume up to `farthest`.
     #[inline]
     pub(super) fn test(&self, asked: &[u32; LANES], nearest: f32, farthest: f32) -> (bool, bool) {
         let (mut lit, mut shadow) = (0u32, 0u32);

@@ -22,8 +22,8 @@ const MAX_PIECES: usize = 8;
 /// The border is cut at a bulge if the bulge's triangle has at least this fraction of the patch's area.
 const WORTH_A_PIECE: f64 = 0.02;
 
-/// A corner of the result is cut off if its triangle has less than this fraction of the result's area, because each corner
-/// adds a shadow plane.
+/// A corner of the result is cut off if its triangle has less than this fraction of the result's area. Each corner would
+/// add a shadow plane.
 const WORTH_A_CORNER: f64 = 0.01;
 
 /// All half-planes are moved inwards by this fraction of the patch's size, a hundred thousand times the rounding of the

@@ -12,9 +12,9 @@
 //! # Differences from the paper
 //! Rules 1 and 3 of the paper (best occluder first, its planes together) are kept. The other rules hide visible polygons,
 //! as `osp_rivals::occlusion::MsvbspPaper` shows, and are replaced:
-//! * Rule 2 sorts planes into cells by the uncut edges of their occluder, so that an occluder loses a plane in a cell that
-//!   this edge never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches the cell.
-//!   The planes of an occluder always count together. They are the planes of the whole occluder, never of the clipped
+//! * Rule 2 sorts planes into cells by the uncut edges of their occluder. So an occluder loses a plane in a cell that the
+//!   plane's edge never reaches. Here every occluder is clipped to the cell, but only to find *whether* it reaches the
+//!   cell. The planes of an occluder always count together. They are the planes of the whole occluder, never of the clipped
 //!   piece.
 //! * Rules 5 and 6 delete planes that two occluders share, in a pass beforehand. Here a plane is left out exactly if
 //!   the cell already lies before it, which includes shared planes on both sides.
@@ -26,8 +26,8 @@
 //! 1. The cell of a leaf lies in the cone of every occluder in the leaf's list. Each side plane on the way down either cuts
 //!    the cell to the part before it, or is omitted because the cell lies before it. Cells only shrink. Clipped pieces do
 //!    not appear in this argument. Errors in them make the shadow smaller, never wrong.
-//! 2. A point x of a volume, inside the window, lies in one leaf's cell, and the query reaches that leaf, because the query
-//!    skips a child only if the whole volume lies on the other side.
+//! 2. A point x of a volume, inside the window, lies in one leaf's cell. The query reaches this leaf, because it skips a
+//!    child only if the whole volume lies on the other side.
 //! 3. If the verdict is "hidden", the volume lies beyond the cap of an occluder of that leaf. By step 1, the ray from the
 //!    eye to x meets this occluder. It meets the occluder before x, because no part of the occluder lies beyond its cap.
 //!    The hit point is drawn, because occluders are clipped to the near plane first.

@@ -20,8 +20,8 @@ const MAX_INNER: usize = MAX_PATCH;
 /// polygon's area. If it is larger, patches are smaller and flatter.
 const WORTH_JOINING: f32 = 0.7;
 
-/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays, as long as the patch hides at
-/// least this fraction of its area. It is less than 1, because a row of a grid adds nothing until it is full.
+/// A polygon in the patch's plane (to a cosine of [`FLAT_COSINE`]) may join before it pays. The patch must hide at least
+/// this fraction of its own area. It is less than 1, because a row of a grid adds nothing until it is full.
 const WORTH_WAITING: f32 = 0.5;
 
 /// Two patches are merged if together they hide at least this fraction of the sum of what each hides.

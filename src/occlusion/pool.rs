@@ -43,7 +43,7 @@ pub struct PoolConfig {
     /// Number of candidates that stay when the pool is trimmed, at most half a million. The pool holds up to twice as many,
     /// about 1 kB each.
     pub capacity: usize,
-    /// How polygons form candidates.
+    /// The rule by which polygons form candidates.
     pub grouping: Grouping,
 }
 
@@ -54,7 +54,7 @@ impl Default for PoolConfig {
     }
 }
 
-/// How polygons form occluders.
+/// The rule by which polygons form occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grouping {
     /// Each polygon is an occluder by itself.

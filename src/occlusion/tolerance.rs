@@ -25,7 +25,8 @@ pub const RELEVANT_AREA_SR: f64 = 1.0e-9;
 
 /// An occluder is rejected as edge-on if its plane passes the eye at less than this fraction of its farthest vertex's
 /// distance. If it is larger, long floors seen from low above stop occluding. If it is smaller, the error of the plane's
-/// depth, 4e-16 times the tangent of the direction over this, nears the resolution of a depth buffer in `f32`.
+/// depth nears the resolution of a depth buffer in `f32`. This error is 4e-16 times the tangent of the direction over this
+/// value.
 pub const EDGE_ON_SINE: f64 = 1.0e-5;
 
 /// The smallest accepted product of two sines: between an edge and the line to the eye, and between the edges of the

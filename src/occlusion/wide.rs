@@ -1,8 +1,8 @@
-//! Tests sixteen boxes at once against the cells of a shadow tree. Neighbouring boxes take the same way through the tree,
-//! so one plane is read, and one instruction tests it, for all boxes that reach its node. Each box meets the planes that
-//! [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. A box before a cap by less
-//! than its slack counts as partly hidden here, and as unoccluded in that test. If only hidden boxes are needed, the test
-//! of a box ends at the first leaf that does not hide it.
+//! Tests sixteen boxes at once against the cells of a shadow tree. Neighbouring boxes take the same way through the tree.
+//! So a plane is read once, and tested by one instruction, for all boxes that reach its node. Each box meets the planes
+//! that [`ShadowTree::test_box`] would meet, with the same arithmetic, so the same boxes are hidden. A box before a cap by
+//! less than its slack counts as partly hidden here, and as unoccluded in that test. If only hidden boxes are needed, the
+//! test of a box ends at the first leaf that does not hide it.
 
 use super::{
     Asked, QUERY_SLACK, TestedBoxes,

@@ -2,8 +2,8 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3};
 
 use crate::math::Aabb;
 
-/// A space that polygons are fixed in and that moves as a whole, such as a group that somebody drags, or a node of a scene
-/// graph. The caller chooses the number; small numbers without gaps cost least.
+/// A space that polygons are fixed in and that moves as a whole, such as a dragged group, or a node of a scene graph. The
+/// caller chooses the number; small numbers without gaps cost least.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SpaceId(pub u32);
 

@@ -20,8 +20,9 @@ const MOST_EYE_ROUNDING: f64 = 1.0e-7;
 const MOST_SHEAR: f64 = 1.0e-4;
 
 impl View {
-    /// The view of a perspective matrix from world space to clip space, with x and y from -w to w, y up or down, on-axis or
-    /// off-axis. Depth may be forward, reversed or infinite. `Mat4::from_cols_array` makes a matrix of an array of columns.
+    /// The view of a perspective matrix from world space to clip space, with x and y from -w to w, y up or down. The
+    /// projection may be on-axis or off-axis, and depth forward, reversed or infinite. `Mat4::from_cols_array` makes a
+    /// matrix of an array of columns.
     ///
     /// The view is wider by a part in a million, so that it culls nothing inside the matrix's frustum. `None` for a
     /// parallel projection, a sheared or singular matrix, and numbers that are not finite. `None` also for an eye so far

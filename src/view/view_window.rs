@@ -14,9 +14,9 @@ pub struct ViewWindow {
 }
 
 impl ViewWindow {
-    /// A window from the eye, the direction of view, and the directions to the screen's corners (in order, in either
-    /// orientation), world space; directions may have any length. Nothing is drawn nearer than `near_m` along the direction
-    /// of view.
+    /// A window from the eye, the direction of view, and the directions to the screen's corners, in order, in either
+    /// orientation. All are in world space; directions may have any length. Nothing is drawn nearer than `near_m` along the
+    /// direction of view.
     ///
     /// `None` if these directions form no pointed convex cone, or a number is not finite.
     pub fn new(eye_in_world: DVec3, forward: DVec3, corners: [DVec3; 4], near_m: f64) -> Option<Self> {

@@ -11,8 +11,8 @@ use super::{
 use osp::polygon::{Change, PolygonId, bits};
 use osp_session::scene::Scene;
 
-/// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them, because sending 96
-/// bytes for each of these costs less than another transfer.
+/// Moved polygons are sent in one transfer if at most this number of unmoved polygons lies between them. Sending 96 bytes
+/// for each of these costs less than another transfer.
 const GAP: usize = 16;
 
 /// Number of polygons of one transfer (1.5 MiB). It is limited, because otherwise loading a large session would double its

@@ -10,9 +10,9 @@
 //! * [`PaintList`] is the painter's algorithm, for comparison: back to front by a BSP tree, without a depth test.
 //!
 //! Polygons are seen from both sides: flat-shaded, or with the look of their brush ([`Renderer::set_environment`] sets its
-//! light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front. Of two
-//! polygons at the same depth, the later one is visible. These orders depend only on the view and the polygons, not on the
-//! index that found them, nor on culled polygons. So two pictures of the same visible surface are equal, bit for bit.
+//! light). Opaque and additive polygons are drawn in the order of their numbers, transparent ones back to front. If two
+//! polygons have the same depth, the later one is visible. These orders depend only on the view and the polygons, not on
+//! the index that found them, nor on culled polygons. So two pictures of the same visible surface are equal, bit for bit.
 //!
 //! Depends on [`scene`](osp_session::scene), [`view`](osp::view) and [`frame`](osp::frame). The painter depends on the tree
 //! [`Bsp`](osp_rivals::Bsp). Nothing here depends on another index.

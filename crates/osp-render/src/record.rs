@@ -17,8 +17,8 @@ use osp_session::{
 /// - the material and the flags;
 /// - the range of animation of a square that faces the eye, metres.
 ///
-/// The corners are stored as words, because a colour read as a float could be a signalling NaN, which some drivers change
-/// to a quiet one.
+/// The corners are stored as words. A colour read as a float could be a signalling NaN, which some drivers change to a
+/// quiet NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PolygonRecord {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// The ffmpeg command, as text for a shell, that makes a video beside a folder from the pictures in the folder, in the
+/// The ffmpeg command, as text for a shell, that makes a video beside a folder. The video has the folder's pictures in the
 /// order of their names. `ending` is the end of the pictures' names.
 pub fn ffmpeg_command(folder: &Path, ending: &str, frames_a_second: u32) -> String {
     let text = folder.to_string_lossy();

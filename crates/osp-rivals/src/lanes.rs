@@ -13,7 +13,7 @@ use osp::{
 /// Number of boxes that are tested at once against a plane: a whole leaf of most trees; four, two or one SIMD instructions.
 pub(super) const LANES: usize = 16;
 
-/// The planes that boxes are tested against: those of a frustum that are in `mask`.
+/// The planes that boxes are tested against, namely the planes of a frustum selected by `mask`.
 #[derive(Clone, Copy)]
 pub(super) struct Planes<'a> {
     pub(super) all: &'a PlaneSet,

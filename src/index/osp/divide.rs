@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{index::simd::Wide, math::Aabb};
 
-/// A commit moves at most this number of runs (a page), and in addition twice the number of runs that were inserted since
-/// the last commit.
+/// A commit moves at most this number of runs (a page), and twice the number of runs that were inserted since the last
+/// commit.
 const MOVED_A_COMMIT: u32 = 16;
 const MOVED_FOR_EACH: u32 = 2;
 

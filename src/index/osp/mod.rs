@@ -24,7 +24,7 @@
 //! * A full leaf is divided over several commits (`divide.rs`).
 //! * Leaves of polygons that arrive in no order are sorted along a space-filling curve, a few in each commit
 //!   (`order.rs`).
-//! * While such polygons rest, a second list contains their ids in the order of the tree, so the ids of a subtree in view
+//! * While such polygons rest, a second list contains their ids in the order of the tree. So the ids of a subtree in view
 //!   are copied at once (`rest.rs`).
 //! * Few polygons need no tree: their boxes are a plain list in blocks of sixteen ids (`linear.rs`). The list becomes a
 //!   tree when it is full, and the tree a list again when most polygons are erased (`form.rs`).

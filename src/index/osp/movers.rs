@@ -1,7 +1,7 @@
 //! Flat rows beside the tree for polygons that move again and again. A new box writes six numbers; a query tests all boxes,
 //! sixteen at a time. `settle.rs` moves polygons to the rows and back.
 //!
-//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id, so that polygons with
+//! A block of sixteen ids with many moving polygons has a group of its own, with a lane for each id. So polygons with
 //! consecutive ids are written and found together. Polygons of other blocks share groups in order of arrival.
 
 use super::tuning::LINEAR_BLOCKS;

@@ -1,7 +1,7 @@
 use super::{Boxes, prefetch};
 
-/// A plane prepared for boxes in rows. For each axis it stores two rows: that of the corner farthest along the normal
-/// (the positive vertex), and that of the corner farthest against it (the negative vertex).
+/// A plane prepared for boxes in rows. For each axis it stores two rows: the row of the positive vertex, farthest along the
+/// normal, and the row of the negative vertex, farthest against it.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedPlane {
     pub(super) normal: [f32; 3],

@@ -18,8 +18,8 @@
 //! frame lags. The picture is the same as without culling, to the last bit:
 //! * A polygon that wins a sample is never proven hidden, because the pyramid has no nearer depth there than the polygon's
 //!   own.
-//! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden, because
-//!   depth on clipped pieces has no bound.
+//! * A polygon that a driver may clip, at the picture's border or at the near or far plane, is never proven hidden. The
+//!   reason is that depth on clipped pieces has no bound.
 //! * Among polygons at the same depth the last in the order wins, with and without culling. The order does not depend on
 //!   visibility (see [`DrawOrder`](super::DrawOrder)). For this reason the first pass draws no colours.
 //! * The record of the last frame affects only the number of culled polygons. Any subset of the polygons in view would give

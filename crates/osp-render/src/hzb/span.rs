@@ -41,7 +41,7 @@ impl Span {
         self.end - self.first
     }
 
-    /// Offsets of the page's draw calls in `args`, bytes: those for depth, and those for colours.
+    /// Offsets of the page's draw calls in `args`, bytes, first for depth, then for colours.
     pub(super) fn draw_calls(&self) -> [u64; 2] {
         [0, self.draws].map(|before| u64::from(self.args + 1 + before * 5) * 4)
     }

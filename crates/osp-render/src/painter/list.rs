@@ -73,8 +73,8 @@ impl PaintList {
         Ok(list)
     }
 
-    /// Orders facets by a tree. The id of a polygon in the tree is the facet's index. Of two facets in one plane, the later
-    /// one comes later.
+    /// Orders facets by a tree. The id of a polygon in the tree is the facet's index. If two facets lie in one plane, the
+    /// later one comes later.
     fn by_tree(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let max_pieces_per_polygon = MOST_PARTS / facets.len().max(1);
@@ -101,7 +101,7 @@ impl PaintList {
         });
     }
 
-    /// Orders facets by the distance of their centres. Of two facets at the same distance, the later one comes later.
+    /// Orders facets by the distance of their centres. If two facets have the same distance, the later one comes later.
     fn by_centre(&mut self, scene: &Scene, polygons: &VisibleBlocks, eye_in_world: Vec3) {
         let facets = facets(scene, polygons, tolerance_m(scene, polygons));
         let distance = |corners: &[Vec3]| {

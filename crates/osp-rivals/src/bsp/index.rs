@@ -56,8 +56,8 @@ impl Bsp {
         }
     }
 
-    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first, so that no piece
-    /// hides any part of a later one. `draw` gets the id of the polygon and the corners of the piece, in order.
+    /// Calls `draw` with the pieces of all polygons as of the last commit, the farthest from `eye` first. So no piece hides
+    /// any part of a later piece. `draw` gets the id of the polygon and the corners of the piece, in order.
     ///
     /// The order is exact except for pieces in leaves with several pieces ([`BspCounts::unordered`]) and for the bend of
     /// quads that are not quite flat.

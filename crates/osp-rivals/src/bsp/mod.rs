@@ -6,10 +6,10 @@
 //! strokes need this order, and get it without sorting ([`Bsp::back_to_front`]).
 //!
 //! Differences from the paper:
-//! * The plane of a node belongs to the best polygon of a bounded sample, not to any polygon (or to the one with the fewest
-//!   cuts). It is rated by cuts and balance on a bounded sample of the other polygons.
-//! * If the best plane leaves most polygons on one side (a convex shape would become a chain), the plane across the longest
-//!   axis at the median of the polygons may replace it.
+//! * The plane of a node belongs to the best polygon of a bounded sample, not to any polygon or the polygon with the fewest
+//!   cuts. It is rated by cuts and balance on a bounded sample of the other polygons.
+//! * If the best plane leaves most polygons on one side, the plane across the longest axis at the median of the polygons
+//!   may replace it. Otherwise a convex shape would become a chain.
 //! * Depth and number of pieces are bounded. Polygons beyond these limits stay together in a leaf, ordered by distance.
 //!   [`BspCounts::unordered`] counts these pieces.
 //! * A quad that is bent a little (see [`osp::polygon::FLATNESS`]) gives its plane the thickness of its bend, and polygons

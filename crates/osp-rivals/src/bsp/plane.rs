@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec3};
 
-/// Points count as one if their distance is less than this fraction of their largest coordinate, twice the motion of a cut
-/// point by rounding to `f32`. If it is larger, polygons that hardly pierce each other stay whole.
+/// Points count as one if their distance is less than this fraction of their largest coordinate. It is twice the motion of
+/// a cut point by rounding to `f32`. If it is larger, polygons that hardly pierce each other stay whole.
 const ROUNDING: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// A polygon has no plane if it is bent by more than this fraction of its longest edge, twice the limit of

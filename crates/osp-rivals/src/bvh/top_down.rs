@@ -121,8 +121,8 @@ pub(crate) fn longest_axis(bounds: &Aabb) -> usize {
     half.max_position()
 }
 
-/// The middle of an interval, but below `max` if the interval has any length, so that some centres lie at or below it and
-/// some above it.
+/// The middle of an interval, but below `max` if the interval has any length. So some centres lie at or below it and some
+/// above it.
 pub(crate) fn split_point(min: f32, max: f32) -> f32 {
     let middle = min * 0.5 + max * 0.5;
     if middle < max { middle } else { min }

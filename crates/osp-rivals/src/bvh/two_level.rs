@@ -25,8 +25,8 @@ use osp::{
 /// Configuration that decides when the two levels are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLevelConfig {
-    /// Number of polygons of the dynamic level, or of holes of the static level, as a share of all polygons, above which
-    /// the levels are joined. If it is larger, rebuilds are rarer, and queries in between are slower.
+    /// The levels are joined if the polygons of the dynamic level, or the holes of the static level, exceed this share of
+    /// all polygons. If it is larger, rebuilds are rarer, and queries in between are slower.
     pub max_share: f32,
     /// Least number of such polygons or holes for a rebuild.
     pub min_changed: usize,

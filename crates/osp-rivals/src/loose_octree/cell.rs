@@ -7,8 +7,8 @@ use osp::math::Aabb;
 pub(super) struct Cell {
     pub(super) level: u32,
     at: [u32; 3],
-    /// Cells are numbered level by level from the root, on each level along the Morton curve, so that the eight children of
-    /// a cell are consecutive.
+    /// Cells are numbered level by level from the root, on each level along the Morton curve. So the eight children of a
+    /// cell are consecutive.
     pub(super) number: u32,
 }
 

@@ -28,7 +28,7 @@
 //! * **`IsFrustumCull` is left out.** The paper marks culled nodes in the tree. Here a query does not change the tree; its
 //!   result goes to the draw list or to the visitor.
 //! * **A count of the polygons below** is added to the node. With this count, a removal clears `IsPolygon` and `IsSubnode`
-//!   again, so a query of an erased session takes no longer than a query of an empty tree.
+//!   again. So a query takes no longer after all polygons were erased than in an empty tree.
 //! * **Occluder candidates**, which the paper collects during insertion (3.2.1), belong to [`osp::occlusion`].
 //!
 //! Choices that the text leaves open:
