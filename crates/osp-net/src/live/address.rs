@@ -1,4 +1,4 @@
-//! Address of a shared session, `nats://HOST[:PORT]/NAME`, and the credentials there.
+//! The address of a shared session, `nats://HOST[:PORT]/NAME`, and the credentials for its server.
 
 use std::fmt;
 use std::net::IpAddr;
@@ -10,24 +10,24 @@ use url::{Host, Url};
 
 use osp_session::small_file::read_text;
 
-/// The port of NATS servers.
+/// The default port of NATS servers.
 const PORT: u16 = 4222;
 
-/// Longest file of credentials, bytes.
+/// Largest size of a file of credentials, bytes.
 const CREDENTIALS_BYTES: u64 = 4096;
 
-/// Error in an address or in its options.
+/// An error in an address or in its options.
 #[derive(Debug, Error)]
 pub enum AddressError {
-    /// It is no address of a shared session.
+    /// The text is not the address of a shared session.
     #[error("expected nats://HOST[:PORT]/NAME or tls://HOST[:PORT]/NAME; found `{found}` ({why})")]
     NoAddress {
-        /// The address without parts that might be a password.
+        /// The address without parts that may be a password.
         found: String,
-        /// Reason.
+        /// The reason.
         why: String,
     },
-    /// The way leaves this machine, and whoever carries the packets could read and change them.
+    /// The connection would leave this machine unencrypted, so that others could read and change the packets.
     #[error(
         "{host} is not this machine: expected tls://{host}/…, or --unencrypted if everybody on the way may read and change what is drawn"
     )]
@@ -35,16 +35,16 @@ pub enum AddressError {
         /// The host.
         host: String,
     },
-    /// A file of credentials cannot be read.
+    /// The file of credentials cannot be read.
     #[error("{}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         #[source]
         cause: std::io::Error,
     },
-    /// A file of credentials is none.
+    /// The file does not contain credentials.
     #[error("{}: expected one line, a token or USER:PASSWORD", path.display())]
     NoCredentials {
         /// The file.
@@ -52,10 +52,10 @@ pub enum AddressError {
     },
 }
 
-/// Credentials at the server.
+/// Credentials for the server.
 #[derive(Clone, PartialEq, Eq)]
 pub enum Credentials {
-    /// Nobody in particular.
+    /// No credentials.
     None,
     /// A shared token.
     Token(String),
@@ -68,7 +68,7 @@ pub enum Credentials {
     },
 }
 
-/// Prints no secret.
+/// Secrets are not printed.
 impl fmt::Debug for Credentials {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -83,7 +83,7 @@ impl Credentials {
     /// Reads a file of one line: a token, or a user's name and password with a colon between them.
     ///
     /// # Errors
-    /// The file cannot be read, or holds something else.
+    /// The file cannot be read, or has other contents.
     pub fn read(path: &Path) -> Result<Self, AddressError> {
         let text = read_text(path, CREDENTIALS_BYTES)
             .map_err(|cause| AddressError::File { path: path.to_owned(), cause })?;
@@ -106,7 +106,7 @@ pub struct Address {
     session: String,
     is_encrypted: bool,
     is_this_machine: bool,
-    /// As they stand in the address.
+    /// The credentials that the address contains.
     pub credentials: Credentials,
 }
 
@@ -124,7 +124,7 @@ impl Address {
         self.is_encrypted
     }
 
-    /// Refuses to leave this machine with nothing encrypted.
+    /// Checks that the connection is encrypted or stays on this machine.
     ///
     /// # Errors
     /// The host is not a loopback address, and the address begins with `nats://`.
@@ -135,34 +135,34 @@ impl Address {
         Err(AddressError::Unencrypted { host: self.host.clone() })
     }
 
-    /// As the client takes it.
+    /// The address of the server in the form that the client library takes.
     pub(crate) fn server(&self) -> String {
         let scheme = if self.is_encrypted { "tls" } else { "nats" };
         format!("{scheme}://{}:{}", self.host, self.port)
     }
 
-    /// The stream that is the log of the session.
+    /// The name of the stream that is the log of the session.
     pub(super) fn stream(&self) -> String {
         format!("osp-{}", self.session)
     }
 
-    /// The subject of its messages.
+    /// The subject of the session's messages.
     pub(super) fn subject(&self) -> String {
         format!("osp.{}", self.session)
     }
 
-    /// The subject on which authors say that they are still there. It is kept nowhere.
+    /// The subject of presence messages. The server does not store them.
     pub(super) fn presence(&self) -> String {
         format!("osp-here.{}", self.session)
     }
 
-    /// A subject of a wall that shows the session. The server does not store messages there.
+    /// A subject of a wall that shows the session. The server does not store its messages.
     pub(crate) fn wall(&self, what: &str) -> String {
         format!("osp-wall.{}.{what}", self.session)
     }
 }
 
-/// Without the credentials.
+/// Prints the address without the credentials.
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}", self.server(), self.session)
@@ -173,7 +173,7 @@ impl FromStr for Address {
     type Err = AddressError;
 
     fn from_str(text: &str) -> Result<Self, AddressError> {
-        // What stands before an @ may be secret.
+        // The part before an @ may be secret.
         let found = match text.rsplit_once('@') {
             Some((_, rest)) => format!("…@{rest}"),
             None => text.to_owned(),
@@ -194,7 +194,7 @@ impl FromStr for Address {
         if session.is_empty() || session.len() > Self::MAX_NAME_BYTES || !session.chars().all(is_plain) {
             return Err(bad("the name is 1 to 64 letters, digits, - and _"));
         }
-        // For this scheme the parser leaves numbers as they are.
+        // For this scheme the parser returns an IPv4 address as a name, so names are parsed again.
         let is_this_machine = match url.host() {
             Some(Host::Ipv4(address)) => address.is_loopback(),
             Some(Host::Ipv6(address)) => address.is_loopback(),
@@ -253,7 +253,7 @@ mod tests {
             assert!(error.contains("is not this machine: expected tls://"), "{error}");
             assert!(address(&away.replace("nats", "tls")).check_way().is_ok());
         }
-        // A name that only looks like this machine.
+        // The name only looks like an address of this machine.
         assert!(address("nats://127.0.0.1.example.org/x").check_way().is_err());
         assert!(address("nats://localhost.example.org/x").check_way().is_err());
     }

@@ -1,23 +1,23 @@
-//! A thread for what waits for the network.
+//! A thread for work that waits for the network.
 
 use std::io;
 use std::thread::{Builder, JoinHandle};
 
 use tokio::{runtime, sync::oneshot};
 
-/// Work on a thread of its own, which ends with it, or when this is dropped.
+/// Work on a thread of its own. The thread ends with the work, or when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Background {
-    /// Dropping it ends the work.
+    /// Dropping the sender ends the work.
     close: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Background {
-    /// Begins what `work` makes, on a thread of this name.
+    /// Runs the future that `work` makes on a new thread with this name.
     ///
     /// # Errors
-    /// The system gives no thread, or nothing to wait with.
+    /// The system provides no thread, or no events for the runtime.
     pub(crate) fn start<W: Future<Output = ()>>(
         name: &str,
         work: impl FnOnce() -> W + Send + 'static,
@@ -31,7 +31,7 @@ impl Background {
                     _ = closing => {}
                 }
             });
-            // A look-up of a name may hang.
+            // The runtime is not waited for, because a look-up of a name may hang.
             runtime.shutdown_background();
         };
         let thread = Builder::new().name(name.to_owned()).spawn(run)?;
@@ -43,7 +43,7 @@ impl Drop for Background {
     fn drop(&mut self) {
         drop(self.close.take());
         if let Some(thread) = self.thread.take() {
-            // A panic there was printed there.
+            // A panic of the thread was printed there.
             let _ = thread.join();
         }
     }

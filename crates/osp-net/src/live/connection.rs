@@ -1,9 +1,9 @@
-//! The thread that exchanges messages with the server: it reads the log, publishes the events drawn here, and
-//! reconnects when nothing comes.
+//! The thread that exchanges messages with the server. It reads the log, publishes the member's own events, and reconnects
+//! when no messages come.
 //!
 //! The client library takes a quarter of a minute to notice a lost subscription, so this thread checks more often. It
-//! requests the log again, from the last message read, in two cases: an own message does not come back within
-//! [`PATIENCE`], or the server has messages that did not arrive. Unacknowledged messages are resent.
+//! requests the log again, from the last message read, in two cases: an own message does not come back within [`PATIENCE`],
+//! or the server has messages that did not arrive. Unacknowledged messages are sent again.
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -25,29 +25,30 @@ use super::{
     state::{Command, Shared},
 };
 
-/// Time after which an own message that has not come back is resent; doubled for each further time.
+/// Time after which an own message that has not come back is sent again. It is doubled each time, up to
+/// [`LONGEST_PATIENCE`].
 const PATIENCE: Duration = Duration::from_millis(400);
 const LONGEST_PATIENCE: Duration = Duration::from_millis(3200);
 
-/// Silence after which the connection itself is given up.
+/// Time without an answer after which the connection is closed and opened again.
 const GIVE_UP: Duration = Duration::from_secs(4);
 
-/// Interval between checks of the clock.
+/// Interval between checks of the time.
 const TICK: Duration = Duration::from_millis(25);
 
 /// Interval between checks of the length of the server's log.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Time for which a seemingly permanent error is retried.
+/// Time for which an error that seems permanent is retried.
 const BENEFIT: Duration = Duration::from_secs(3);
 
-/// Events that may wait for the program; more of the log is not read meanwhile.
+/// Largest number of events that wait for the program. With more, the thread does not read the log.
 const MOST_UNTAKEN: usize = 1 << 18;
 
-/// Messages that are taken at once.
+/// Largest number of messages that are processed at once.
 const AT_ONCE: usize = 256;
 
-/// State of the log on the server.
+/// The state of the log on the server, or the reason why it is not known.
 type Looked = Result<Info, NoAnswer>;
 
 struct Talk<'a> {
@@ -62,18 +63,18 @@ struct Talk<'a> {
     state: Connection,
     /// Creation time of the stream, by the server's clock.
     made: Option<i128>,
-    /// The last message of the log when it was opened.
+    /// Number of the last message of the log when the log was opened.
     read_up_to: u64,
     has_caught_up: bool,
-    /// Nothing has come since the log was opened: the next message is the next one on the server.
+    /// Whether no message has come since the log was opened.
     is_just_opened: bool,
-    /// The last message that was read: its number, when the server took it, and XXH3 of it.
+    /// The last message read: its number, the server's time stamp, and the XXH3 of its contents.
     last_read: Option<(u64, u64, u64)>,
-    /// Nobody takes the news any more.
+    /// Whether the program no longer reads the news.
     is_alone: bool,
 }
 
-/// Exchanges messages with the server until the connection has failed for good.
+/// Exchanges messages with the server until the connection fails for good.
 pub(super) async fn talk(
     address: &Address,
     options: &LinkOptions,
@@ -110,7 +111,7 @@ pub(super) async fn talk(
         .map_err(|error| LiveError::NotAllowed { server: address.server(), why: error.to_string() })?;
     let mut server =
         Server { logs: server::logs(&client), client, presence, connections: 0, forced: Duration::ZERO };
-    // Headers count, too.
+    // Headers count towards the limit, too.
     talk.member.set_limit_bytes(server.client.max_payload().saturating_sub(1024));
     let mut patience = PATIENCE;
     while !talk.is_alone {
@@ -129,14 +130,14 @@ pub(super) async fn talk(
     Ok(())
 }
 
-/// The connection.
+/// The connection to the server.
 struct Server {
     client: Client,
     logs: Context,
     presence: Subscriber,
     /// Number of connections when the log was opened.
     connections: u64,
-    /// When it was last given up.
+    /// Time at which the connection was last closed by force.
     forced: Duration,
 }
 
@@ -151,7 +152,7 @@ impl Talk<'_> {
         self.shared.started.elapsed()
     }
 
-    /// Runs work that takes time, and takes events drawn meanwhile.
+    /// Waits for `work`, and meanwhile accepts the program's commands.
     async fn meanwhile<T>(&mut self, work: impl Future<Output = T>) -> T {
         let mut work = std::pin::pin!(work);
         loop {
@@ -177,7 +178,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Opens the log behind the last message that is known; tries until it is open.
+    /// Opens the log at the last message read; retries until the log is open.
     async fn open(&mut self, server: &mut Server) -> Result<pull::Stream, LiveError> {
         let mut failing_since: Option<Duration> = None;
         loop {
@@ -197,7 +198,7 @@ impl Talk<'_> {
                 Ok(info) => {
                     let known = self.member.last_sequence();
                     self.check(&info, known)?;
-                    // From the last one that is known, to see that it is still the same.
+                    // The log is read from the last known message on, to check that this message is still the same.
                     let opened = server::messages(&server.logs, address, known.max(1));
                     match self.meanwhile(opened).await {
                         Ok(messages) => {
@@ -222,7 +223,8 @@ impl Talk<'_> {
         }
     }
 
-    /// Whether the server's log is the one that was read, up to the message that was known at the request.
+    /// Checks that the server's log is the log that was read, up to message `known`, the last one at the time of the
+    /// request.
     fn check(&self, info: &Info, known: u64) -> Result<(), LiveError> {
         let made = info.created.unix_timestamp_nanos();
         let is_other = self.made.is_some_and(|known| known != made);
@@ -250,7 +252,7 @@ impl Talk<'_> {
         self.complaints.clear();
     }
 
-    /// Reads the log and publishes, until the log has to be opened again.
+    /// Reads the log and publishes messages until the log has to be opened again.
     async fn read(
         &mut self,
         server: &mut Server,
@@ -261,7 +263,7 @@ impl Talk<'_> {
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let (mut ticked, mut looked_at, mut look_known) = (self.now(), self.now(), u64::MAX);
         let (answer, mut looked) = queue::channel::<Looked>(1);
-        // The last message that was known when the server was asked.
+        // The last known message when the server's state was requested.
         let mut looking: Option<u64> = None;
         self.show();
         while !self.is_alone {
@@ -270,7 +272,7 @@ impl Talk<'_> {
                 Some(command) = self.todo.recv() => self.take_command(command),
                 message = messages.next(), if can_read => {
                     let goes_on = self.take_messages(message, &mut messages)?;
-                    // Before anybody hears that all has been read.
+                    // News is passed on before the state shows that the whole log is read.
                     self.tell();
                     if !goes_on {
                         return Ok(());
@@ -283,7 +285,8 @@ impl Talk<'_> {
                         Ok(info) => {
                             self.check(&info, asked_at)?;
                             let known = self.member.last_sequence();
-                            // As long ago as the last look it was as far already.
+                            // The last check found the same number of known messages, so the missing messages do not
+                            // arrive.
                             if can_read && info.state.last_sequence > known && known == look_known {
                                 return Ok(());
                             }
@@ -295,7 +298,7 @@ impl Talk<'_> {
                 }
                 _ = ticks.tick() => {
                     let now = self.now();
-                    // This program was held up, or nothing is read: nobody's silence counts.
+                    // This program was suspended, or the log was not read, so the silence of other members does not count.
                     if now.saturating_sub(ticked) > Duration::from_secs(1) || !server.is_connected() || !can_read {
                         self.member.interrupted(now);
                     }
@@ -324,7 +327,7 @@ impl Talk<'_> {
             }
             self.tell();
             let now = self.now();
-            // What cannot be sent in its turn would be a gap.
+            // If a message could not be sent in its turn, later ones would leave a gap.
             let is_new_connection = self.complaints.get().1 > server.connections;
             if server.is_connected() && !is_new_connection && !self.is_reading_first() {
                 let out = self.member.pump(now);
@@ -337,18 +340,19 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Whether the log is not read up to where it was when it was opened.
+    /// Whether the log is not yet read up to its end at the time of opening.
     fn is_reading(&self) -> bool {
         self.member.last_sequence() < self.read_up_to
     }
 
-    /// The first time one joins when all was read: before, nothing would come back soon.
+    /// Whether the log is being read for the first time. The member joins after that, because its messages would not come
+    /// back soon before.
     fn is_reading_first(&self) -> bool {
         !self.has_caught_up && self.is_reading()
     }
 
-    /// Whether the first message of a log that was opened again continues from what was read: it has to be the last one that was
-    /// read, or the first of all. `false`: one was lost on the way.
+    /// Whether the first message of a log that was opened again continues the messages read. It must be the last message
+    /// that was read, or the first message of all. `false`: a message was lost on the way.
     fn goes_on(&mut self, sequence: u64, stamp: u64, payload: &[u8]) -> Result<bool, LiveError> {
         let is_first = std::mem::take(&mut self.is_just_opened);
         let known = self.member.last_sequence();
@@ -360,7 +364,7 @@ impl Talk<'_> {
         if is_same { Ok(true) } else { Err(self.lost()) }
     }
 
-    /// Takes a message and those that lie ready behind it; whether the log continues.
+    /// Processes a message and further ones that have arrived. Returns whether the log continues without a gap.
     fn take_messages(
         &mut self,
         first: Option<Result<async_nats::jetstream::Message, pull::MessagesError>>,
@@ -369,7 +373,7 @@ impl Talk<'_> {
         let mut next = first;
         for taken in 1.. {
             let Some(Ok(message)) = next else {
-                // A consumer that is not there any more, or not heard of.
+                // The consumer no longer exists, or the server does not answer.
                 return Ok(false);
             };
             if let Ok(info) = message.info() {
@@ -397,7 +401,7 @@ impl Talk<'_> {
         Ok(true)
     }
 
-    /// Publishes the own presence, and authors who have gone.
+    /// Publishes this member's presence, and messages about authors who are gone.
     async fn say(&mut self, server: &Server, now: Duration) {
         if !server.is_connected() || self.is_reading() {
             return;
@@ -411,7 +415,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Gives up a connection that carries nothing, though nobody has said that it has ended.
+    /// Closes a connection on which nothing arrives, although the client library has not noticed its end.
     async fn force(&mut self, server: &mut Server) {
         let now = self.now();
         let is_silent = self.member.waits_for(now).is_some_and(|waits| waits > GIVE_UP);
@@ -423,7 +427,7 @@ impl Talk<'_> {
 
     async fn publish(&self, server: &Server, out: Vec<Outgoing>) {
         for Outgoing { id, bytes } in out {
-            // What is not sent now is sent again once something can be.
+            // Messages that are not sent now are sent again later.
             if !server.is_connected() {
                 return;
             }
@@ -444,8 +448,8 @@ impl Talk<'_> {
         }
     }
 
-    /// Longest wait for an answer before the server counts as silent. It is longer while the session is crowded: this member then
-    /// tries again only later.
+    /// Longest wait for an answer before the server counts as silent. It is longer while the session is crowded, because
+    /// this member then retries more rarely.
     fn silence(&self) -> Duration {
         if self.member.is_crowded() { GIVE_UP } else { Duration::from_secs(1) }
     }
@@ -469,12 +473,12 @@ impl Talk<'_> {
         self.show();
     }
 
-    /// Hands the news over.
+    /// Passes the news on to the program.
     fn tell(&mut self) {
         if self.member.news.is_empty() {
             return;
         }
-        // Who hears that something has come back finds it so.
+        // The state is updated first, so that a program that receives own events finds them no longer pending.
         self.show();
         for news in self.member.news.drain(..) {
             if let News::Events { events, .. } = &news {

@@ -3,59 +3,60 @@
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-/// Counts of one member, since it has come.
+/// Counts of one member since it has connected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Messages that count.
+    /// Number of messages that count.
     pub messages: u64,
-    /// Their events.
+    /// Number of events in these messages.
     pub events: u64,
-    /// Own ones among these messages.
+    /// Number of these messages that this member has sent.
     pub own_messages: u64,
-    /// Messages that were there before, or came again.
+    /// Number of messages that came a second time.
     pub duplicates: u64,
-    /// Messages before which one of the same sender is missing.
+    /// Number of messages with a missing predecessor of the same sender.
     pub gaps: u64,
-    /// Messages of those who have not joined, or have left.
+    /// Number of messages of senders that have not joined, or have left.
     pub strangers: u64,
-    /// Data that is no message.
+    /// Number of messages that cannot be read.
     pub garbage: u64,
-    /// Messages in which something cannot be.
+    /// Number of messages with impossible events.
     pub refused: u64,
-    /// Messages of those who said more than they may, or for which the session had no room.
+    /// Number of messages beyond the sender's rate, or beyond the size of the session.
     pub beyond_limits: u64,
-    /// Own messages sent again.
+    /// Number of own messages that were sent again.
     pub resent: u64,
-    /// Times that the log was requested again, from where it was known.
+    /// Number of times that the log was requested again, from the last message read.
     pub reopened: u64,
-    /// Connections to the server, the first one included.
+    /// Number of connections to the server, including the first one.
     pub connections: u64,
 }
 
 impl Counts {
-    /// Messages that count for nothing.
+    /// Number of messages that do not count.
     pub fn passed_over(&self) -> u64 {
         self.duplicates + self.gaps + self.faulty()
     }
 
-    /// Messages that no member means to send: others than those that came twice, or too early after a disturbance.
+    /// Number of messages that no proper member sends. Messages that came twice, or too early after a disturbance, are not
+    /// among them.
     pub fn faulty(&self) -> u64 {
         self.strangers + self.garbage + self.refused + self.beyond_limits
     }
 }
 
-/// Times of own messages from the hand to the server and back, microseconds.
+/// Times of own messages to the server and back, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Half of them took at most this.
+    /// Median.
     pub p50_us: u64,
-    /// 95 of 100.
+    /// 95th percentile.
     pub p95_us: u64,
-    /// 99 of 100.
+    /// 99th percentile.
     pub p99_us: u64,
-    /// The longest.
+    /// Longest time.
     pub max_us: u64,
 }
 

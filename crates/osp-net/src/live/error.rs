@@ -1,20 +1,20 @@
 use thiserror::Error;
 
-/// Why a connection has ended for good.
+/// The reason why a connection has ended for good.
 #[derive(Debug, Error)]
 pub enum LiveError {
-    /// The system gives no thread or socket.
+    /// The system provides no thread or socket.
     #[error("no connection can be begun")]
     System(#[source] std::io::Error),
-    /// The server does not let this member in.
+    /// The server refuses this member.
     #[error("{server}: the server does not let us in: {why}")]
     NotAllowed {
         /// The server.
         server: String,
-        /// Its message.
+        /// The server's message.
         why: String,
     },
-    /// The encryption fails.
+    /// The connection cannot be encrypted.
     #[error("{server}: no encrypted connection: {why}")]
     NotEncrypted {
         /// The server.
@@ -22,18 +22,18 @@ pub enum LiveError {
         /// Reason.
         why: String,
     },
-    /// The server has no log to keep a session in.
+    /// The server has no JetStream, so it cannot store a session.
     #[error("{server}: expected a server of NATS with JetStream (nats-server -js); {why}")]
     NoJetStream {
         /// The server.
         server: String,
-        /// Its message.
+        /// The server's message.
         why: String,
     },
-    /// The thread of the connection has ended without a word, or its last error was taken already.
+    /// The thread of the connection has ended without an error, or its error was read already.
     #[error("the connection has ended")]
     Ended,
-    /// The session that was read is not on the server any more.
+    /// The session that was read is no longer on the server.
     #[error("{session}: the server has lost the session, or has another one of this name")]
     Lost {
         /// The session.

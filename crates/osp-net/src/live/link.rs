@@ -1,4 +1,5 @@
-//! A member's end of a shared session: a thread that speaks with the server, and what the rest of the program sees of it.
+//! A member's connection to a shared session: a thread that exchanges messages with the server, and the handles for the
+//! rest of the program.
 
 use std::sync::{
     Arc, Mutex,
@@ -18,7 +19,7 @@ use super::{
 };
 use osp_session::recording::Event;
 
-/// Handle for drawing into a shared session, from any thread.
+/// A handle for drawing into a shared session, from any thread.
 #[derive(Clone, Debug)]
 pub struct Hand {
     commands: queue::UnboundedSender<Command>,
@@ -26,35 +27,36 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// The time of events: seconds since the link was opened. The session's own time follows from it.
+    /// The time of own events: seconds since the link was opened. It is converted to the session's time later.
     pub fn now_secs(&self) -> f64 {
         self.shared.started.elapsed().as_secs_f64()
     }
 
-    /// Sends a frame's events, which may name own strokes and groups as [`ME`](super::ME)'s; who the author is, is filled
-    /// in. They come back in [`News::Events`]. For a watcher it does nothing.
+    /// Sends a frame's events. Own strokes and groups in them are numbered as those of [`ME`](super::ME); the real author
+    /// is filled in later. The events come back in [`News::Events`]. A watcher sends nothing.
     pub fn send(&self, events: Vec<Event>) {
         if !events.is_empty() {
-            // Where the thread has ended, the last news says why.
+            // If the thread has ended, the last news has the reason.
             let _ = self.commands.send(Command::Send(events, Instant::now()));
         }
     }
 
-    /// Own events that are not in the session yet, by the connection's last state.
+    /// Number of own events that are not in the session yet, by the last state of the connection.
     pub fn pending(&self) -> usize {
         lock(&self.shared.status).pending
     }
 
-    /// Leaves the session after what was sent: [`News::Left`] follows. The session continues to come in.
+    /// Leaves the session after all sent events; [`News::Left`] follows. Events of the session continue to arrive.
     pub fn leave(&self) {
         let _ = self.commands.send(Command::Leave);
     }
 }
 
-/// See the [module](super). Dropping it ends the connection; [`Hand::leave`] first informs the others.
+/// A member's connection; see the [module](super). Dropping it closes the connection. Call [`Hand::leave`] before, so that
+/// the other members are informed.
 #[derive(Debug)]
 pub struct Link {
-    /// Dropping it ends the connection.
+    /// Dropping it closes the connection.
     _background: Background,
     commands: queue::UnboundedSender<Command>,
     news: mpsc::Receiver<Result<News, LiveError>>,
@@ -62,11 +64,10 @@ pub struct Link {
 }
 
 impl Link {
-    /// Begins to connect, on a thread of its own, and continues until there is a server. `wake` is called there whenever
-    /// there is news.
+    /// Opens a link. A thread connects, and retries until the server answers. It calls `wake` whenever news has arrived.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system provides no thread.
     pub fn open(
         address: &Address,
         options: &LinkOptions,
@@ -91,12 +92,12 @@ impl Link {
         Ok(Self { _background: background, commands, news, shared })
     }
 
-    /// The handle for drawing, for any thread.
+    /// A handle for drawing, which any thread can use.
     pub fn hand(&self) -> Hand {
         Hand { commands: self.commands.clone(), shared: Arc::clone(&self.shared) }
     }
 
-    /// The next news, if any.
+    /// The next news, if any has arrived.
     ///
     /// # Errors
     /// The connection has ended for good.
@@ -107,7 +108,7 @@ impl Link {
         }
     }
 
-    /// The next news, if there is some before so much time is over.
+    /// The next news, if any arrives within `time`.
     ///
     /// # Errors
     /// The connection has ended for good.

@@ -1,5 +1,5 @@
-//! The log of a session, as the server stores it, and the messages of it that count. Every member judges alike: only by
-//! the contents of the log and the server's times in it.
+//! The log of a session, as the server stores it, and the rules by which its messages count. Every member applies the same
+//! rules: they depend only on the contents of the log and on the server's time stamps.
 
 use super::{
     ME, packet,
@@ -7,47 +7,47 @@ use super::{
 };
 use osp_session::recording::{Author, Event, Limits, Message, Reduced, Reducer, Sender, Tally};
 
-/// Outcome of a message.
+/// The outcome of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Judged {
-    /// It is none, and why.
+    /// The data is no message, for this reason.
     Garbage(&'static str),
-    /// It counts: its events are the session's next ones.
+    /// The message counts: its events are the next events of the session.
     Taken(Message),
-    /// It does not count, and its number is not used: its sender may send it again.
+    /// The message does not count, and its number stays free, so that the sender may send it again.
     PassedOver(Sender, Passed),
-    /// It counts as a sign of its sender, but it has no effect.
+    /// The message uses up its number, but its events have no effect, for this reason.
     Refused(Sender, String),
 }
 
-/// Why a message is passed over.
+/// The reason why a message does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passed {
     Duplicate,
     Gap,
     Stranger,
     TooFast,
-    /// Too many have joined before it: a later one counts.
+    /// Too many senders have joined just before; a later try counts.
     Crowded,
-    /// The session holds as much as one may.
+    /// The session is at its largest size.
     Full,
 }
 
-/// See the [module](self).
+/// The state of the log; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Log {
     reducer: Reducer,
     rates: Rates,
     joins: JoinRate,
     tally: Tally,
-    /// Authors that have joined.
+    /// Number of authors that have joined.
     joined: u32,
-    /// Limits of a session.
+    /// The largest size of a session.
     limits: Limits,
 }
 
 impl Default for Log {
-    /// Limits that every reader of recordings accepts by default, also with the ends of all strokes.
+    /// The limits are those that every reader of recordings accepts by default, with room for the ends of all strokes.
     fn default() -> Self {
         let limits = Limits { polygons: Limits::DEFAULT.polygons / 8 * 7, ..Limits::DEFAULT };
         Self {
@@ -61,11 +61,11 @@ impl Default for Log {
     }
 }
 
-/// For what is allowed however much there is.
+/// The limits for events that are allowed in a full session, too.
 const WITHOUT_END: Limits = Limits { polygons: u64::MAX / 64, ..Limits::DEFAULT };
 
 impl Log {
-    /// Takes the next message, and appends its events to `out` if it counts. `stamp_nanos` is when the server has taken it.
+    /// Processes the next message, and appends its events to `out` if it counts. `stamp_nanos` is the server's time stamp.
     pub(super) fn take(&mut self, bytes: &[u8], stamp_nanos: u64, out: &mut Vec<Event>) -> Judged {
         let message = match packet::read(bytes) {
             Ok(message) => message,
@@ -78,7 +78,7 @@ impl Log {
         }
         let joins = matches!(message.events.first(), Some(Event::Join { .. }));
         let is_new = joins && self.reducer.author_of(sender).is_none();
-        // The numbers of the last author are those that members give their own strokes.
+        // The last author number is excluded, because members use it for their own strokes.
         if is_new && self.joined + 1 >= ME.0 {
             return Judged::PassedOver(sender, Passed::Full);
         }
@@ -97,7 +97,7 @@ impl Log {
             self.rates.note(sender, bytes.len(), stamp_nanos);
         }
         if reduced != Reduced::Taken {
-            // What does not count takes up no room.
+            // A message that does not count takes no room.
             self.tally = counted;
         }
         match reduced {
@@ -115,8 +115,8 @@ impl Log {
         }
     }
 
-    /// Counts what a message brings, as readers of the recording will. To end strokes that are being drawn and to leave is
-    /// allowed however much there is.
+    /// Counts the contents of a message as readers of the recording will. Events that end an open stroke or leave the
+    /// session are allowed in a full session, too.
     fn has_room(&mut self, message: &Message) -> bool {
         message.events.iter().all(|event| {
             let is_farewell = match event {
@@ -129,12 +129,12 @@ impl Log {
         })
     }
 
-    /// The author that a sender has become.
+    /// The author number of a sender that has joined.
     pub(super) fn author_of(&self, sender: Sender) -> Option<Author> {
         self.reducer.author_of(sender)
     }
 
-    /// The number of a sender's next message that will count.
+    /// The number of the sender's next message that can count.
     pub(super) fn next_of(&self, sender: Sender) -> u64 {
         self.reducer.next_of(sender)
     }
@@ -171,11 +171,11 @@ mod tests {
             }
         };
         assert_eq!(passed, Judged::PassedOver(Sender(5), Passed::TooFast));
-        // An end is small, but the order is kept.
+        // An end is small, but messages count only in their order.
         let end = Event::End { t: 0.0, stroke: StrokeId(1 << 20) };
         let too_early = log.take(&bytes(5, number + 1, std::slice::from_ref(&end)), 0, &mut out);
         assert_eq!(too_early, Judged::PassedOver(Sender(5), Passed::Gap));
-        // A second later it counts.
+        // A second later the message counts.
         let later = log.take(&bytes(5, number, &[event]), 1_000_000_000, &mut out);
         assert!(matches!(later, Judged::Taken(_)));
     }
@@ -201,7 +201,7 @@ mod tests {
         let undo = Event::Undo { t: 0.0, author: Author(1) };
         let leave = Event::Leave { t: 0.0, author: Author(1) };
         let now = 1_000_000_000_000;
-        // There may be room for something small; not for ever.
+        // Small events may still have room, but not for ever.
         while matches!(
             log.take(&bytes(5, number, std::slice::from_ref(&undo)), now, &mut out),
             Judged::Taken(_)
@@ -237,12 +237,12 @@ mod tests {
             }
         }
         assert_eq!(joined, JOINS_AT_ONCE);
-        // Who was passed over says it again, under the same number.
+        // A sender whose join did not count sends it again, under the same number.
         let again = log.take(&bytes(4000, 0, &[join()]), (SECS_A_JOIN + 1) * second, &mut out);
         assert!(matches!(again, Judged::Taken(_)), "{again:?}");
         let at_once = log.take(&bytes(5000, 0, &[join()]), (SECS_A_JOIN + 1) * second, &mut out);
         assert_eq!(at_once, Judged::PassedOver(Sender(5000), Passed::Crowded));
-        // Those who are there already are not held up.
+        // Authors that have joined already are not delayed.
         let drawn = log.take(
             &bytes(1, 1, &[Event::Undo { t: 0.0, author: Author(1) }]),
             (SECS_A_JOIN + 1) * second,

@@ -1,5 +1,5 @@
-//! A member of a shared session, without the network. Inputs are the messages of the log and the member's own events.
-//! Outputs are the session's events and the messages to publish. It has no clock.
+//! A member of a shared session, without the network. Its input is the messages of the log and the member's own events. Its
+//! output is the session's events and the messages to publish. It reads no clock.
 
 use std::time::Duration;
 
@@ -14,31 +14,31 @@ use super::{
 };
 use osp_session::recording::{Author, Event, Sender};
 
-/// News for a member.
+/// News for a member's program.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// The session's next events. If they are own ones, so many of those that were handed over are among them, in their
-    /// order.
+    /// The next events of the session. If they are this member's own, `own` of the events that it has sent are among them,
+    /// in the same order.
     Events {
         /// The events.
         events: Vec<Event>,
-        /// Own ones that were handed over.
+        /// Number of sent events among them.
         own: usize,
     },
     /// Own events that will never be in the session.
     Refused {
-        /// Why.
+        /// The reason.
         why: String,
-        /// Number of them: the oldest ones that are not in the session.
+        /// Number of these events: the oldest of those that are not in the session.
         own: usize,
     },
-    /// This member has joined, perhaps again, as this author.
+    /// This member has joined as this author, for the first time or again.
     Joined(Author),
-    /// This member has left, as it wished.
+    /// This member has left, as requested.
     Left,
 }
 
-/// See the [module](self).
+/// The state of a member; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Member {
     log: Log,
@@ -48,16 +48,16 @@ pub(super) struct Member {
     pub(super) latency_us: Histogram<u64>,
     pub(super) news: Vec<News>,
     last_sequence: u64,
-    /// When the server took the first message.
+    /// The server's time stamp of the first message.
     first_stamp_nanos: Option<u64>,
-    /// The session's time less this member's, seconds.
+    /// The session's time minus this member's, seconds.
     later_secs: f64,
     is_leaving: bool,
     has_left: bool,
     is_full: bool,
-    /// Whether the last answer to joining was that too many have joined.
+    /// Whether the last join did not count because too many have joined.
     is_crowded: bool,
-    /// Since when an answer is awaited, or the last one came.
+    /// Time at which the member began to wait for an answer, or received the last one.
     progress: Duration,
     said: Duration,
     /// Description of the last faulty message.
@@ -65,7 +65,7 @@ pub(super) struct Member {
 }
 
 impl Member {
-    /// A member that draws, with its name and sender number, or one that watches.
+    /// A member that draws, with its name and sender number, or a member that watches (`None`).
     pub(super) fn new(speaks: Option<(Who, Sender)>) -> Self {
         Self {
             log: Log::default(),
@@ -87,7 +87,7 @@ impl Member {
         }
     }
 
-    /// The last message of the log that was taken; 0: none.
+    /// Number of the last message that was processed; 0 before the first.
     pub(super) fn last_sequence(&self) -> u64 {
         self.last_sequence
     }
@@ -96,12 +96,12 @@ impl Member {
         self.outbox.as_ref()?.author()
     }
 
-    /// Authors that are there.
+    /// Number of authors that are present.
     pub(super) fn authors(&self) -> usize {
         self.presence.authors()
     }
 
-    /// Own events that are not in the log.
+    /// Number of own events that are not in the log.
     pub(super) fn pending(&self) -> usize {
         self.outbox.as_ref().map_or(0, Outbox::pending)
     }
@@ -120,21 +120,21 @@ impl Member {
         self.outbox.is_some() && !self.has_left
     }
 
-    /// Sets the estimated age of the session, before the first own message comes back.
+    /// Sets the estimated age of the session. Used until the first own message comes back.
     pub(super) fn set_age(&mut self, age_secs: f64, now: Duration) {
         if let Some(outbox) = self.outbox.as_mut().filter(|outbox| outbox.author().is_none()) {
             outbox.set_later_secs(age_secs - now.as_secs_f64());
         }
     }
 
-    /// The server takes no longer messages than this.
+    /// Sets the largest message that the server accepts, bytes.
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         if let Some(outbox) = &mut self.outbox {
             outbox.set_limit_bytes(bytes);
         }
     }
 
-    /// Own events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
+    /// Adds own events of a frame, numbered as [`ME`](super::ME)'s, with times of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
             outbox.hand_over(events, now);
@@ -149,7 +149,7 @@ impl Member {
         }
     }
 
-    /// Leaves after what was handed over.
+    /// Leaves the session after all events that were added before.
     pub(super) fn leave(&mut self, now: Duration) {
         if let Some(outbox) = self.outbox.as_mut().filter(|_| !self.is_leaving) {
             self.is_leaving = true;
@@ -157,7 +157,7 @@ impl Member {
         }
     }
 
-    /// Messages to publish now.
+    /// The messages to publish now.
     pub(super) fn pump(&mut self, now: Duration) -> Vec<Outgoing> {
         let Some(outbox) = self.outbox.as_mut().filter(|_| !self.has_left && !self.is_full) else {
             return Vec::new();
@@ -177,18 +177,18 @@ impl Member {
         out
     }
 
-    /// For how long an answer has been awaited.
+    /// Time for which the member has waited for an answer; `None` if it waits for none.
     pub(super) fn waits_for(&self, now: Duration) -> Option<Duration> {
         let outbox = self.outbox.as_ref().filter(|outbox| outbox.awaits_answers() && !self.is_full)?;
         (!self.has_left && outbox.awaits_answers()).then(|| now.saturating_sub(self.progress))
     }
 
-    /// Nothing can have come back up to now.
+    /// Restarts this waiting time, because no answer can have come until now.
     pub(super) fn hold(&mut self, now: Duration) {
         self.progress = now;
     }
 
-    /// Everything on its way, to be published again.
+    /// All messages in flight, to be published again.
     pub(super) fn again(&mut self) -> Vec<Outgoing> {
         if self.has_left || self.is_full {
             return Vec::new();
@@ -198,7 +198,7 @@ impl Member {
         out
     }
 
-    /// A presence message for the others, if it is due.
+    /// A presence message for the other members, if it is due.
     pub(super) fn presence(&mut self, now: Duration) -> Option<String> {
         let outbox = self.outbox.as_ref().filter(|outbox| outbox.author().is_some() && !self.has_left)?;
         if now.saturating_sub(self.said) < SAY_EVERY {
@@ -208,7 +208,7 @@ impl Member {
         Some(packet::presence(outbox.sender()))
     }
 
-    /// Takes a presence message of another member.
+    /// Processes a presence message of another member.
     pub(super) fn hear(&mut self, bytes: &[u8], now: Duration) {
         match packet::read_presence(bytes) {
             Some(sender) => self.presence.hear(sender, now),
@@ -216,12 +216,12 @@ impl Member {
         }
     }
 
-    /// The log was not carried up to now.
+    /// Records that no messages could arrive until now.
     pub(super) fn interrupted(&mut self, now: Duration) {
         self.presence.interrupted(now);
     }
 
-    /// A message about an author who was silent for long. Every member sends it; the first one counts.
+    /// A message about an author who was silent for a long time. Every member sends it; the first one counts.
     pub(super) fn say_who_is_gone(&mut self, now: Duration) -> Option<Outgoing> {
         let outbox = self.outbox.as_ref().filter(|_| self.speaks())?;
         outbox.author()?;
@@ -230,12 +230,12 @@ impl Member {
         let mut text = packet::head(Sender::HOST, number);
         let t = now.as_secs_f64() + self.later_secs;
         let is_written = packet::push(&mut text, &Event::Leave { t: round(t), author });
-        // Of several members that say the same, the server keeps one.
+        // If several members send the same message, the server keeps one.
         let id = format!("host-{number}-{}", author.0);
         is_written.then(|| Outgoing { id, bytes: text.into_bytes() })
     }
 
-    /// Takes a message of the log; those that came before are passed over.
+    /// Processes a message of the log. Messages that came before are ignored.
     pub(super) fn take(&mut self, sequence: u64, stamp_nanos: u64, bytes: &[u8], now: Duration) {
         if sequence <= self.last_sequence {
             return;
@@ -273,7 +273,7 @@ impl Member {
             Judged::PassedOver(sender, passed) => {
                 let is_next = self.is_own(sender, bytes);
                 if is_next && passed == Passed::Crowded {
-                    // That is an answer, too.
+                    // The message has been answered, although it does not count.
                     (self.is_crowded, self.progress) = (true, now);
                 }
                 self.pass_over(sequence, Some(sender) == me_sender, is_next, passed);
@@ -311,14 +311,14 @@ impl Member {
         if let (true, Some(outbox)) = (is_own, &mut self.outbox) {
             match passed {
                 Passed::Gap | Passed::TooFast | Passed::Crowded => outbox.passed_over(),
-                // Somebody else may say something under this member's number.
+                // The session counts as full only for an own message, because others can use this member's sender number.
                 Passed::Full => self.is_full |= is_next,
                 Passed::Duplicate | Passed::Stranger => {}
             }
         }
     }
 
-    /// Takes an own message that has come back; returns its number of own events.
+    /// Processes an own message that has come back; returns the number of own events in it.
     fn answered(&mut self, author: Author, first_nanos: u64, stamp_nanos: u64, now: Duration) -> usize {
         let Some(outbox) = &mut self.outbox else { return 0 };
         let had_joined = outbox.author().is_some();
@@ -337,12 +337,12 @@ impl Member {
         answered.handed
     }
 
-    /// Whether a message of the log is the own one that was to come back next.
+    /// Whether a message of the log is the own message that was to come back next.
     fn is_own(&self, sender: Sender, bytes: &[u8]) -> bool {
         self.outbox.as_ref().is_some_and(|outbox| outbox.sender() == sender && outbox.is_next(bytes))
     }
 
-    /// Others have taken this member for gone, or somebody speaks under its number.
+    /// Joins again, because other members have declared this member gone, or because somebody uses its sender number.
     fn join_again(&mut self, now: Duration) {
         if let Some(outbox) = &mut self.outbox {
             outbox.set_later_secs(self.later_secs);
@@ -353,15 +353,15 @@ impl Member {
     }
 }
 
-/// Times are in tenths of a millisecond: short numbers.
+/// Rounds a time to a tenth of a millisecond, so that its text is short.
 fn round(t: f64) -> f64 {
     (t.max(0.0) * 1.0e4).round() / 1.0e4
 }
 
-/// A number by chance that nobody else has.
+/// A random sender number that no other member has.
 pub(crate) fn new_sender() -> Sender {
     use std::hash::{BuildHasher, RandomState};
-    // The system's random numbers are what the standard library keys its hashes with; two keys differ.
+    // The standard library keys its hashes with random numbers of the system; two keys differ.
     let (a, b) = (RandomState::new().hash_one(std::process::id()), RandomState::new().hash_one(1u8));
     Sender((a ^ b.rotate_left(32)).max(1))
 }

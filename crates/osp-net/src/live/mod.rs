@@ -1,9 +1,9 @@
 //! Several authors draw in one session, over a server of [NATS](https://nats.io) with JetStream.
 //!
-//! A session is a stream of the server: an ordered log that everybody reads from its first message on, and that the server
-//! keeps in a file. An author publishes one message a frame; the order in which the server takes them is the order of the
-//! session. Each member applies the messages in that order by a [`Reducer`](osp_session::recording::Reducer), so that the
-//! recording of each member is the whole session, byte for byte.
+//! A session is a stream of the server: an ordered log, which the server stores in a file, and which every member reads
+//! from its first message on. An author publishes one message a frame. The order in which the server receives the messages
+//! is the order of the session. Each member applies the messages in this order by a
+//! [`Reducer`](osp_session::recording::Reducer), so the recordings of all members are equal, byte for byte.
 //!
 //! ```text
 //! own events ──> outbox (numbers, at most 32 messages on their way) ──> server's stream ──┐
@@ -11,13 +11,13 @@
 //! News: the session's events, which of them are own ones  <── log (what counts) <── all messages in order
 //! ```
 //!
-//! A [`Link`] is a member's connection, on a thread of its own: [`Hand::send`] takes own events at any time, with or without
-//! a server, and [`Link::news`] gives the session's. Own strokes and groups are numbered as [`ME`]'s until they are sent:
-//! `ME.number(n)`. Without a server one draws on; what was drawn is sent when it comes back. Nothing here waits for the
-//! network.
+//! A [`Link`] is a member's connection, on a thread of its own. [`Hand::send`] accepts own events at any time, with or
+//! without a server, and [`Link::news`] returns the events of the session. Own strokes and groups are numbered as [`ME`]'s
+//! until they are sent: `ME.number(n)`. Without a server a member can continue to draw; its events are sent when the server
+//! is back. No call waits for the network.
 //!
-//! A client with write access may write anything. Data that is no message, comes out of turn, is of strangers or excessive
-//! is skipped and counted. The server decides about read and write access.
+//! A client with write access can write any data. Data that is no message, and messages that come out of turn, from senders
+//! that have not joined or in excess, are skipped and counted. The server controls read and write access.
 
 mod address;
 mod background;
@@ -52,7 +52,7 @@ pub(crate) use server::{Complaints, connect};
 
 use osp_session::recording::{AUTHORS_FORMAT, Header};
 
-/// The header of the recording of a shared session: the same for all who write one.
+/// The header of the recording of a shared session, the same for all members that write a recording.
 pub fn header(session: &str) -> Header {
     Header { format: AUTHORS_FORMAT, ..Header::new(session, "osp live") }
 }

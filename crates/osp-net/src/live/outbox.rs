@@ -1,8 +1,8 @@
 //! Unacknowledged messages: own events on their way into the log.
 //!
-//! At most [`WINDOW`] messages are in flight. Later events join the next message, so that a slow connection carries fewer
-//! and longer messages. A message stays here until it comes back in the log. Unacknowledged messages are resent under the
-//! same number.
+//! At most [`WINDOW`] messages are in flight. Later events are collected in the next message, so that a slow connection
+//! carries fewer and longer messages. A message stays here until it comes back in the log. Unacknowledged messages are sent
+//! again under the same number.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,16 +10,16 @@ use std::time::Duration;
 use super::{own::Own, packet, rate::OwnRate};
 use osp_session::recording::{Author, Event, Sender};
 
-/// Most messages on their way.
+/// Largest number of messages in flight.
 pub(super) const WINDOW: usize = 32;
 
-/// Bytes of a message, unless one event is longer: a slow connection carries it within a second.
+/// Usual limit of a message, bytes; a single event may be longer. A slow connection carries such a message within a second.
 const USUAL_BYTES: usize = 32 << 10;
 
 /// A message to publish.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Outgoing {
-    /// The server drops a message with an id that it has had in the last two minutes.
+    /// The id of the message. The server drops a message whose id it has received within the last two minutes.
     pub(super) id: String,
     pub(super) bytes: Vec<u8>,
 }
@@ -28,11 +28,11 @@ pub(super) struct Outgoing {
 #[derive(Clone, Debug)]
 struct Waiting {
     event: Event,
-    /// When it was handed over.
+    /// Time at which the program sent the event.
     handed: Duration,
-    /// Whether it was handed over, or added here.
+    /// Whether the program sent the event; otherwise it was added here.
     is_handed: bool,
-    /// It was refused together with others: it has a message to itself.
+    /// Whether the event needs a message of its own, because it was refused together with others.
     is_alone: bool,
 }
 
@@ -45,7 +45,7 @@ impl Waiting {
 #[derive(Clone, Debug)]
 struct InFlight {
     number: u64,
-    /// The published bytes, to distinguish the message from another one under the same number.
+    /// The published bytes, which distinguish the message from another one under the same number.
     bytes: Vec<u8>,
     events: Vec<Waiting>,
 }
@@ -59,25 +59,25 @@ impl InFlight {
     }
 }
 
-/// An own message that the log has answered.
+/// An own message that has come back in the log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Answered {
-    /// Events of it that were handed over.
+    /// Number of its events that the program sent.
     pub(super) handed: usize,
-    /// When the first of them was.
+    /// Time at which the program sent the first of them.
     pub(super) since: Option<Duration>,
 }
 
-/// Own name and colour in the session.
+/// The name and colour of this member in the session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Who {
     /// The name.
     pub name: String,
-    /// In which colour to show what is one's own, red, green, blue, each 0 to 1, sRGB; or none.
+    /// The colour in which the window shows own strokes: red, green, blue, each from 0 to 1, sRGB; `None` for no colour.
     pub color: Option<(f32, f32, f32)>,
 }
 
-/// See the [module](self).
+/// The state of unacknowledged messages; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Outbox {
     who: Who,
@@ -87,19 +87,19 @@ pub(super) struct Outbox {
     next: u64,
     in_flight: VecDeque<InFlight>,
     waiting: VecDeque<Waiting>,
-    /// Events that were handed over and are not in the log.
+    /// Number of events that the program sent and that are not in the log.
     pending: usize,
-    /// Part of the ids: raised where the server must take again what the log has passed over.
+    /// A part of the message ids. It is raised if the server must accept a message again that did not count before.
     attempt: u32,
     has_to_say_again: bool,
-    /// Offset of the session's time from this member's clock, seconds.
+    /// The session's time minus this member's clock, seconds.
     later_secs: f64,
     rate: OwnRate,
-    /// Most bytes of a message.
+    /// Largest size of a message, bytes.
     limit_bytes: usize,
-    /// Events that no message can hold.
+    /// Number of events that are too long for any message.
     too_long: u64,
-    /// Events that need not be sent any more.
+    /// Number of events that need not be sent any more.
     done: usize,
 }
 
@@ -132,32 +132,32 @@ impl Outbox {
         self.author
     }
 
-    /// Events that are not in the log yet.
+    /// Number of events that are not in the log yet.
     pub(super) fn pending(&self) -> usize {
         self.pending
     }
 
-    /// Whether something is on its way.
+    /// Whether messages are in flight.
     pub(super) fn awaits_answers(&self) -> bool {
         !self.in_flight.is_empty()
     }
 
-    /// Events left out because no message can hold them, since the last call.
+    /// Number of events left out since the last call, because they are too long for any message.
     pub(super) fn take_too_long(&mut self) -> u64 {
         std::mem::take(&mut self.too_long)
     }
 
-    /// The server takes no longer messages than this.
+    /// Sets the largest message that the server accepts, bytes.
     pub(super) fn set_limit_bytes(&mut self, bytes: usize) {
         self.limit_bytes = bytes.min(packet::MAX_BYTES);
     }
 
-    /// The session's time less this member's, seconds.
+    /// Sets the session's time minus this member's, seconds.
     pub(super) fn set_later_secs(&mut self, later_secs: f64) {
         self.later_secs = later_secs;
     }
 
-    /// Own events, at a time of this member's clock.
+    /// Adds own events, at a time of this member's clock.
     pub(super) fn hand_over(&mut self, events: Vec<Event>, now: Duration) {
         self.pending += events.len();
         for event in events {
@@ -165,7 +165,7 @@ impl Outbox {
         }
     }
 
-    /// Puts an event that was not sent yet at the end of those that wait.
+    /// Appends an event that was not sent yet to the waiting events.
     fn admit(&mut self, waiting: Waiting) {
         let Waiting { event, handed, is_handed, is_alone } = waiting;
         match self.own.admit(event) {
@@ -180,12 +180,13 @@ impl Outbox {
         }
     }
 
-    /// Events that were handed over and that the session has without them: ends of strokes that have ended. Since the last call.
+    /// Number of the program's events since the last call that need not be sent, because they end strokes that have ended
+    /// already.
     pub(super) fn take_done(&mut self) -> usize {
         std::mem::take(&mut self.done)
     }
 
-    /// Has the author leave after all that waits.
+    /// Lets the author leave after all waiting events.
     pub(super) fn leave(&mut self, now: Duration) {
         let event = Event::Leave { t: now.as_secs_f64(), author: super::ME };
         self.waiting.push_back(Waiting::added(event, now));
@@ -213,7 +214,7 @@ impl Outbox {
         out
     }
 
-    /// The events of the next message: as many as wait and fit.
+    /// The events of the next message: as many waiting events as fit.
     fn next_events(&mut self, now: Duration) -> Option<Vec<Waiting>> {
         let author = self.author?;
         loop {
@@ -238,7 +239,7 @@ impl Outbox {
                 }
             }
             if count == 0 {
-                // Alone it is too long already.
+                // The event is too long for a message by itself.
                 let waiting = self.waiting.pop_front()?;
                 self.pending -= usize::from(waiting.is_handed);
                 self.too_long += u64::from(waiting.is_handed);
@@ -250,7 +251,7 @@ impl Outbox {
     }
 
     fn start(&mut self, events: Vec<Waiting>) -> Option<Outgoing> {
-        // Who has not joined yet gets a number with the answer.
+        // An author that has not joined yet gets a number with the answer.
         let author = self.author.unwrap_or(Author(1));
         let mut text = packet::head(self.sender, self.next);
         for waiting in &events {
@@ -270,7 +271,7 @@ impl Outbox {
         Outgoing { id, bytes: message.bytes.clone() }
     }
 
-    /// All messages on their way, to be published again.
+    /// All messages in flight, to be published again.
     pub(super) fn again(&mut self) -> Vec<Outgoing> {
         if std::mem::take(&mut self.has_to_say_again) {
             self.attempt += 1;
@@ -278,19 +279,19 @@ impl Outbox {
         self.in_flight.iter().map(|message| self.outgoing(message)).collect()
     }
 
-    /// An own message was passed over, though its turn will come: the server keeps it, and would drop it if it came again
-    /// under the same id.
+    /// Records that an own message did not count, although it can count later. The server has stored it, and would drop it
+    /// if it came again under the same id.
     pub(super) fn passed_over(&mut self) {
         self.has_to_say_again = true;
     }
 
-    /// Whether this is the own message that is to come back next. Numbers of senders are no secret: anybody who may write
-    /// can use them.
+    /// Whether this is the own message that has to come back next. The bytes are compared, because sender numbers are not
+    /// secret: anybody with write access can use them.
     pub(super) fn is_next(&self, bytes: &[u8]) -> bool {
         self.in_flight.front().is_some_and(|message| message.bytes == bytes)
     }
 
-    /// The log has taken the own message that was to be next, as this author's.
+    /// Records that the next own message counts in the log, as a message of this author.
     pub(super) fn taken(&mut self, author: Author) -> Answered {
         self.author = Some(author);
         let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
@@ -300,8 +301,8 @@ impl Outbox {
         answered
     }
 
-    /// The log has refused the own message that was to be next. Its events are sent once more, each by itself, so that an
-    /// impossible one does not affect others.
+    /// Records that the log has refused the next own message. Its events are sent once more, each in a message of its own,
+    /// so that an impossible event does not affect others.
     pub(super) fn refused(&mut self) -> Answered {
         let Some(message) = self.in_flight.pop_front() else { return Answered::default() };
         if message.events.len() > 1 {
@@ -315,7 +316,7 @@ impl Outbox {
         answered
     }
 
-    /// The author counted as gone: it joins again as another one, and then sends the missing events.
+    /// Joins again under a new sender number, because the author was declared gone. The missing events are sent after that.
     pub(super) fn join_again(&mut self, sender: Sender) {
         let unheard = self.in_flight.drain(..).flat_map(|message| message.events);
         let unheard = unheard.filter(|waiting| !matches!(waiting.event, Event::Join { .. }));

@@ -1,26 +1,26 @@
-//! Numbers of this member's strokes and groups. It draws before it has an author number, and may get another one after a
-//! long silence. Its own strokes and groups are of the author [`ME`] until they are sent.
+//! Numbers of this member's strokes and groups. The member draws before it has an author number, and may get another author
+//! number after a long silence. Until they are sent, its strokes and groups belong to the author [`ME`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use osp_session::recording::{Author, Event, GroupId, StrokeId};
 
-/// Whose a member's own strokes and groups are, before they are sent: `ME.number(n)` is its `n`th. No session of the network
-/// has so many authors.
+/// The author of a member's own strokes and groups before they are sent; `ME.number(n)` is the `n`th. No shared session has
+/// so many authors.
 pub const ME: Author = Author(Author::MAX - 1);
 
-/// Authors of own numbers, and strokes that are being drawn.
+/// The authors of own numbers, and the strokes that are being drawn.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Own {
     strokes: BTreeMap<u32, Author>,
     groups: BTreeMap<u32, Author>,
-    /// Unfinished strokes in the log: their beginning, and their last point.
+    /// Unfinished strokes in the log, with their beginning and their last point.
     open: BTreeMap<u32, (Event, Option<Event>)>,
-    /// Such strokes of an author that counted as gone, until they continue.
+    /// Unfinished strokes of an author that was declared gone, until they continue.
     interrupted: BTreeMap<u32, (Event, Option<Event>)>,
-    /// Strokes that consist of faces, which have no end ...
+    /// Strokes that consist of faces. Such strokes have no end.
     faces: BTreeSet<u32>,
-    /// ... and those of them that an author began who was taken for gone.
+    /// Strokes of faces whose author was declared gone.
     old_faces: BTreeSet<u32>,
 }
 
@@ -38,7 +38,7 @@ fn shared(number: u32, known: &BTreeMap<u32, Author>, author: Author) -> u32 {
 }
 
 impl Own {
-    /// An own event in the form of the log: with its author and with its time shifted.
+    /// An own event in the form of the log, with its author and with its time shifted.
     pub(super) fn event(&self, event: &Event, author: Author, later_secs: f64) -> Event {
         let mut event = event.clone();
         let stroke = |id: &mut StrokeId| id.0 = shared(id.0, &self.strokes, author);
@@ -75,13 +75,13 @@ impl Own {
                 group(id);
             }
         }
-        // A tenth of a millisecond, so that the numbers are short.
+        // The time is rounded to a tenth of a millisecond, so that its text is short.
         let t = ((event.time_secs() + later_secs).max(0.0) * 1.0e4).round() / 1.0e4;
         *time_of(&mut event) = t;
         event
     }
 
-    /// The log has taken an own event from an author.
+    /// Records that an own event of this author counts in the log.
     pub(super) fn taken(&mut self, event: &Event, author: Author) {
         match event {
             Event::Begin { stroke, .. } => {
@@ -107,15 +107,15 @@ impl Own {
         }
     }
 
-    /// The author counted as gone: its strokes have ended for all. Strokes that continue become strokes of the next
-    /// author.
+    /// Records that the author was declared gone, so that its strokes have ended for all members. Strokes that continue
+    /// become strokes of the next author.
     pub(super) fn interrupt(&mut self) {
         self.interrupted.append(&mut self.open);
         self.old_faces.append(&mut self.faces);
     }
 
-    /// Events to send for an own event that was not sent yet. The beginning of a continued stroke comes before its next point.
-    /// `None` if there is nothing to send: the stroke that it ends has ended already.
+    /// The events to send for an own event that was not sent yet. The beginning of a continued stroke comes before its next
+    /// point. `None` if nothing has to be sent, because the event ends a stroke that has ended already.
     pub(super) fn admit(&mut self, event: Event) -> Option<(Vec<Event>, Event)> {
         let mut before = Vec::new();
         match &event {

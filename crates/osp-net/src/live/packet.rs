@@ -1,17 +1,17 @@
-//! A message on the wire: a line with its sender, then events as lines of a recording.
+//! A message in the form in which it is sent: a line with its sender, then events as lines of a recording.
 
 use osp_session::recording::{Event, Message, Sender, push_event, read_event};
 
-/// The first word of every message, with the number of this way of writing.
+/// The first word of every message, with the version of the format.
 const MARK: &str = "osp-live-1";
 
-/// Longest message, bytes. Servers take a megabyte by default.
+/// Longest message, bytes. Servers accept a megabyte by default.
 pub(super) const MAX_BYTES: usize = 1 << 19;
 
-/// Most events of a message.
+/// Largest number of events of a message.
 pub(super) const MAX_EVENTS: usize = 4096;
 
-/// Room for the first line.
+/// Room for the first line, bytes.
 pub(super) const HEAD_BYTES: usize = 64;
 
 /// The first line of a message.
@@ -19,7 +19,7 @@ pub(super) fn head(sender: Sender, number: u64) -> String {
     format!("{MARK} {:016x} {number}\n", sender.0)
 }
 
-/// Appends an event as a line; whether a message has room for a line as long.
+/// Appends an event as a line. Returns false, without effect, if the line is too long for a message.
 pub(super) fn push(lines: &mut String, event: &Event) -> bool {
     let before = lines.len();
     let is_written = push_event(lines, event) && lines.len() - before <= MAX_BYTES - HEAD_BYTES;
@@ -29,7 +29,7 @@ pub(super) fn push(lines: &mut String, event: &Event) -> bool {
     is_written
 }
 
-/// Reads a message; what is wrong with it, if it is none. The events have been checked each for itself.
+/// Reads a message. The error is the expected form. Each event has been checked by itself.
 pub(super) fn read(bytes: &[u8]) -> Result<Message, &'static str> {
     if bytes.len() > MAX_BYTES {
         return Err("a message of at most 512 KiB");
@@ -58,12 +58,12 @@ fn read_head(line: &str) -> Option<(Sender, u64)> {
     Some((Sender(u64::from_str_radix(sender, 16).ok()?), number.parse().ok()?))
 }
 
-/// Presence message of an author without other messages.
+/// The presence message of an author without other messages.
 pub(super) fn presence(sender: Sender) -> String {
     format!("{MARK} {:016x}", sender.0)
 }
 
-/// Sender of a presence message.
+/// The sender of a presence message.
 pub(super) fn read_presence(bytes: &[u8]) -> Option<Sender> {
     let text = std::str::from_utf8(bytes).ok().filter(|text| text.len() <= HEAD_BYTES)?;
     Some(read_head(&format!("{text} 0"))?.0)

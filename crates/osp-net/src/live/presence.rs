@@ -1,42 +1,42 @@
-//! Last sign of each author, by this member's clock. A silent author counts as gone after a while.
+//! The last sign of each author, by this member's clock. A silent author counts as gone after some time.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use osp_session::recording::{Author, Event, Sender};
 
-/// Silence after which an author is taken for gone.
+/// Silence after which an author counts as gone.
 pub(super) const SILENCE: Duration = Duration::from_secs(10);
 
-/// Each author says something so often.
+/// Interval of the presence messages of each author.
 pub(super) const SAY_EVERY: Duration = Duration::from_secs(2);
 
-/// Interval between two reports that an author has gone.
+/// Interval between two reports that an author is gone.
 const TRY_EVERY: Duration = Duration::from_secs(1);
 
-/// See the [module](self).
+/// The last signs of all authors; see the [module](self).
 #[derive(Debug, Default)]
 pub(super) struct Presence {
     heard: BTreeMap<Sender, (Author, Duration)>,
-    /// Time since which the connection carries messages of others.
+    /// Time since which the connection carries messages of other members.
     up_since: Duration,
     tried: Option<Duration>,
 }
 
 impl Presence {
-    /// Authors that are there.
+    /// Number of authors that are present.
     pub(super) fn authors(&self) -> usize {
         self.heard.len()
     }
 
-    /// Something of a sender has come; only authors that are there are noted.
+    /// Records a message of a sender. Senders that are not present are ignored.
     pub(super) fn hear(&mut self, sender: Sender, now: Duration) {
         if let Some((_, heard)) = self.heard.get_mut(&sender) {
             *heard = now;
         }
     }
 
-    /// Takes what the log has taken of a sender.
+    /// Records a message of a sender that counts in the log.
     pub(super) fn taken(&mut self, sender: Sender, author: Author, events: &[Event], now: Duration) {
         self.hear(sender, now);
         for event in events {
@@ -48,7 +48,7 @@ impl Presence {
         }
     }
 
-    /// Nothing was carried up to now: nobody's silence counts.
+    /// Records that no messages could arrive until now, so that silence until now does not count.
     pub(super) fn interrupted(&mut self, now: Duration) {
         self.up_since = now;
     }
@@ -95,7 +95,7 @@ mod tests {
         let leave = [Event::Leave { t: 0.0, author: Author(1) }];
         presence.taken(Sender::HOST, Author::SOLE, &leave, secs(12));
         assert_eq!((presence.gone(secs(18), None), presence.authors()), (None, 1));
-        // After an interruption everybody has time to say something.
+        // After an interruption every author has time to send a message.
         presence.interrupted(secs(30));
         assert_eq!(presence.gone(secs(40), None), None);
         assert_eq!(presence.gone(secs(41), None), Some(Author(2)));

@@ -1,23 +1,24 @@
-//! Limits on an author's messages and on joins, by the server's clock, so that all members judge alike.
+//! Limits of an author's messages and of joins, by the server's clock, so that all members apply them alike.
 
 use std::collections::BTreeMap;
 
 use osp_session::recording::Sender;
 
-/// Bytes a second that an author may say for long: some forty thousand events, four hundred times what a hand draws.
+/// Number of bytes a second that an author may send permanently: some forty thousand events, four hundred times as many as
+/// a hand draws.
 pub(super) const BYTES_A_SECOND: u64 = 4 << 20;
 
-/// Bytes that an author may send at once: events drawn without a connection.
+/// Number of bytes that an author may send at once, such as events drawn without a connection.
 pub(super) const BURST_BYTES: u64 = 64 << 20;
 
-/// Joins that a session takes at once: a class, or the whole class again after a network failure.
+/// Number of joins that a session accepts at once: a class, or the whole class again after a network failure.
 pub(super) const JOINS_AT_ONCE: u64 = 128;
 
-/// Seconds until it takes one more. Anybody may choose a new sender number, and author numbers are never reused. So a client that
-/// joins repeatedly needs eleven hours to use them up.
+/// Seconds until the session accepts one more join. Anybody may choose a new sender number, and author numbers are never
+/// used again. With this limit, a client that joins again and again needs eleven hours to use up the author numbers.
 pub(super) const SECS_A_JOIN: u64 = 10;
 
-/// A token bucket: time fills it, messages take from it.
+/// A token bucket: time fills it, and messages take from it.
 #[derive(Clone, Copy, Debug)]
 struct Allowance {
     amount: u64,
@@ -25,7 +26,7 @@ struct Allowance {
 }
 
 impl Allowance {
-    /// Contents at a time; time that goes back adds nothing.
+    /// The contents at a given time. A time before the last one adds nothing.
     fn at(self, now_nanos: u64, a_second: u64, most: u64) -> Self {
         let elapsed = u128::from(now_nanos.saturating_sub(self.at_nanos));
         let more = elapsed * u128::from(a_second) / 1_000_000_000;
@@ -37,21 +38,21 @@ impl Allowance {
     }
 }
 
-/// Remaining allowance of each sender.
+/// The remaining allowance of each sender.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rates {
     of: BTreeMap<Sender, Allowance>,
 }
 
 impl Rates {
-    /// Whether a sender may send `bytes` at a time. Call [`Rates::note`] once it counts.
+    /// Whether a sender may send `bytes` bytes at this time. Call [`Rates::note`] if the message counts.
     pub(super) fn allow(&self, sender: Sender, bytes: usize, now_nanos: u64) -> bool {
         let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.get(&sender).map_or(full, |a| a.at(now_nanos, BYTES_A_SECOND, BURST_BYTES));
         allowance.amount >= bytes as u64
     }
 
-    /// Takes a sender's message from its allowance.
+    /// Subtracts a sender's message from its allowance.
     pub(super) fn note(&mut self, sender: Sender, bytes: usize, now_nanos: u64) {
         let full = Allowance { amount: BURST_BYTES, at_nanos: now_nanos };
         let allowance = self.of.entry(sender).or_insert(full);
@@ -60,13 +61,13 @@ impl Rates {
     }
 }
 
-/// Waiting time that a join costs, nanoseconds.
+/// Waiting time that a join takes, nanoseconds.
 const JOIN_NANOS: u64 = SECS_A_JOIN * 1_000_000_000;
 
-/// Allowance for joins.
+/// The allowance for joins.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JoinRate {
-    /// Nanoseconds of waiting that no join has used; `None` before the first join.
+    /// Nanoseconds of waiting that no join has taken; `None` before the first join.
     waited: Option<Allowance>,
 }
 
@@ -77,8 +78,8 @@ impl JoinRate {
         self.waited.map_or(full, |waited| waited.at(now_nanos, 1_000_000_000, most))
     }
 
-    /// Whether one more may join at a time. Call [`JoinRate::note`] once it counts. After a clock that went back, waiting begins
-    /// again: a stamp from the future does not close the session until then.
+    /// Whether one more sender may join at this time. Call [`JoinRate::note`] if the join counts. If the clock goes back,
+    /// waiting begins again, so that a time stamp from the future does not close the session until then.
     pub(super) fn allow(&mut self, now_nanos: u64) -> bool {
         if let Some(waited) = &mut self.waited {
             waited.at_nanos = waited.at_nanos.min(now_nanos);
@@ -86,14 +87,14 @@ impl JoinRate {
         self.at(now_nanos).amount >= JOIN_NANOS
     }
 
-    /// Takes a join that counts.
+    /// Subtracts a join that counts.
     pub(super) fn note(&mut self, now_nanos: u64) {
         let waited = self.at(now_nanos);
         self.waited = Some(Allowance { amount: waited.amount.saturating_sub(JOIN_NANOS), ..waited });
     }
 }
 
-/// This member's own limit: half of what the others accept, because clocks differ.
+/// This member's own limit: half of what the other members accept, because clocks differ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OwnRate(Allowance);
 
@@ -104,7 +105,7 @@ impl Default for OwnRate {
 }
 
 impl OwnRate {
-    /// Takes so many bytes, if there are as many.
+    /// Takes `bytes` bytes from the allowance. Returns false, without effect, if it has fewer.
     pub(super) fn take(&mut self, bytes: usize, now_nanos: u64) -> bool {
         self.0 = self.0.at(now_nanos, BYTES_A_SECOND / 2, BURST_BYTES / 2);
         let is_enough = self.0.amount >= bytes as u64;
@@ -131,7 +132,7 @@ mod tests {
         assert_eq!(said, BURST_BYTES);
         assert!(rates.allow(Sender(2), 1 << 16, second), "another's allowance is its own");
         assert!(!rates.allow(sender, 1 << 16, 0), "time that goes back gives nothing");
-        // In small steps as much as in a large one.
+        // Small steps give as much as one large step.
         for step in 1..=1000 {
             let now = second + step * 1_000_000;
             while rates.allow(sender, 1 << 10, now) {
@@ -156,7 +157,7 @@ mod tests {
         let start = 5_000 * second;
         assert_eq!((0..1000).filter(|_| join(&mut rate, start)).count() as u64, JOINS_AT_ONCE);
         assert!(!join(&mut rate, start - second), "time that goes back gives nothing");
-        // However often it is tried meanwhile.
+        // The number of tries in between does not matter.
         let tries = (1..=1000).map(|step| start + step * second * 7 / 10);
         assert_eq!(tries.filter(|&now| join(&mut rate, now)).count() as u64, 700 / SECS_A_JOIN);
         let rested = start + 100 * JOINS_AT_ONCE * SECS_A_JOIN * second;

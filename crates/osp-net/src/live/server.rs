@@ -1,4 +1,4 @@
-//! Requests to the server: a connection, the session's stream, its messages from one on.
+//! Requests to the server: the connection, the session's stream, and the stream's messages.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -21,13 +21,13 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// Longest pause between two tries to connect.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Most messages that the server may send before the next request.
+/// Largest number of messages that the server may send before the next request.
 const BATCH_MESSAGES: usize = 256;
 
-/// Refusals that are remembered, each once.
+/// Largest number of different refusals that are stored.
 const MOST_REFUSALS: usize = 64;
 
-/// Errors of the server and the client, and number of connections.
+/// The last error of the server or the client, and the number of connections.
 #[derive(Debug, Default)]
 pub(crate) struct Complaints {
     said: Mutex<(Option<String>, u64)>,
@@ -63,20 +63,20 @@ impl Complaints {
         self.forbidden.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
-    /// Reason why the server refuses to publish or subscribe to a subject, if it does.
+    /// The server's reason for refusing to publish or subscribe to a subject, if it does.
     pub(crate) fn forbids(&self, subject: &str) -> Option<String> {
         let forbidden = self.forbidden.lock().unwrap_or_else(PoisonError::into_inner);
         let quoted = format!("\"{subject}\"");
         forbidden.iter().find(|text| text.contains(&quoted)).cloned()
     }
 
-    /// The last complaint, and how many connections there were.
+    /// The last error, and the number of connections so far.
     pub(crate) fn get(&self) -> (Option<String>, u64) {
         self.with(|said| said.clone())
     }
 }
 
-/// Connects; tries again until there is a server.
+/// Connects to the server; retries until the server answers.
 pub(crate) async fn connect(
     address: &Address,
     options: &LinkOptions,
@@ -108,13 +108,13 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
     let mut connect = ConnectOptions::new()
         .name("osp")
         .require_tls(address.is_encrypted())
-        // One goes where one was told to, and nowhere else.
+        // The client connects only to the given server, not to others that it announces.
         .ignore_discovered_servers()
-        // What a member has not read yet of what others say: a batch of the log, and who is there.
+        // The subscription has room for a batch of the log and for presence messages that the member has not read yet.
         .subscription_capacity(2 * BATCH_MESSAGES)
         .connection_timeout(Duration::from_secs(3))
         .request_timeout(Some(ANSWER))
-        // Two that are not answered end a connection that carries nothing any more.
+        // Two unanswered pings end a dead connection.
         .ping_interval(Duration::from_secs(2))
         .reconnect_delay_callback(|tries| RETRY.min(Duration::from_millis(20 * tries as u64)))
         .event_callback(move |event| {
@@ -141,8 +141,8 @@ fn options_of(address: &Address, options: &LinkOptions, complaints: &Arc<Complai
     connect
 }
 
-/// Whether the server speaks another language than an encrypted one, or has a certificate that is not trusted: errors of
-/// the library for it come as invalid data.
+/// Whether an error comes from encryption: the server does not encrypt, or its certificate is not trusted. The library
+/// reports both as invalid data.
 fn is_of_encryption(error: &(dyn std::error::Error + 'static)) -> bool {
     std::iter::successors(Some(error), |error| error.source()).any(|error| {
         let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
@@ -150,7 +150,7 @@ fn is_of_encryption(error: &(dyn std::error::Error + 'static)) -> bool {
     })
 }
 
-/// An error with its causes, each once.
+/// The text of an error with its causes, without repetitions.
 fn full(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -171,14 +171,14 @@ pub(super) fn logs(client: &Client) -> Context {
     context
 }
 
-/// Why a question has no answer.
+/// The reason why a request has no answer.
 #[derive(Debug)]
 pub(super) enum NoAnswer {
-    /// It may have one later.
+    /// A later request may have an answer.
     Later(String),
-    /// There is no such stream, and one was not to be made.
+    /// The stream does not exist, and was not to be created.
     NoStream,
-    /// There are no streams on this server.
+    /// The server has no streams.
     NoStreams(String),
 }
 
@@ -192,7 +192,8 @@ fn of_code(code: ErrorCode, why: String) -> NoAnswer {
     }
 }
 
-/// The session's stream as it is now; it is made if it is not there, unless one only watches or has read it before.
+/// The current state of the session's stream. A missing stream is created, unless the member only watches, or has read the
+/// stream before.
 pub(super) async fn stream(
     logs: &Context,
     address: &Address,
@@ -220,7 +221,7 @@ pub(super) async fn stream(
         subjects: vec![address.subject()],
         storage: StorageType::File,
         retention: RetentionPolicy::Limits,
-        // A server that has no room refuses what is new, and forgets nothing.
+        // A server without room refuses new messages, and deletes none.
         discard: DiscardPolicy::New,
         max_message_size: i32::try_from(packet::MAX_BYTES + 4096).unwrap_or(i32::MAX),
         duplicate_window: Duration::from_secs(120),
@@ -242,7 +243,7 @@ pub(super) async fn stream(
     }
 }
 
-/// Whether nobody listens to questions about streams.
+/// Whether no service of the server answers requests about streams.
 fn is_unheard(error: &(dyn std::error::Error + 'static)) -> bool {
     std::iter::successors(Some(error), |error| error.source()).any(|error| {
         let kind = error.downcast_ref::<jetstream::context::RequestError>().map(|error| error.kind());
@@ -250,7 +251,7 @@ fn is_unheard(error: &(dyn std::error::Error + 'static)) -> bool {
     })
 }
 
-/// The messages of the log from one on, in order, as they come.
+/// The messages of the log from number `from` on, in order, as they arrive.
 pub(super) async fn messages(logs: &Context, address: &Address, from: u64) -> Result<pull::Stream, String> {
     let config = pull::Config {
         deliver_policy: match from {
@@ -269,7 +270,7 @@ pub(super) async fn messages(logs: &Context, address: &Address, from: u64) -> Re
     let stream = consumer
         .stream()
         .max_messages_per_batch(BATCH_MESSAGES)
-        // A slow connection takes a while for a long message.
+        // The times are long, because a slow connection needs some time for a long message.
         .heartbeat(Duration::from_secs(5))
         .expires(Duration::from_secs(30))
         .messages();

@@ -12,45 +12,45 @@ use hdrhistogram::Histogram;
 use super::{Counts, Who};
 use osp_session::recording::{Author, Event};
 
-/// Whether a member draws.
+/// Whether a member draws or watches.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
-    /// An author, by name and colour.
+    /// An author, with name and colour.
     Author(Who),
-    /// A watcher. It publishes nothing, and does not create a missing session.
+    /// A watcher, which publishes nothing and does not create a missing session.
     Watcher,
 }
 
 /// Options of a connection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkOptions {
-    /// Role in the session.
+    /// The member's role in the session.
     pub role: Role,
-    /// A file of certificates (PEM) to trust beside those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to those of the system.
     pub certificates: Option<PathBuf>,
 }
 
 /// State of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Connection {
-    /// There was none yet.
+    /// The server has not answered yet.
     #[default]
     Connecting,
-    /// The log is read up to what it was when the connection began.
+    /// The log is being read, up to its end at the time when the connection began.
     Reading {
-        /// Messages that were read.
+        /// Number of messages read.
         read: u64,
-        /// Messages to read.
+        /// Number of messages to read.
         of: u64,
     },
-    /// Every message arrives at once.
+    /// The log is read; every message arrives at once.
     Live,
-    /// The server does not answer. Own events are stored and sent once it does.
+    /// The server does not answer. Own events are stored, and sent when it answers.
     Silent,
-    /// More authors have joined than a session takes at once: this member tries again until it may join, too. Own events are
+    /// More authors have joined than a session accepts at once. This member retries until it may join. Own events are
     /// stored until then.
     Crowded,
-    /// The session is at its limit: it takes no more events, and nobody may join.
+    /// The session is at its largest size. It accepts no more events, and no author can join.
     Full,
 }
 
@@ -59,19 +59,19 @@ pub enum Connection {
 pub struct Status {
     /// State of the connection.
     pub connection: Connection,
-    /// Last error of the server or the system since the connection was live.
+    /// The last error of the server or the system since the connection was live.
     pub trouble: Option<String>,
-    /// Author number of this member.
+    /// The author number of this member.
     pub author: Option<Author>,
-    /// Authors that are there.
+    /// Number of authors that are present.
     pub authors: usize,
-    /// Own events that are not in the session yet.
+    /// Number of own events that are not in the session yet.
     pub pending: usize,
     /// Whether the log was read to its end at least once.
     pub has_caught_up: bool,
-    /// Counts.
+    /// Counts of messages.
     pub counts: Counts,
-    /// Error of the last faulty message ([`Counts::faulty`]), with its number in the log.
+    /// The error of the last faulty message ([`Counts::faulty`]), with its number in the log.
     pub last_passed: Option<String>,
 }
 
@@ -88,12 +88,12 @@ pub(super) struct Shared {
     pub(super) started: Instant,
     pub(super) status: Mutex<Status>,
     pub(super) latency_us: Mutex<Histogram<u64>>,
-    /// Events in news that nobody has taken yet.
+    /// Number of events in news that the program has not read yet.
     pub(super) untaken: AtomicUsize,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // Whole values are put there.
+    // The values are replaced as a whole, so a panic leaves no half-written one.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,5 +1,5 @@
-//! Members and a server in one thread: messages get lost, come late and twice, members fall silent, and in the end all have
-//! the same session, with everything that was drawn.
+//! Members and a server in one thread. Messages get lost, come late or twice, and members fall silent. In the end all
+//! members have the same session, with everything that was drawn.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use super::{
 };
 use osp_session::recording::{Author, Event, NormalRule, Sender, StrokeId, Tool};
 
-/// A server's stream: it keeps the messages that it gets, except for ids that it has already.
+/// A stream of a server. It stores the messages that it receives, except messages with an id that it has already.
 #[derive(Default)]
 struct Server {
     log: Vec<(u64, Vec<u8>)>,
@@ -72,7 +72,7 @@ impl Client {
         }
     }
 
-    /// Publishes its messages; each may be lost on the way, at random.
+    /// Publishes the member's messages; each may be lost at random.
     fn publish(&mut self, server: &mut Server, now: Duration, lost: &mut dyn FnMut() -> bool) {
         let mut out = self.member.pump(now);
         let is_late = self.member.waits_for(now).is_some_and(|waits| waits > Duration::from_millis(400));
@@ -113,7 +113,7 @@ fn end(n: u32) -> Event {
     Event::End { t: 0.0, stroke: StrokeId(ME.number(n).expect("few")) }
 }
 
-/// Places of the points of each author's strokes, by the author's name.
+/// The points of each author's strokes, by the author's name.
 fn points_of(events: &[Event]) -> BTreeMap<String, Vec<u32>> {
     let (mut names, mut points) = (BTreeMap::new(), BTreeMap::<String, Vec<u32>>::new());
     for event in events {
@@ -152,7 +152,7 @@ fn whatever_is_lost_on_the_way_all_have_the_same_and_everything() {
                 }
                 let mut lost = || random.next_u32() % 1000 < per_mille;
                 client.publish(&mut server, now, &mut lost);
-                // Reading stops now and then, for all or for one.
+                // At times, all members or one member do not read.
                 if random.next_u32().is_multiple_of(2) {
                     client.read(&server, now);
                 }
@@ -189,7 +189,7 @@ fn who_was_taken_for_gone_comes_again_and_nothing_of_it_is_lost() {
     let mut x = 0;
     for frame in 0..1400u32 {
         now += STEP;
-        // Ann's cable is out from the 100th frame to the 1200th, in the middle of a stroke; she draws on.
+        // Ann is disconnected from the 100th frame to the 1200th, in the middle of a stroke, and continues to draw.
         let is_out = (100..1200).contains(&frame);
         if frame < 1300 {
             let mut events = if frame == 0 || frame == 650 { vec![begin(frame / 650)] } else { Vec::new() };
@@ -222,20 +222,20 @@ fn who_was_taken_for_gone_comes_again_and_nothing_of_it_is_lost() {
     assert_eq!((joins, ann.member.author()), (3, Some(Author(3))));
     let left: Vec<_> = ann.events.iter().filter(|event| matches!(event, Event::Leave { .. })).collect();
     assert!(matches!(left[..], [Event::Leave { author: Author(1), .. }]), "{left:?}");
-    // The last point that was received begins the stroke that continues.
+    // The last point that was received begins the continued stroke.
     let points = &points_of(&ann.events)["Ann"];
     let again = points.windows(2).position(|pair| pair[0] == pair[1]).expect("a point twice");
     let mut once = points.clone();
     once.remove(again);
     assert_eq!(once, (0..1300).collect::<Vec<_>>());
-    // Nothing is drawn on a stroke that has ended, and every stroke is its author's.
+    // Nothing is drawn on a stroke that has ended, and every stroke belongs to its author.
     let begun = ann.events.iter().filter(|event| matches!(event, Event::Begin { .. })).count();
     assert_eq!(begun, 3);
 }
 
-/// Ann draws `first` and loses the connection. Bob notices that she has left. She draws `out` without a connection,
-/// and `after` once she is connected again and has read that she left. Returns the final session, which contains
-/// everything that she drew.
+/// Ann draws `first` and loses the connection. Bob reports that she is gone. She draws `out` without a connection, and
+/// `after` once she is connected again and has read the report. Returns the final session, which contains everything that
+/// she drew.
 fn gone_in_the_middle(first: Vec<Event>, out: Vec<Event>, after: Vec<Event>) -> Vec<Event> {
     let (mut server, mut now) = (Server::default(), STEP);
     let (mut ann, mut bob) = (Client::new("Ann", 1), Client::new("Bob", 2));
@@ -274,7 +274,7 @@ fn the_end_of_a_stroke_that_has_ended_already_takes_nothing_with_it() {
     let out = vec![end(0), begin(1), point(1, 3)];
     let events = gone_in_the_middle(vec![begin(0), point(0, 1), point(0, 2)], out, vec![point(1, 4)]);
     assert_eq!(points_of(&events)["Ann"], [1, 2, 3, 4]);
-    // Nothing is left to say at all.
+    // No event is left to send.
     let events = gone_in_the_middle(vec![begin(0), point(0, 1)], vec![], vec![end(0)]);
     assert_eq!(points_of(&events)["Ann"], [1]);
 }
@@ -302,7 +302,7 @@ fn who_speaks_under_anothers_number_takes_nothing_away() {
     ann.publish(&mut server, now, &mut || false);
     ann.read(&server, now);
     ann.draw(vec![begin(0), point(0, 0)], now);
-    // What she says comes second.
+    // Another client's message under Ann's number comes first, and hers second.
     let mallory = super::packet::head(Sender(1), 1);
     server.publish(&Outgoing { id: "x".into(), bytes: mallory.into_bytes() }, now);
     for x in 1..100 {
@@ -315,7 +315,7 @@ fn who_speaks_under_anothers_number_takes_nothing_away() {
     assert_eq!(points_of(&ann.events)["Ann"], (0..100).collect::<Vec<_>>());
 }
 
-/// Joins of so many senders that nobody knows, at one time.
+/// Joins of `joins` unknown senders at one time.
 fn flood(server: &mut Server, joins: u64, now: Duration) {
     for sender in 0..joins {
         let event = Event::Join { t: 0.0, author: ME, name: String::new(), color: None };
@@ -342,7 +342,7 @@ fn who_comes_into_a_crowd_draws_on_and_joins_once_there_is_room() {
             None => assert!(ann.member.is_crowded(), "frame {frame}"),
         }
     }
-    // One joins every ten seconds.
+    // One sender can join every ten seconds.
     let joined = joined.expect("she has joined").as_secs_f64();
     assert!((10.0..12.0).contains(&joined), "{joined}");
     assert!(!ann.member.is_crowded());
@@ -362,7 +362,7 @@ fn a_watcher_says_nothing_and_learns_all() {
         if frame == 0 {
             ann.draw(vec![begin(0)], now);
         }
-        // She is gone soon, and the watcher says nothing of that either.
+        // Ann is soon gone, and the watcher does not report this, either.
         if frame < 50 {
             ann.draw(vec![point(0, frame)], now);
             ann.publish(&mut server, now, &mut || false);
@@ -423,7 +423,7 @@ fn an_event_that_is_too_long_is_refused_alone() {
         ann.read(&server, now);
     }
     assert_eq!((ann.own, ann.refused, ann.member.pending()), (3, 1, 0));
-    // A server that takes short messages gets more of them.
+    // If the server accepts only short messages, the member sends more of them.
     ann.member.set_limit_bytes(2000);
     let events: Vec<_> = [begin(1)].into_iter().chain((0..200).map(|x| point(1, x))).collect();
     ann.draw(events, now);

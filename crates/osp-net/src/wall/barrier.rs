@@ -1,4 +1,4 @@
-//! Nodes of a wall: decides which nodes a frame waits for, and which pictures differ. No clock and no network.
+//! The nodes of a wall. Decides which nodes a frame waits for, and which pictures differ, without a clock or a network.
 //!
 //! Times are durations since the hub has started.
 
@@ -10,49 +10,49 @@ use hdrhistogram::Histogram;
 
 use super::report::{NodeReport, Place, Times};
 
-/// Missed frames in a row after which a node is left out.
+/// Number of consecutive missed frames after which frames do not wait for a node any more.
 pub const MISSES: u32 = 3;
-/// Answers in time in a row after which a node is let in.
+/// Number of consecutive answers in time after which frames wait for a node.
 const ANSWERS: u32 = 20;
-/// Least wait of a frame.
+/// Least time that a frame waits.
 const LEAST_PATIENCE: Duration = Duration::from_millis(15);
-/// A node that has differed counts as well after this time without a difference.
+/// A node whose answer has differed counts as well again after this time without a difference.
 const WELL: Duration = Duration::from_secs(1);
 /// Silence after which a node counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 /// Time for which answers to a frame are accepted.
 const REMEMBERED: Duration = Duration::from_secs(2);
-/// Most frames whose answers are accepted.
+/// Largest number of frames whose answers are accepted.
 const MOST_REMEMBERED: usize = 4096;
 
-/// News of a hub.
+/// News about the nodes of a hub.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Said {
-    /// Frames wait for the node of this screen from now on.
+    /// From now on frames wait for the node of this screen.
     In {
         /// The screen.
         screen: String,
         /// The machine.
         host: String,
     },
-    /// A node is waited for no longer: it continues, and is let in again once it answers in time.
+    /// Frames do not wait for a node any more. The node continues, and frames wait for it again once it answers in time.
     Out {
         /// The screen.
         screen: String,
         /// The machine.
         host: String,
-        /// Why.
+        /// The reason.
         why: &'static str,
     },
-    /// A node does not show what the hub has.
+    /// A node shows something else than the hub.
     Differs {
         /// The screen.
         screen: String,
         /// The machine.
         host: String,
-        /// The first such frame.
+        /// The first differing frame.
         frame: u64,
-        /// The differing part.
+        /// The part that differs.
         what: &'static str,
     },
     /// A node that differed shows the same as the hub again.
@@ -77,7 +77,7 @@ impl fmt::Display for Said {
     }
 }
 
-/// A node's answer to a frame: hashes of its applied events, and of its visible polygons.
+/// The answer of a node to a frame: hashes of its applied events, and of its visible polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer {
     pub(super) log: u64,
@@ -91,26 +91,26 @@ struct Member {
     is_in: bool,
     heard: Duration,
     events: u64,
-    /// Frames in a row without an answer in time.
+    /// Number of consecutive frames without an answer in time.
     misses: u32,
-    /// Answers in time in a row, while it is out.
+    /// Number of consecutive answers in time while frames do not wait for the node.
     good: u32,
-    /// Time from a frame to its answer, a moving mean.
+    /// Time from a frame to the node's answer, a moving mean.
     usual: Option<Duration>,
     answered: Option<u64>,
-    /// Part that differed from the hub's, and the last time of that.
+    /// The part of the answer that differed from the hub's, and the time of the last difference.
     difference: Option<(&'static str, Duration)>,
     ready_us: Histogram<u64>,
 }
 
 impl Member {
-    /// Time for which a frame waits for it.
+    /// Time for which a frame waits for the node.
     fn patience(&self, most: Duration) -> Duration {
         (self.usual.unwrap_or_default() * 3).clamp(LEAST_PATIENCE.min(most), most)
     }
 }
 
-/// Counts of a screen since the start of the hub, for all its nodes.
+/// Counts of a screen since the start of the hub, over all its nodes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     differed: u64,
@@ -118,33 +118,33 @@ struct Counts {
     dropped: u64,
 }
 
-/// A frame whose answers may still come.
+/// A frame to which answers may still come.
 #[derive(Debug)]
 struct Turn {
     number: u64,
     began: Duration,
-    /// Expected answer of each screen's node.
+    /// The expected answer of each screen's node.
     expected: Vec<Answer>,
     swapped: bool,
-    /// Screens whose nodes were in when it was swapped, and have not shown it.
+    /// Screens whose nodes were waited for at the swap, and have not shown the frame yet.
     to_show: Vec<usize>,
-    /// When the first node showed it.
+    /// Time at which the first node showed the frame.
     first_shown: Option<Duration>,
 }
 
-/// See the [module](self).
+/// The state of all nodes; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Barrier {
     screens: Vec<String>,
     members: Vec<Option<Member>>,
     counts: Vec<Counts>,
-    /// A frame waits for no node longer.
+    /// Longest time that a frame waits for a node.
     most_patience: Duration,
     turns: VecDeque<Turn>,
     said: Vec<Said>,
     frames: u64,
     last_swap: Option<Duration>,
-    /// Swaps of the last second.
+    /// Times of the swaps of the last second.
     swaps: VecDeque<Duration>,
     frame_us: Histogram<u64>,
     period_us: Histogram<u64>,
@@ -160,7 +160,7 @@ fn record(histogram: &mut Histogram<u64>, time: Duration) {
 }
 
 impl Barrier {
-    /// A frame waits for no node longer than `most_patience`; a node that is slower stays out.
+    /// A wall without nodes. A frame waits for a node at most `most_patience`; frames do not wait for slower nodes.
     pub(super) fn new(screens: Vec<String>, most_patience: Duration) -> Self {
         let members = screens.iter().map(|_| None).collect();
         let counts = vec![Counts::default(); screens.len()];
@@ -188,10 +188,10 @@ impl Barrier {
         self.members.iter().position(|member| member.as_ref().is_some_and(|member| member.node == node))
     }
 
-    /// Takes a node's offer to show a screen.
+    /// Registers a node that offers to show a screen.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The reason why it cannot show this screen.
     pub(super) fn here(
         &mut self,
         node: u64,
@@ -229,7 +229,7 @@ impl Barrier {
         Ok(())
     }
 
-    /// A node ends.
+    /// Removes a node that ends.
     pub(super) fn leaves(&mut self, node: u64) {
         if let Some(slot) = self.find(node) {
             self.put_out(slot, "it has left");
@@ -246,7 +246,7 @@ impl Barrier {
         }
     }
 
-    /// A frame was sent; `expected` is what the hub itself has for it, a screen each.
+    /// Records that a frame was sent. `expected` has the hub's own answer for each screen.
     pub(super) fn begin(&mut self, number: u64, expected: Vec<Answer>, now: Duration) {
         let is_over = |turn: &Turn| now.saturating_sub(turn.began) > REMEMBERED;
         while self.turns.len() >= MOST_REMEMBERED || self.turns.front().is_some_and(is_over) {
@@ -257,7 +257,7 @@ impl Barrier {
         self.turns.push_back(turn);
     }
 
-    /// A node has drawn a frame.
+    /// Records that a node has drawn a frame.
     pub(super) fn ready(&mut self, node: u64, frame: u64, answer: Answer, now: Duration) {
         let Some(slot) = self.find(node) else { return };
         let Some(turn) = self.turns.iter().find(|turn| turn.number == frame) else { return };
@@ -299,7 +299,7 @@ impl Barrier {
                     self.said.push(Said::Differs { screen, host, frame, what });
                 }
             }
-            // One that is well every other frame is not said to be.
+            // A node that agrees only in every other frame is not reported.
             (Some((_, last)), None) if now.saturating_sub(last) >= WELL => {
                 member.difference = None;
                 self.said.push(Said::Agrees { screen, host });
@@ -308,21 +308,21 @@ impl Barrier {
         }
     }
 
-    /// Whether every node that is in has answered the frame that was sent last.
+    /// Whether all nodes that frames wait for have answered the last frame.
     pub(super) fn is_complete(&self) -> bool {
         let Some(turn) = self.turns.back() else { return true };
         let mut members = self.members.iter().flatten().filter(|member| member.is_in);
         members.all(|member| member.answered == Some(turn.number))
     }
 
-    /// Deadline of the frame that was sent last.
+    /// Time at which the last frame stops to wait.
     pub(super) fn deadline(&self) -> Duration {
         let Some(turn) = self.turns.back() else { return Duration::ZERO };
         let members = self.members.iter().flatten().filter(|member| member.is_in);
         turn.began + members.map(|member| member.patience(self.most_patience)).max().unwrap_or_default()
     }
 
-    /// The frame that was sent last is shown: nodes that have not answered have missed it.
+    /// Records that the last frame is shown. Nodes that have not answered it have missed it.
     pub(super) fn swap(&mut self, now: Duration) {
         let Some(turn) = self.turns.back_mut() else { return };
         (turn.swapped, self.frames) = (true, self.frames + 1);
@@ -359,7 +359,7 @@ impl Barrier {
         }
     }
 
-    /// A node has shown a frame.
+    /// Records that a node has shown a frame.
     pub(super) fn shown(&mut self, node: u64, frame: u64, now: Duration) {
         let Some(slot) = self.find(node) else { return };
         let Some(turn) = self.turns.iter_mut().find(|turn| turn.number == frame) else { return };
@@ -372,12 +372,12 @@ impl Barrier {
         }
     }
 
-    /// Frames that were shown.
+    /// Number of frames that were shown.
     pub(super) fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Frames that were shown in the last second.
+    /// Number of frames that were shown in the last second.
     pub(super) fn frames_a_second(&self, now: Duration) -> f64 {
         let recent = self.swaps.iter().filter(|at| now.saturating_sub(**at) <= Duration::from_secs(1));
         let (Some(first), count) = (recent.clone().next(), recent.count()) else { return 0.0 };
@@ -385,12 +385,12 @@ impl Barrier {
         if secs > 0.0 { (count - 1) as f64 / secs } else { 0.0 }
     }
 
-    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last node that shows it.
+    /// Times from a frame's beginning to its swap, between two swaps, and from the first to the last node's display.
     pub(super) fn times(&self) -> [Times; 3] {
         [&self.frame_us, &self.period_us, &self.skew_us].map(Times::of)
     }
 
-    /// The nodes, a screen each; `events`: number of the session's events that the hub has applied.
+    /// The state of each screen's node. `events` is the number of the session's events that the hub has applied.
     pub(super) fn nodes(&self, events: u64) -> Vec<NodeReport> {
         let of = |((screen, member), counts): ((&String, &Option<Member>), &Counts)| {
             let Counts { differed, missed, dropped } = *counts;
@@ -429,7 +429,7 @@ mod tests {
         barrier
     }
 
-    /// A frame, answered so many milliseconds after its beginning by each of these nodes.
+    /// A frame that each of these nodes answers some milliseconds after its beginning.
     fn frame(barrier: &mut Barrier, number: u64, answers: &[(u64, u64, Answer)]) -> Vec<Said> {
         let began = ms(number * 100);
         barrier.begin(number, vec![SAME; barrier.screens.len()], began);
@@ -462,16 +462,16 @@ mod tests {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
         }
         let said = frame(&mut barrier, 19, &[(1, 5, SAME), (2, 40, SAME)]);
-        // The slow one is in as well: what is usual for it is in time.
+        // Frames wait for the slow node, too: its usual time counts as in time.
         let is_in = |screen: &str, host: &str| Said::In { screen: screen.into(), host: host.into() };
         assert_eq!(said, [is_in("left", "pc1")]);
         assert_eq!(frame(&mut barrier, 20, &[(1, 5, SAME), (2, 30, SAME)]), [is_in("right", "pc2")]);
         assert_eq!(places(&barrier), [Place::In, Place::In]);
-        // A frame waits for the slow one, about three times what is usual for it.
+        // A frame waits for the slow node for about three times its usual time.
         barrier.begin(21, vec![SAME; 2], ms(2100));
         let deadline = barrier.deadline() - ms(2100);
         assert!((ms(80)..ms(110)).contains(&deadline), "{deadline:?}");
-        // A frame without an answer of either.
+        // Neither node answers this frame.
         barrier.swap(ms(2200));
         assert_eq!(frame(&mut barrier, 22, &[(1, 5, SAME)]), []);
         assert!(!barrier.is_complete());
@@ -479,11 +479,11 @@ mod tests {
         let why = "three frames without an answer in time";
         assert_eq!(said, [Said::Out { screen: "right".into(), host: "pc2".into(), why }]);
         assert_eq!(places(&barrier), [Place::In, Place::Out]);
-        // From here on only the other one is waited for.
+        // From here on frames wait only for the other node.
         barrier.begin(25, vec![SAME; 2], ms(2500));
         barrier.ready(1, 25, SAME, ms(2501));
         assert!(barrier.is_complete());
-        // It comes back.
+        // The node comes back.
         for n in 26..45 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 30, SAME)]), [], "{n}");
         }
@@ -518,7 +518,7 @@ mod tests {
         assert_eq!(said, [differs(20, "it sees other polygons")]);
         assert_eq!(frame(&mut barrier, 21, &[(1, 5, SAME), (2, 5, other)]), []);
         assert_eq!(barrier.nodes(0)[1].difference.as_deref(), Some("it sees other polygons"));
-        // Once a second has passed: one that is well every other frame is not said to be each time.
+        // The report comes after a second. A node that agrees only in every other frame is not reported each time.
         for n in 22..31 {
             assert_eq!(frame(&mut barrier, n, &[(1, 5, SAME), (2, 5, SAME)]), [], "{n}");
         }
@@ -530,7 +530,7 @@ mod tests {
         let differed =
             |barrier: &Barrier| barrier.nodes(0).iter().map(|node| node.differed).collect::<Vec<_>>();
         assert_eq!(differed(&barrier), [0, 3]);
-        // What happened on a screen is known when another node has it.
+        // The counts of a screen stay when another node shows it.
         barrier.leaves(2);
         assert_eq!((differed(&barrier), barrier.nodes(0)[1].dropped), (vec![0, 3], 1));
         barrier.here(7, "right", "pc7", 0, ms(3300)).expect("it is free");
@@ -570,7 +570,7 @@ mod tests {
         assert_eq!(refused, "pc1 shows `left` already");
         let refused = barrier.here(2, "ceiling", "pc2", 0, ms(100)).expect_err("there is none");
         assert_eq!(refused, "its rig has no screen `ceiling`");
-        // Silent, and never in.
+        // The node is silent, and frames have never waited for it.
         assert_eq!(barrier.here(2, "left", "pc2", 0, ms(1600)), Ok(()));
         for n in 17..37 {
             frame(&mut barrier, n, &[(2, 5, SAME)]);

@@ -1,4 +1,4 @@
-//! The session up to a position of its log, for hub and nodes.
+//! The session up to a position in its log, for hub and nodes.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -18,20 +18,20 @@ use osp_session::{
     replay::{SessionState, fingerprint_of_views},
 };
 
-/// Events that wait for their frame; the rest waits at the link.
+/// Largest number of events that wait for their frame. Further events stay in the link.
 const MOST_WAITING: u64 = 1 << 18;
 
-/// See the [module](self).
+/// The model of the session up to a position; see the [module](self).
 #[derive(Debug)]
 pub(super) struct Follower {
     link: Link,
-    /// Messages of the log. Hub and nodes apply each as a whole: polygon numbers, and the shape of an unfinished stroke, depend
-    /// on the division of the events.
+    /// Messages of the log. Hub and nodes apply each message as a whole, because polygon numbers and the shape of an
+    /// unfinished stroke depend on the division into messages.
     waiting: VecDeque<Vec<Event>>,
-    /// Events in them.
+    /// Number of events in these messages.
     events_waiting: u64,
     applied: u64,
-    /// A number for all events that were applied.
+    /// A hash of all applied events.
     log: u64,
     line: String,
     state: SessionState,
@@ -72,7 +72,7 @@ impl Follower {
         &self.pipeline
     }
 
-    /// Takes the events that have come.
+    /// Reads the events that have arrived.
     pub(super) fn take(&mut self) -> Result<(), WallError> {
         while self.events_waiting < MOST_WAITING
             && let Some(news) = self.link.news()?
@@ -85,13 +85,13 @@ impl Follower {
         Ok(())
     }
 
-    /// Events that were applied.
+    /// Number of applied events.
     pub(super) fn applied(&self) -> u64 {
         self.applied
     }
 
-    /// Applies the next messages as long as no more than `up_to` events are applied in all; stops after `at_once` of
-    /// them. Appends the changes of the model to `changes`.
+    /// Applies the next messages, up to `up_to` applied events in total. Stops after `at_once` events. Appends the changes
+    /// of the model to `changes`.
     pub(super) fn advance(&mut self, up_to: u64, at_once: u64, changes: &mut Vec<Change>) {
         let before = self.applied;
         while self.applied - before < at_once
@@ -112,7 +112,7 @@ impl Follower {
         }
     }
 
-    /// Frees strokes out of reach of undo and redo. Changes that were not processed yet may refer to them.
+    /// Frees strokes that undo and redo cannot reach. Changes that were not processed yet may refer to such strokes.
     pub(super) fn let_go(&mut self) {
         self.state.scene.let_go();
     }

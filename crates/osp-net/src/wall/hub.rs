@@ -1,4 +1,4 @@
-//! The machine that chooses the moment of the session that a wall shows, and the time.
+//! The machine that determines which moment of the session a wall shows, and when.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -23,40 +23,40 @@ use osp_session::{
     rig::{Rig, Stereo},
 };
 
-/// Events of the session after which a frame takes no more messages: these take a few milliseconds.
+/// Number of events of the session after which a frame applies no more messages. These events take a few milliseconds.
 const EVENTS_A_FRAME: u64 = 1 << 12;
-/// Messages of nodes that a frame takes after its time is over.
+/// Largest number of nodes' messages that a frame processes after its time is over.
 const MESSAGES_AFTER_TIME: u32 = 256;
 /// Least interval between two reports of the state, for any number of requests.
 const REPORT: Duration = Duration::from_millis(100);
-/// Time of search for a session after which a message reports it.
+/// Time without a session after which the hub reports that it searches for one.
 const SEARCH: Duration = Duration::from_secs(2);
 /// Animated brushes start again after this time, seconds, before a shader's numbers become too coarse.
 const MOST_TIME_S: f64 = 1000.0;
 
-/// The place of [`STATUS`] among what a hub listens to.
+/// Position of [`STATUS`] among the subjects that a hub subscribes to.
 const ON_STATUS: usize = 1;
-/// The place of [`HUB`].
+/// Position of [`HUB`] among them.
 const ON_HUB: usize = 2;
 
 /// Options of a hub.
 #[derive(Clone, Debug)]
 pub struct HubOptions {
-    /// A file of certificates (PEM) to trust beside those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to those of the system.
     pub certificates: Option<PathBuf>,
-    /// The screens.
+    /// The rig with the screens.
     pub rig: Rig,
     /// Form of the pictures for the two eyes.
     pub stereo: Stereo,
-    /// Motion of the room while the session's head moves. A tracked head moves in a room that stands.
+    /// Motion of the room when the session's head moves. With a tracked head, the room does not move.
     pub motion: RoomMotion,
-    /// Frames a second, at most.
+    /// Largest number of frames a second.
     pub rate_hz: f64,
-    /// A frame waits for no node longer: one that is slower is left out.
+    /// Longest time that a frame waits for a node. Frames do not wait for slower nodes.
     pub most_patience: Duration,
 }
 
-/// See the [module](self).
+/// The hub of a wall; see the [module](self).
 #[derive(Debug)]
 pub struct Hub {
     number: u64,
@@ -71,27 +71,27 @@ pub struct Hub {
     changes: Vec<Change>,
     views: Vec<RigView>,
     started: Instant,
-    /// When the next frame begins.
+    /// Time at which the next frame begins.
     due: Duration,
     frame: u64,
     garbage: u64,
-    /// The last answer to a question, and when it was put together.
+    /// The last report, and the time at which it was made.
     told: Option<(Duration, String)>,
-    /// Another hub shows the session, and was there before.
+    /// Whether another, older hub shows the session.
     is_second: bool,
 }
 
 impl Hub {
-    /// Begins to follow a session and to listen to nodes.
+    /// Opens a hub: begins to follow a session and to receive messages of nodes.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system provides no thread.
     pub fn open(address: &Address, options: &HubOptions) -> Result<Self, WallError> {
         let HubOptions { certificates, rig, stereo, motion, rate_hz, most_patience } = options.clone();
         let screens = rig.screens.iter().map(|screen| screen.name.clone()).collect();
         let mut path = RigPath::new(rig, stereo, motion).keeping_eyes_in_front();
         let mut views = Vec::new();
-        // The first eye decides where a standing room is: this one makes the room's space the world's.
+        // The first eye determines the position of a standing room. This eye makes the room's space the world's.
         path.views_into(&camera(path.rig().head, Quat::IDENTITY), &mut views);
         Ok(Self {
             number: new_sender().0,
@@ -118,8 +118,8 @@ impl Hub {
         self.started.elapsed()
     }
 
-    /// Waits until it is time, and has the nodes show the next frame. `head` is called then for the tracked head in the room,
-    /// if there is a tracker; otherwise the head is that of the session's artist.
+    /// Waits until the next frame is due, and lets the nodes show it. Then calls `head` for the tracked head in the room;
+    /// without a tracker (`None`) the head is that of the session's artist.
     ///
     /// # Errors
     /// The session or the connection has ended for good, or another hub shows the session.
@@ -129,7 +129,7 @@ impl Hub {
             return Err(WallError::SecondHub { session: self.session.clone() });
         }
         self.due += Duration::from_secs_f64(1.0 / self.rate_hz);
-        // A frame that is late does not hurry those that follow.
+        // A late frame does not shorten the interval to the next one.
         self.due = self.due.max(self.now());
         self.follower.take()?;
         self.changes.clear();
@@ -161,7 +161,7 @@ impl Hub {
         Ok(self.barrier.take_said())
     }
 
-    /// Expected answer of each screen's node.
+    /// The expected answer of each screen's node.
     fn cull(&mut self) -> Vec<Answer> {
         let views: Vec<View> = self.views.iter().filter_map(|seen| seen.view).collect();
         self.follower.cull(&views);
@@ -197,13 +197,13 @@ impl Hub {
         let now = self.now();
         if heard.on == ON_HUB {
             if let Ok(FromHub::Frame(Frame { hub, number, .. })) = message::read(&heard.bytes) {
-                // Its own come back as well. Of two hubs the older one stays.
+                // The hub's own messages come back, too. If there are two hubs, the older one stays.
                 self.is_second |= hub != self.number && (number, hub) > (self.frame, self.number);
             }
             return;
         }
         if heard.on == ON_STATUS {
-            // Only to who asks: with another address somebody would write with the hub's rights.
+            // The hub answers only to an inbox, because another address would let a client write with the hub's rights.
             match heard.reply.filter(|reply| reply.starts_with("_INBOX.")) {
                 Some(reply) => self.tell(reply, now),
                 None => self.garbage += 1,
@@ -223,7 +223,7 @@ impl Hub {
                 self.barrier.shown(node, frame, now);
             }
             Ok(FromNode::Leaving { node }) => self.barrier.leaves(node),
-            // To a hub before this one.
+            // These messages belong to an earlier hub.
             Ok(FromNode::Ready { .. } | FromNode::Shown { .. }) => {}
             Ok(FromNode::Here { .. }) | Err(_) => self.garbage += 1,
         }
@@ -255,7 +255,7 @@ impl Hub {
         }
     }
 
-    /// Error of the connection to the session, if any.
+    /// The last error of the connection to the session, if any.
     pub fn trouble(&self) -> Option<String> {
         let status = self.follower.link().status();
         match (&status.connection, status.trouble) {
@@ -290,7 +290,7 @@ impl Hub {
     }
 }
 
-/// An eye from which the rig's views are made.
+/// A view from an eye, from which the views of the rig are made.
 fn camera(eye: Vec3, turn: Quat) -> View {
     let projection = Projection::symmetric(60.0, 1.0, 0.01, far_m(eye, &Aabb::EMPTY));
     View { eye_in_world: eye, world_from_view: turn, projection }

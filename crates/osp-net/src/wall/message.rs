@@ -15,53 +15,53 @@ pub(super) const MAX_BYTES: usize = 1 << 16;
 /// Longest name of a screen or of a machine, bytes.
 pub(super) const MAX_NAME_BYTES: usize = 256;
 
-/// Message of the hub to all nodes, on one subject, so that they receive messages in order.
+/// A message of the hub to all nodes. All of them have one subject, so that nodes receive them in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromHub {
-    /// Draw this.
+    /// Nodes have to draw this frame.
     Frame(Frame),
-    /// Show it.
+    /// Nodes have to show the frame that they have drawn.
     Swap { hub: u64, frame: u64 },
-    /// A node is not let in.
+    /// The hub refuses a node.
     Refused { hub: u64, node: u64, why: String, is_for_good: bool },
 }
 
 /// A frame of the wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// Number of the hub: another one at each start.
+    /// Number of the hub, a new one at each start.
     pub(super) hub: u64,
     pub(super) number: u64,
-    /// Number of events of the session that it shows.
+    /// Number of events of the session that the frame shows.
     pub(super) events: u64,
-    /// The moment at which animated brushes are seen.
+    /// Time of animated brushes, seconds.
     pub(super) time_s: f32,
-    /// The views of all screens and eyes, in the order of the rig; none of an eye that sees nothing.
+    /// The views of all screens and eyes, in the order of the rig; `None` for an eye that sees nothing.
     pub(super) views: Vec<Option<Numbers>>,
 }
 
-/// Message of a node to the hub.
+/// A message of a node to the hub.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum FromNode {
-    /// Offer to show a screen.
+    /// The node offers to show a screen.
     Here {
         node: u64,
         screen: String,
         host: String,
-        /// [`of_rig`] of the rig that it has.
+        /// The hash [`of_rig`] of the node's rig.
         rig: u64,
-        /// Events of the session that it has applied.
+        /// Number of events of the session that the node has applied.
         events: u64,
     },
-    /// It has drawn a frame.
+    /// The node has drawn a frame.
     Ready { node: u64, hub: u64, frame: u64, log: u64, seen: u64 },
-    /// It has shown a frame.
+    /// The node has shown a frame.
     Shown { node: u64, hub: u64, frame: u64 },
-    /// It ends.
+    /// The node ends.
     Leaving { node: u64 },
 }
 
-/// A view as numbers: the eye, the turn, and the window's left, right, lower and upper border, near and far distance.
+/// A view as numbers: the eye, the rotation, the window's left, right, lower and upper border, the near and far distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Numbers((f32, f32, f32), (f32, f32, f32, f32), (f32, f32, f32, f32), (f32, f32));
 
@@ -76,7 +76,7 @@ impl Numbers {
         )
     }
 
-    /// The view; none if nothing can be seen with these numbers.
+    /// The view; `None` if these numbers define no view.
     pub(super) fn view(self) -> Option<View> {
         let Self(eye, turn, (left, right, bottom, top), (near_m, far_m)) = self;
         let (eye, turn) = (Vec3::from(eye), Quat::from_array(turn.into()));
@@ -92,8 +92,8 @@ impl Numbers {
     }
 }
 
-/// A hash of the data that hub and nodes must share: the screens, their names and places, the eyes. The outputs of the
-/// pictures may differ: each machine has monitors of its own.
+/// A hash of the data that hub and nodes must share: the screens with their names and positions, and the eyes. The outputs
+/// of the pictures may differ, because each machine has monitors of its own.
 pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
     let screens: Vec<_> = rig
         .screens
@@ -104,13 +104,13 @@ pub(super) fn of_rig(rig: &Rig, stereo: Stereo) -> u64 {
     xxh3_64(write(&(screens, eyes)).as_bytes())
 }
 
-/// A message as text.
+/// Writes a message as text.
 pub(super) fn write(message: &impl Serialize) -> String {
-    // Numbers, strings and lists of them have a text.
+    // Messages consist of numbers, strings and lists, which always have a text.
     ron::to_string(message).expect("a message has a text")
 }
 
-/// A message from text; what is wrong with it if it is none.
+/// Reads a message from text. The error is the reason why the text is no message.
 pub(super) fn read<'m, T: Deserialize<'m>>(bytes: &'m [u8]) -> Result<T, String> {
     if bytes.len() > MAX_BYTES {
         return Err(format!("expected at most {MAX_BYTES} bytes"));
@@ -187,7 +187,7 @@ mod tests {
         }
         let long = vec![b' '; MAX_BYTES + 1];
         assert!(read::<FromNode>(&long).expect_err("too long").contains("65536"));
-        // Brackets in brackets are no way to the end of the stack.
+        // Nested brackets must not overflow the stack.
         assert!(read::<FromHub>("(".repeat(MAX_BYTES).as_bytes()).is_err());
     }
 }

@@ -1,8 +1,8 @@
-//! A wall of several machines that show one moment of one shared session: a hub chooses the moment, and the time to
-//! show it.
+//! A wall of several machines that show the same moment of a shared session: a hub determines the moment, and the time at
+//! which it is shown.
 //!
-//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of
-//! a [shared session](crate::live). So a frame consists only of a position in that log and the views:
+//! A node is a machine with one screen of a [rig](osp_session::rig::Rig). The hub and every node read the same log of a
+//! [shared session](crate::live). So a frame consists only of a position in this log and the views:
 //!
 //! ```text
 //! hub: frame n: the first S events, the views of all screens ───────────────────> nodes
@@ -11,13 +11,14 @@
 //! node: shows its picture: shown n ─────────────────────────────────────────────> hub
 //! ```
 //!
-//! The hub has the model, too, and culls the views of every screen as its node does. With its answer a node sends a
-//! hash of the applied events and a fingerprint of its visible polygons. The hub [reports](Said::Differs) a node whose
-//! numbers differ from its own. A node that misses [three frames](MISSES) is left out, so that the others continue. It
-//! is let in again once it answers in time. `Barrier` decides all of that; it has no clock and no network.
+//! The hub has the model, too, and culls the views of every screen as the screen's node does. A node answers with a hash of
+//! the applied events and a fingerprint of its visible polygons. The hub [reports](Said::Differs) a node whose hashes
+//! differ from its own. If a node misses [three frames](MISSES), frames do not wait for it any more, so that the others
+//! continue. Frames wait for it again once it answers in time. `Barrier` makes these decisions; it has no clock and no
+//! network.
 //!
-//! Displays are not locked to each other. The graphics driver makes every display show its picture at the same refresh
-//! (genlock, swap groups): wgpu has no interface to it.
+//! Displays are not locked to each other. Graphics drivers can make all displays show their pictures at the same refresh
+//! (genlock, swap groups), but wgpu has no interface for this.
 
 mod barrier;
 mod follower;
@@ -36,13 +37,13 @@ use thiserror::Error;
 
 use crate::live::LiveError;
 
-/// Why a wall stops.
+/// The reason why a wall stops.
 #[derive(Debug, Error)]
 pub enum WallError {
-    /// There is no shared session to be had.
+    /// The connection to the shared session has failed.
     #[error(transparent)]
     Live(#[from] LiveError),
-    /// The system gives no thread or socket.
+    /// The system provides no thread or socket.
     #[error("no connection can be begun")]
     System(#[source] std::io::Error),
     /// The rig has no screen of this name.
@@ -50,20 +51,20 @@ pub enum WallError {
     NoScreen {
         /// The rig.
         rig: String,
-        /// The names of its screens.
+        /// The names of the rig's screens.
         there: String,
         /// The requested screen.
         wanted: String,
     },
-    /// The hub does not let this node in.
+    /// The hub refuses this node.
     #[error("the hub does not let this node in: {0}")]
     Refused(String),
-    /// There is no server.
+    /// The server does not answer.
     #[error("{server}: {why}")]
     NoServer {
         /// The server.
         server: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
     /// Another hub shows the session already.
@@ -78,7 +79,7 @@ pub enum WallError {
         /// The session.
         session: String,
     },
-    /// An answer that is none.
+    /// The hub's answer is no report.
     #[error("{session}: expected the state of a wall; found something else: {why}")]
     NoReport {
         /// The session.

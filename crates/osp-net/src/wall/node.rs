@@ -18,23 +18,23 @@ use osp_session::{
 
 /// Interval of a node's presence messages.
 const HERE: Duration = Duration::from_millis(400);
-/// Events that are applied at once, of many.
+/// Largest number of events that are applied at once.
 const EVENTS_AT_ONCE: u64 = 1 << 14;
-/// Messages of a hub that are read at once.
+/// Largest number of a hub's messages that are read at once.
 const MESSAGES_AT_ONCE: u32 = 1024;
-/// Time for which another node, which may be gone, may hold a screen.
+/// Time for which a node waits if another node, which may be gone, has the screen.
 const TAKEN: Duration = Duration::from_secs(5);
-/// Silence after which a hub is no longer followed.
+/// Silence after which a node no longer follows a hub.
 const SILENCE: Duration = Duration::from_secs(1);
-/// Between two looks for events that a frame waits for.
+/// Interval of checks for the events that a frame waits for.
 const LOOK: Duration = Duration::from_micros(500);
 
 /// Options of a node.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
-    /// A file of certificates (PEM) to trust beside those of the system.
+    /// A file of certificates (PEM) that are trusted in addition to those of the system.
     pub certificates: Option<PathBuf>,
-    /// All screens of the wall.
+    /// The rig with all screens of the wall.
     pub rig: Rig,
     /// Form of the pictures for the two eyes.
     pub stereo: Stereo,
@@ -44,27 +44,27 @@ pub struct NodeOptions {
     pub host: String,
 }
 
-/// Next step of a node.
+/// The next step of a node's program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing.
+    /// There is nothing to do.
     Nothing,
-    /// Draw [`Node::views`] and, once the GPU has done it, call [`Node::ready`].
+    /// Draw [`Node::views`] and, once the GPU has finished, call [`Node::ready`].
     Draw,
-    /// Show what was drawn last, then call [`Node::shown`].
+    /// Show the picture that was drawn last, then call [`Node::shown`].
     Show,
 }
 
-/// See the [module](self). Dropping it informs the hub.
+/// A node of a wall; see the [module](self). Dropping it informs the hub.
 #[derive(Debug)]
 pub struct Node {
     number: u64,
     screen: String,
     host: String,
     rig: u64,
-    /// Its eyes, as places among the hub's views.
+    /// The eyes of the node's screen, as positions in the hub's list of views.
     slots: Vec<(usize, Eye)>,
-    /// Views of all screens and eyes.
+    /// Number of views of all screens and eyes.
     all: usize,
     wire: Wire,
     follower: Follower,
@@ -73,32 +73,32 @@ pub struct Node {
     views: Vec<View>,
     eyes: Vec<Eye>,
     time_s: f32,
-    /// The hub that is followed, and when it spoke last.
+    /// The hub that the node follows, and the time of the hub's last message.
     hub: Option<(u64, Instant)>,
-    /// The number of its newest frame.
+    /// Number of the hub's newest frame.
     newest: Option<u64>,
-    /// The newest frame that was not drawn.
+    /// The newest frame, if it was not drawn yet.
     wanted: Option<Frame>,
-    /// The hub and number of the frame that was drawn last.
+    /// The hub and the number of the frame that was drawn last.
     drawn: Option<(u64, u64)>,
-    /// The frame that was to be shown last.
+    /// The hub and the number of the last frame to be shown.
     swapped: Option<(u64, u64)>,
     is_ready: bool,
     is_shown: bool,
     told: Option<Instant>,
-    /// Time since which it is not let in, and time of the last refusal.
+    /// Time since which the hub refuses the node, and time of the last refusal.
     refused: Option<(Instant, Instant)>,
-    /// Last message about the hub and the session.
+    /// Last text about the hub and the session.
     said: String,
     frames: u64,
     garbage: u64,
 }
 
 impl Node {
-    /// Begins to follow a session and its hub. `wake` is called, on another thread, whenever there may be something to do.
+    /// Opens a node: begins to follow a session and its hub. A thread calls `wake` whenever there may be something to do.
     ///
     /// # Errors
-    /// The rig has no such screen, or the system gives no thread.
+    /// The rig has no such screen, or the system provides no thread.
     pub fn open(
         address: &Address,
         options: &NodeOptions,
@@ -138,10 +138,10 @@ impl Node {
         })
     }
 
-    /// Waits at most so long for something to do.
+    /// Waits at most `wait` for the next step.
     ///
     /// # Errors
-    /// The hub does not let this node in, or the session or the connection has ended for good.
+    /// The hub refuses this node, or the session or the connection has ended for good.
     pub fn step(&mut self, wait: Duration) -> Result<Step, WallError> {
         self.follower.take()?;
         self.say_here();
@@ -153,7 +153,7 @@ impl Node {
             heard = self.wire.hear(Duration::ZERO)?;
         }
         let is_swapped = match (self.swapped, self.drawn) {
-            // Who is late shows what it has: the others are further on already.
+            // A late node shows its picture, because the others are ahead of it already.
             (Some((hub, swapped)), Some((of, drawn))) => hub == of && swapped >= drawn,
             _ => false,
         };
@@ -163,7 +163,7 @@ impl Node {
         let Some(frame) = &self.wanted else { return Ok(Step::Nothing) };
         self.follower.take()?;
         if frame.events < self.follower.applied() {
-            // A hub that was started later than this node has not read as much yet.
+            // A hub that was started later than this node has not read as many events yet.
             self.wanted = None;
             return Ok(Step::Nothing);
         }
@@ -205,10 +205,10 @@ impl Node {
             Ok(FromHub::Frame(frame)) if frame.views.len() == self.all => {
                 let now = Instant::now();
                 match self.hub {
-                    // A frame that was said before.
+                    // This frame was received before.
                     Some((hub, _)) if hub == frame.hub && self.newest >= Some(frame.number) => return Ok(()),
                     Some((hub, _)) if hub == frame.hub => {}
-                    // One hub at a time.
+                    // A node follows one hub at a time.
                     Some(_) if self.has_hub() => return Ok(()),
                     _ => self.told = None,
                 }
@@ -221,7 +221,7 @@ impl Node {
                     self.swapped = Some((hub, frame));
                 }
             }
-            // Another hub may be there by mistake.
+            // The message may come from another hub, which runs by mistake.
             Ok(FromHub::Refused { hub, node, why, is_for_good })
                 if node == self.number
                     && (!self.has_hub() || self.hub.is_some_and(|(own, _)| own == hub)) =>
@@ -240,7 +240,7 @@ impl Node {
         Ok(())
     }
 
-    /// The frame is drawn: the hub may have it shown.
+    /// Informs the hub that the frame is drawn, so that the hub may let it be shown.
     pub fn ready(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         let answer = self.follower.answer(0..self.views.len());
@@ -257,19 +257,19 @@ impl Node {
         }));
     }
 
-    /// The frame is on the screen.
+    /// Informs the hub that the frame is on the screen.
     pub fn shown(&mut self) {
         let Some((hub, frame)) = self.drawn else { return };
         self.is_shown = true;
         self.wire.say(message::write(&FromNode::Shown { node: self.number, hub, frame }));
     }
 
-    /// The frame cannot be shown: the window is hidden, or has just changed.
+    /// Records that the frame cannot be shown, because the window is hidden or has just changed.
     pub fn not_shown(&mut self) {
         self.is_shown = true;
     }
 
-    /// Message about the hub and the session, if it differs from the last call.
+    /// Text about the hub and the session, if it has changed since the last call.
     pub fn news(&mut self) -> Option<String> {
         let status = self.follower.link().status();
         let text = match (status.trouble, self.has_hub()) {
@@ -284,7 +284,7 @@ impl Node {
         Some(text)
     }
 
-    /// The model as it is in the frame to draw.
+    /// The model of the frame to draw.
     pub fn scene(&self) -> &Scene {
         &self.follower.state().scene
     }
@@ -294,12 +294,12 @@ impl Node {
         &self.changes
     }
 
-    /// Its culling pipeline; its lists of polygons are in the order of [`Node::views`].
+    /// The node's culling pipeline. Its lists of polygons are in the order of [`Node::views`].
     pub fn pipeline(&self) -> &Pipeline {
         self.follower.pipeline()
     }
 
-    /// The views of the frame to draw, an eye each; eyes that see nothing are left out.
+    /// The views of the frame to draw, one for each eye. Eyes that see nothing are left out.
     pub fn views(&self) -> impl Iterator<Item = (Eye, &View)> {
         self.eyes.iter().copied().zip(&self.views)
     }
@@ -309,12 +309,12 @@ impl Node {
         self.wanted.is_some()
     }
 
-    /// The moment at which animated brushes are seen, seconds.
+    /// Time of animated brushes, seconds.
     pub fn time_s(&self) -> f32 {
         self.time_s
     }
 
-    /// Whether frames have come from a hub within the last second.
+    /// Whether a hub has sent frames within the last second.
     fn has_hub(&self) -> bool {
         self.hub.is_some_and(|(_, heard)| heard.elapsed() < SILENCE)
     }

@@ -1,4 +1,4 @@
-//! The state of a wall, which its hub sends on request.
+//! The state of a wall, which the hub sends on request.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,14 +16,14 @@ pub enum Place {
     /// No node shows the screen.
     #[default]
     Absent,
-    /// There is one, and it is not waited for.
+    /// The screen has a node, but frames do not wait for it.
     Out,
-    /// Frames wait for it.
+    /// Frames wait for the screen's node.
     In,
 }
 
 impl Place {
-    /// Its name.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Absent => "absent",
@@ -33,16 +33,16 @@ impl Place {
     }
 }
 
-/// Times of many frames, microseconds.
+/// Statistics of many times, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Times {
     /// Number of values.
     pub count: u64,
-    /// Half of them took at most this.
+    /// Median.
     pub p50_us: u64,
-    /// 99 of 100.
+    /// 99th percentile.
     pub p99_us: u64,
-    /// The longest.
+    /// Longest time.
     pub max_us: u64,
 }
 
@@ -57,7 +57,7 @@ impl Times {
     }
 }
 
-/// The node of a screen.
+/// The state of a screen's node.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NodeReport {
     /// The screen.
@@ -66,65 +66,66 @@ pub struct NodeReport {
     pub place: Place,
     /// The machine.
     pub host: String,
-    /// From the hub's frame to the node's answer, both by the hub's clock.
+    /// Time from the hub's frame to the node's answer, both by the hub's clock.
     pub ready: Times,
-    /// Events of the session that the hub has applied and the node had not, at its last message.
+    /// Number of events of the session that the hub has applied and the node had not applied at its last message.
     pub behind: u64,
-    /// Frames that were shown without its answer.
+    /// Number of frames that were shown without the node's answer.
     pub missed: u64,
-    /// Number of times that it was left out.
+    /// Number of times that frames stopped waiting for the node.
     pub dropped: u64,
-    /// Answers that differed from the hub's own.
+    /// Number of answers that differed from the hub's own.
     pub differed: u64,
-    /// Differing part of its last answer.
+    /// The part of the node's last answer that differs.
     pub difference: Option<String>,
 }
 
 /// Counts of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct NodeCounts {
-    /// Frames that it has drawn.
+    /// Number of frames that the node has drawn.
     pub frames: u64,
-    /// Events of the session that it has applied.
+    /// Number of events of the session that the node has applied.
     pub events: u64,
-    /// Messages that no hub means to send.
+    /// Number of messages that no hub sends.
     pub garbage: u64,
 }
 
-/// See the [module](self).
+/// The state of a wall; see the [module](self).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WallReport {
     /// The session.
     pub session: String,
     /// The rig's name.
     pub rig: String,
-    /// Error of the connection to the session.
+    /// The last error of the connection to the session.
     pub trouble: Option<String>,
-    /// Frames a second set for the hub.
+    /// Largest number of frames a second, as set for the hub.
     pub rate_hz: f64,
-    /// Frames of the last second.
+    /// Number of frames of the last second.
     pub frames_a_second: f64,
-    /// Frames since the hub has started.
+    /// Number of frames since the hub has started.
     pub frames: u64,
-    /// Events of the session that the last frame shows.
+    /// Number of events of the session that the last frame shows.
     pub events: u64,
-    /// Polygons of the model that are shown.
+    /// Number of polygons of the shown model.
     pub polygons: u64,
-    /// Messages that nobody of a wall means to send.
+    /// Number of messages that neither hub nor nodes send.
     pub garbage: u64,
-    /// From a frame's beginning to the word to show it.
+    /// Time from a frame's beginning to the command to show it.
     pub frame: Times,
-    /// Between two words to show a frame.
+    /// Time between two commands to show a frame.
     pub period: Times,
-    /// Between the first and the last node's word that they show a frame, by the hub's clock: the way of these words is part
-    /// of it.
+    /// Time between the first and the last node's message that it shows a frame, by the hub's clock. It includes the
+    /// transfer of these messages.
     pub skew: Times,
     /// A node for each screen of the rig.
     pub nodes: Vec<NodeReport>,
 }
 
 impl WallReport {
-    /// Whether the session exists, and every screen has an active node with the hub's picture.
+    /// Whether the connection has no error, and every screen has a node that frames wait for and that shows the hub's
+    /// picture.
     pub fn is_well(&self) -> bool {
         let is_well = |node: &NodeReport| node.place == Place::In && node.difference.is_none();
         self.trouble.is_none() && self.nodes.iter().all(is_well)
@@ -134,7 +135,7 @@ impl WallReport {
 /// Requests the state of a wall from its hub.
 ///
 /// # Errors
-/// There is no server, or no hub that answers within two seconds, or its answer is none.
+/// The server does not answer, no hub answers within two seconds, or the answer is no report.
 pub fn ask(address: &Address, certificates: Option<PathBuf>) -> Result<WallReport, WallError> {
     let session = address.session().to_owned();
     let answer = wire::ask(address, certificates, Duration::from_secs(2))?;

@@ -1,6 +1,6 @@
-//! The connection for messages of hub and nodes. It has its own thread, because the rest waits for nothing but a frame.
+//! The connection for messages of hub and nodes. It has its own thread, because hub and nodes wait only for frames.
 //!
-//! Messages without a server are dropped: they concern a frame that is over by then.
+//! Without a server, messages are dropped, because they concern a frame that will be over.
 
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
@@ -17,32 +17,32 @@ use crate::live::{Address, Background, Complaints, LinkOptions, LiveError, Role,
 pub(super) const HUB: &str = "hub";
 /// Subject of the nodes' messages to the hub.
 pub(super) const NODE: &str = "node";
-/// Questions for the state of the wall.
+/// Subject of requests for the state of the wall.
 pub(super) const STATUS: &str = "status";
 
-/// Messages that wait to be read; more are dropped.
+/// Largest number of messages that wait to be read; further ones are dropped.
 const MOST_WAITING: usize = 4096;
-/// Between two looks at what the server has refused.
+/// Interval of checks for refusals of the server.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// A received message.
 #[derive(Debug)]
 pub(super) struct Heard {
-    /// Number of its subject among the subscribed ones.
+    /// Index of the message's subject among the subscribed ones.
     pub(super) on: usize,
     pub(super) bytes: Vec<u8>,
-    /// Subject for an answer.
+    /// Subject for a reply.
     pub(super) reply: Option<String>,
 }
 
-/// See the [module](self). Dropping it ends the connection.
+/// The connection; see the [module](self). Dropping it closes the connection.
 #[derive(Debug)]
 pub(super) struct Wire {
-    /// `None` once it ends.
+    /// Messages to publish; `None` once the connection ends.
     said: Option<queue::UnboundedSender<(String, String)>>,
     heard: mpsc::Receiver<Result<Heard, WallError>>,
     to: String,
-    /// Dropping it ends the connection.
+    /// Dropping it closes the connection.
     _background: Background,
 }
 
@@ -51,7 +51,7 @@ fn options(certificates: Option<PathBuf>) -> LinkOptions {
 }
 
 impl Wire {
-    /// Begins to connect, and continues until there is a server. `wake` is called for every message.
+    /// Opens a connection. A thread connects, and retries until the server answers. It calls `wake` for every message.
     pub(super) fn open(
         address: &Address,
         certificates: Option<PathBuf>,
@@ -69,7 +69,7 @@ impl Wire {
         let (address, options) = (address.clone(), options(certificates));
         let work = move || async move {
             if let Err(error) = carry(&address, &options, &subjects, to_say, &tell, &wake).await {
-                // It comes after what is waiting, or as the end without a word.
+                // The error follows the waiting messages. If the queue is full, the queue just ends.
                 let _ = tell.try_send(Err(error.into()));
                 wake();
             }
@@ -83,9 +83,9 @@ impl Wire {
         self.answer(self.to.clone(), text);
     }
 
-    /// Answers a question.
+    /// Publishes a reply to a request.
     pub(super) fn answer(&self, reply: String, text: String) {
-        // Where the thread has ended, what is heard next says why.
+        // If the thread has ended, the next received message is the reason.
         let _ = self.said.as_ref().map(|said| said.send((reply, text)));
     }
 
@@ -105,7 +105,7 @@ const FAREWELL: Duration = Duration::from_millis(300);
 impl Drop for Wire {
     fn drop(&mut self) {
         drop(self.said.take());
-        // The thread ends once it has sent what there was, if there is a server.
+        // The thread ends after it has sent the waiting messages, if the server answers.
         let ending = Instant::now();
         while ending.elapsed() < FAREWELL && self.heard.recv_timeout(FAREWELL).is_ok() {}
     }
@@ -145,11 +145,11 @@ async fn carry(
     looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     loop {
         tokio::select! {
-            // What is to be shown goes before what else there is to hear.
+            // Messages to publish come before received messages.
             biased;
             said = to_say.recv() => {
                 let Some((subject, text)) = said else {
-                    // It may be that there is no server any more.
+                    // The server may be gone.
                     let _ = tokio::time::timeout(FAREWELL, client.flush()).await;
                     return Ok(());
                 };
@@ -163,7 +163,7 @@ async fn carry(
             }
             heard = all.next() => {
                 let Some((on, Message { payload, reply, .. })) = heard else { return Ok(()) };
-                // One byte more is enough to see that it is none.
+                // One byte beyond the limit is enough to detect that the message is too long.
                 let bytes = payload[..payload.len().min(MAX_BYTES + 1)].to_vec();
                 let heard = Heard { on, bytes, reply: reply.map(|subject| subject.to_string()) };
                 match tell.try_send(Ok(heard)) {
@@ -177,7 +177,7 @@ async fn carry(
 
 async fn say(client: &Client, subject: String, text: String) {
     if client.connection_state() == State::Connected {
-        // The client says so itself when it has lost the server.
+        // The client library itself reports a lost server.
         let _ = client.publish(subject, text.into()).await;
     }
 }
@@ -201,14 +201,14 @@ pub(super) fn ask(
         let asked = client.request(address.wall(STATUS), "".into());
         Ok(match tokio::time::timeout(patience, asked).await {
             Ok(Ok(answer)) => Some(answer.payload.to_vec()),
-            // Nobody listens, or nobody answers, or one may not ask.
+            // No hub runs, no hub answers, or the server forbids the request.
             Ok(Err(_)) | Err(_) => match complaints.forbids(&address.wall(STATUS)) {
                 Some(why) => return Err(LiveError::NotAllowed { server: address.server(), why }.into()),
                 None => None,
             },
         })
     });
-    // A look-up of a name may hang.
+    // The runtime is not waited for, because a look-up of a name may hang.
     runtime.shutdown_background();
     answer
 }

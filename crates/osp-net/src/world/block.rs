@@ -1,4 +1,4 @@
-//! A block: some thousand polygons that lie together, as bytes and in memory. All little-endian:
+//! A block: some thousand polygons that lie together, as bytes and in memory. All numbers are little-endian:
 //!
 //! | byte | what |
 //! |---|---|
@@ -27,7 +27,8 @@ use osp::{
 };
 use osp_session::replay::SetFingerprint;
 
-/// Most polygons of a block. More: fewer requests and boxes, but more polygons out of view are loaded.
+/// Largest number of polygons of a block. If it is larger, flights need fewer requests and boxes, but load more polygons
+/// out of view.
 pub const BLOCK_POLYGONS: usize = 4096;
 
 const MAGIC: &[u8; 4] = b"OSPB";
@@ -36,7 +37,7 @@ const PIECE_BYTES: usize = 24;
 const POLYGON_BYTES: usize = 48;
 const BOX_BYTES: usize = 28;
 
-/// The bytes that a block of so many polygons has at least and at most.
+/// The least and the largest size of a block of `polygons` polygons, bytes.
 pub(super) fn bytes_of(polygons: usize) -> std::ops::RangeInclusive<usize> {
     HEAD_BYTES + PIECE_BYTES + polygons * POLYGON_BYTES
         ..=HEAD_BYTES + polygons * (PIECE_BYTES + POLYGON_BYTES + BOX_BYTES)
@@ -92,7 +93,7 @@ impl BlockBuilder {
         self.polygons += 1;
     }
 
-    /// Appends the block; begins the next one.
+    /// Appends the block's bytes to `out`, and begins the next block.
     pub(super) fn put(&mut self, out: &mut Vec<u8>) {
         out.extend(MAGIC);
         for count in [self.polygons, self.pieces.len(), self.boxes.len()] {
@@ -115,13 +116,13 @@ impl BlockBuilder {
     }
 }
 
-/// The corners of a polygon; of a triangle the last one twice.
+/// The corners of a polygon; a triangle repeats its last corner.
 fn corners_of(polygon: &ConvexPolygon) -> [Vec3; 4] {
     let corners = polygon.vertices();
     std::array::from_fn(|i| corners[i.min(corners.len() - 1)])
 }
 
-/// Bytes of memory of blocks and of blocks in the making, now and at most so far.
+/// Memory of blocks and of buffers that become blocks, bytes: now, and the largest value so far.
 #[derive(Debug, Default)]
 pub(super) struct Held {
     now: AtomicU64,
@@ -134,7 +135,7 @@ impl Held {
     }
 }
 
-/// A share of what is held, given back when it is dropped.
+/// A share of the memory in [`Held`], which is subtracted when the share is dropped.
 #[derive(Debug)]
 pub(super) struct Share {
     held: Arc<Held>,
@@ -160,7 +161,7 @@ impl Drop for Share {
 pub struct Block {
     pieces: Vec<Piece>,
     corners: Vec<[Vec3; 4]>,
-    /// By the place in the block.
+    /// The boxes of the polygons, by position in the block.
     boxes: PolygonBoxes,
     all: SetFingerprint,
     bytes: usize,
@@ -174,16 +175,16 @@ impl std::fmt::Debug for Block {
 }
 
 impl Block {
-    /// Upper bound of the memory of a block of this many polygons, bytes, including its construction: its pieces,
-    /// corners and boxes.
+    /// Upper bound of the memory of a block of `polygons` polygons, bytes: its pieces, corners and boxes, and their
+    /// construction.
     pub(super) fn room_for(polygons: usize) -> u64 {
         (polygons * (PIECE_BYTES + POLYGON_BYTES + 2 * size_of::<Aabb>()) + (2 << 10)) as u64
     }
 
-    /// Reads a block. `bounds`, which have to hold all its polygons, and `polygons` are from the manifest.
+    /// Reads a block. `polygons` and `bounds`, which must contain all its polygons, are those of the manifest.
     ///
     /// # Errors
-    /// The fault of the bytes, as damage of the object with the name `object`; the block begins at its byte `start`.
+    /// The bytes are damaged. The error names the object by `object`; the block begins at the object's byte `start`.
     pub(super) fn read(
         object: &dyn Fn() -> String,
         start: u64,
@@ -249,18 +250,18 @@ impl Block {
         Ok(Self { pieces, corners, boxes, all, bytes, _share: None })
     }
 
-    /// The block, counted among what is held.
+    /// The block, with its memory added to `held`.
     pub(super) fn held_by(mut self, held: &Arc<Held>) -> Self {
         self._share = Some(Share::new(held, self.bytes));
         self
     }
 
-    /// Memory that it takes, bytes.
+    /// Memory of the block, bytes.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
 
-    /// Its polygons: number, corners, colour.
+    /// The polygons: number, corners, colour.
     pub fn polygons(&self) -> impl Iterator<Item = (PolygonId, ConvexPolygon, [f32; 4])> + '_ {
         let ids = self.pieces.iter().flat_map(|piece| ids_of_piece(piece).map(move |id| (id, piece.color)));
         ids.zip(&self.corners).map(|((id, color), &[a, b, c, d])| {
@@ -270,8 +271,8 @@ impl Block {
         })
     }
 
-    /// The places of the polygons that the frustum may see; `how` is the frustum's test of the block's box. `false`:
-    /// all are seen, and nothing is listed.
+    /// Sets `seen` to the positions of the polygons that the frustum may see. `how` is the outcome of the frustum test of
+    /// the block's box. Returns `false`, and sets nothing, if the frustum contains all of them.
     pub(super) fn cull(&self, frustum: &Frustum, how: Containment, seen: &mut VisibleBlocks) -> bool {
         if how == Containment::Inside {
             return false;
@@ -286,11 +287,11 @@ impl Block {
         self.all
     }
 
-    /// The fingerprint of the polygons at some places.
+    /// The fingerprint of the polygons at the positions `seen`.
     pub(super) fn fingerprint_of(&self, seen: &VisibleBlocks) -> SetFingerprint {
         let mut pieces = self.pieces.iter();
         let (mut piece, mut begin) = (pieces.next(), 0);
-        // Both ascend.
+        // Positions and pieces both ascend.
         SetFingerprint::of(seen.ids().filter_map(|place| {
             while let Some(current) = piece {
                 if place.0 - begin < current.polygons {
@@ -331,7 +332,7 @@ fn read_pieces(reader: &mut Reader<'_>, count: u32, polygons: usize) -> Result<V
     Ok(pieces)
 }
 
-/// A cube for the index of polygons in a box.
+/// A root cube for the index of polygons in a box.
 pub(super) fn root_around(bounds: &Aabb) -> Aabb {
     let side_m = bounds.extent().max_element();
     match bounds.is_valid() && side_m.is_finite() {

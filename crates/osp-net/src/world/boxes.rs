@@ -7,12 +7,12 @@ use osp::{
     polygon::{BLOCK, VisibleBlocks},
 };
 
-/// The boxes of a block's polygons, sixteen at a time, and a box around each sixteen. A block is loaded and dropped as a whole, so that
-/// nothing has to be inserted or removed: this takes a third of the memory of an index that can.
+/// The boxes of a block's polygons, sixteen at a time, and a box around each sixteen. A block is loaded and dropped as a
+/// whole, so no box is inserted or removed. This takes a third of the memory of an index that supports changes.
 pub(super) struct PolygonBoxes {
     backend: Backend,
     sixteens: Vec<Boxes<BLOCK>>,
-    /// Around each sixteen, sixteen to a group.
+    /// The boxes around each sixteen, sixteen to a group.
     around: Vec<Boxes<BLOCK>>,
     len: usize,
 }
@@ -25,7 +25,7 @@ impl PolygonBoxes {
         Self { backend: Backend::detect(), sixteens, around, len: boxes.len() }
     }
 
-    /// Adds the places of the boxes that the frustum may see, exactly those that [`Frustum::may_see`] accepts.
+    /// Adds the positions of the boxes that the frustum may see: exactly the boxes that [`Frustum::may_see`] accepts.
     pub(super) fn cull(&self, frustum: &Frustum, seen: &mut VisibleBlocks) {
         let planes = PlaneSet::new(frustum);
         self.backend.run(Pass { boxes: self, planes, seen });
@@ -35,7 +35,7 @@ impl PolygonBoxes {
         self.len
     }
 
-    /// Memory that it takes, bytes.
+    /// Memory held, bytes.
     pub(super) fn bytes(&self) -> usize {
         (self.sixteens.capacity() + self.around.capacity()) * size_of::<Boxes<BLOCK>>()
     }

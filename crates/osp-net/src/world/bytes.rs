@@ -1,11 +1,11 @@
-//! Little-endian numbers in an object, read one after the other.
+//! Little-endian numbers of an object, read one after the other.
 
 use glam::Vec3;
 
 use super::WorldError;
 use osp::math::Aabb;
 
-/// The bytes of an object, or of a part of it, and how much of them has been read.
+/// The bytes of an object, or of a part of it, and the number of bytes already read.
 pub(super) struct Reader<'a> {
     object: &'a dyn Fn() -> String,
     /// Offset of the bytes in the object.
@@ -15,7 +15,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// `object` gives the object's place for errors.
+    /// A reader of `bytes`, which begin at byte `start` of the object. `object` returns the object's place for errors.
     pub(super) fn new(object: &'a dyn Fn() -> String, start: u64, bytes: &'a [u8]) -> Self {
         Self { object, start, bytes, at: 0 }
     }
@@ -24,7 +24,7 @@ impl<'a> Reader<'a> {
         self.bytes.len() - self.at
     }
 
-    /// The error that what was read last, `back` bytes ago, is not what it should be.
+    /// The error for a value with unexpected contents, which began `back` bytes before the current position.
     pub(super) fn damaged(
         &self,
         back: usize,
@@ -74,7 +74,7 @@ impl<'a> Reader<'a> {
         Ok(floats)
     }
 
-    /// A box with finite corners.
+    /// Reads a box with finite corners.
     pub(super) fn bounds(&mut self, what: &str) -> Result<Aabb, WorldError> {
         let [a, b, c, d, e, f] = self.floats(what)?;
         let bounds = Aabb::new(Vec3::new(a, b, c), Vec3::new(d, e, f));

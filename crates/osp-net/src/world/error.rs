@@ -1,14 +1,14 @@
 use thiserror::Error;
 
-/// Error of a world.
+/// An error of a world.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum WorldError {
     /// The folder or address cannot be used.
     #[error("{place}: {problem}")]
     Place {
-        /// As it was given.
+        /// The place as the caller gave it.
         place: String,
-        /// Error, or expected form.
+        /// The error, or the expected form.
         problem: String,
     },
     /// An object (a file in a folder) cannot be read or written.
@@ -19,42 +19,42 @@ pub enum WorldError {
         /// Message of the system or the server.
         problem: String,
     },
-    /// An object does not hold what it should.
+    /// An object has unexpected contents.
     #[error("{object}: byte {byte}: expected {expected}; found {found}")]
     Damaged {
         /// Its place.
         object: String,
-        /// Offset in it, from 0.
+        /// Offset in the object, from 0 on.
         byte: u64,
         /// Expected contents.
         expected: String,
-        /// Present contents.
+        /// Found contents.
         found: String,
     },
     /// A world exists already.
     #[error("{place}: holds a world already")]
     Exists {
-        /// As it was given.
+        /// The place as the caller gave it.
         place: String,
     },
-    /// Another pack into this place runs still.
+    /// Another pack writes to this place.
     #[error("{place}: another pack writes here; expected that it has ended")]
     Busy {
-        /// As it was given.
+        /// The place as the caller gave it.
         place: String,
     },
-    /// There is not enough memory to hold even a few blocks.
+    /// The memory does not suffice for even a few blocks.
     #[error("expected at least {least} bytes of memory for the blocks of this world; found {given}")]
     Memory {
-        /// Memory for a cache of one block and of the blocks that are being loaded.
+        /// Memory for a cache of one block and for the blocks that are being loaded, bytes.
         least: u64,
-        /// Memory that it may take.
+        /// Memory that the caller allows, bytes.
         given: u64,
     },
-    /// More polygons than numbers for them.
+    /// The world has more polygons than there are numbers.
     #[error("expected at most {most} polygons in a world; found more")]
     TooMany {
-        /// [`WorldWriter::MOST_POLYGONS`](super::WorldWriter::MOST_POLYGONS).
+        /// The limit, [`WorldWriter::MOST_POLYGONS`](super::WorldWriter::MOST_POLYGONS).
         most: u64,
     },
 }

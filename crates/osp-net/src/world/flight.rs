@@ -6,19 +6,21 @@ use osp::{
     view::{Projection, View},
 };
 
-/// Points of a flight are at least this far from the border of the world, in parts of its extent: most of it is in front of the eye.
+/// Least distance of a flight's points from the border of the world, as a fraction of its extent. It keeps most of the
+/// world in front of the eye.
 const MARGIN: f64 = 0.1;
 const FOV_DEGREES: f32 = 60.0;
 const ASPECT: f32 = 16.0 / 9.0;
-/// Nearest distance that is seen, metres, unless the world is smaller than that is sensible for.
+/// Nearest visible distance, metres; less in a very small world.
 const NEAR_M: f32 = 0.02;
-/// The generator's own default stream, written out so that it cannot change with the library.
+/// The generator's default stream, written out so that it cannot change with the library.
 const STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
-/// Cosine of the angle by which the eye turns at once in a frame; of a larger one it takes a part.
+/// Cosine of the largest angle by which the eye turns in one frame. A larger turn is divided over several frames.
 const QUICK_TURN: f64 = 0.95;
 
-/// A smooth flight through a world, the same for the same box and seed on every machine: a Catmull-Rom spline (E. Catmull, R. Rom, "A
-/// Class of Local Interpolating Splines", 1974) through points at random. The eye looks where it goes.
+/// A smooth flight through a world, the same for the same box and seed on every machine. It is a Catmull-Rom spline (E.
+/// Catmull, R. Rom, "A Class of Local Interpolating Splines", 1974) through random points. The eye looks in the direction
+/// of flight.
 #[derive(Clone, Debug)]
 pub struct Flight {
     bounds: Aabb,
@@ -26,15 +28,15 @@ pub struct Flight {
     far_m: f32,
     random: Pcg64,
     points: [DVec3; 4],
-    /// Between the second and the third point, from 0 to 1.
+    /// Position between the second and the third point, from 0 to 1.
     along: f64,
     /// Direction of view of the last frame.
     forward: Option<DVec3>,
 }
 
 impl Flight {
-    /// A flight through `bounds`. The eye moves by `step_m` a frame; by default 900 frames cross the longest side once. It sees
-    /// everything up to `far_m`, by default the whole world.
+    /// A flight through `bounds`. The eye moves by `step_m` a frame; by default 900 frames cross the longest side once. The
+    /// eye sees up to `far_m`, by default the whole world.
     pub fn new(bounds: &Aabb, seed: u64, step_m: Option<f32>, far_m: Option<f32>) -> Self {
         let bounds = if bounds.is_valid() { *bounds } else { Aabb::cube(Vec3::ZERO, 1.0) };
         let longest_m = f64::from(bounds.extent().max_element()).max(1.0e-4);
@@ -62,7 +64,7 @@ impl Flight {
         min + (max - min) * at
     }
 
-    /// Place and direction (not of unit length) on the spline.
+    /// Position and direction (not of unit length) on the spline.
     fn at(&self) -> (DVec3, DVec3) {
         let [a, b, c, d] = self.points;
         let t = self.along;
@@ -78,7 +80,7 @@ impl Iterator for Flight {
         let (eye, direction) = self.at();
         let eye_in_world = eye.as_vec3();
         let ahead = direction.normalize_or(DVec3::NEG_Z);
-        // Where the path turns back, it does so within a step: the eye takes several frames for it.
+        // If the path turns back, it does so within a step, and the eye turns over several frames.
         let forward = match self.forward {
             Some(last) if last.dot(ahead) < QUICK_TURN => (last * 3.0 + ahead).normalize_or(ahead),
             _ => ahead,
@@ -87,9 +89,9 @@ impl Iterator for Flight {
         let forward = forward.as_vec3();
         let near_m = NEAR_M.min(self.far_m * 1.0e-3);
         let projection = Projection::symmetric(FOV_DEGREES, ASPECT, near_m, self.far_m);
-        // The target is a metre ahead of the origin, not of the eye: far away that would round.
+        // The target is a metre from the origin, not from the eye, because far from the origin it would be rounded.
         let view = View { eye_in_world, ..View::look_at(Vec3::ZERO, forward, projection) };
-        // Where the spline stands still for a moment, a thousandth of the way to the next point.
+        // Where the spline hardly moves, the eye moves by at most the distance to the next point.
         let speed_m = direction.length().max(self.step_m);
         self.along += (self.step_m / speed_m).min(1.0);
         if self.along >= 1.0 {

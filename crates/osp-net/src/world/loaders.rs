@@ -1,4 +1,4 @@
-//! The threads that load blocks, and their requests.
+//! The threads that load blocks, and the requests for them.
 
 use std::{
     collections::{BTreeSet, VecDeque},
@@ -16,18 +16,18 @@ use super::{
 };
 use osp::math::Aabb;
 
-/// Wishes, the first ones first.
+/// Requested blocks, the most important first.
 type Wishes = VecDeque<u32>;
 
-/// Blocks to load, blocks that are being loaded, and blocks that a frame waits for.
+/// Requested blocks, blocks that are being loaded, and blocks that a frame waits for.
 pub(super) struct Queue {
     wishes: Wishes,
-    /// In the hand of a thread.
+    /// Blocks that a thread is loading.
     loading: BTreeSet<u32>,
-    /// The frame waits for these.
+    /// Blocks that the frame waits for.
     awaited: BTreeSet<u32>,
     arrivals: VecDeque<(u32, Arc<Block>)>,
-    /// Arrivals that may wait to be taken.
+    /// Largest number of arrivals that may wait.
     most_arrivals: usize,
     failure: Option<WorldError>,
     ends: bool,
@@ -65,7 +65,7 @@ impl Queue {
         self.ends = true;
     }
 
-    /// The next wish that nobody has in hand.
+    /// The next requested block that no thread is loading.
     fn take(&mut self) -> Option<u32> {
         loop {
             let block = self.wishes.pop_front()?;
@@ -92,9 +92,9 @@ pub(super) struct Shared {
     pub(super) world: Arc<World>,
     pub(super) cache: BlockCache,
     pub(super) queue: Mutex<Queue>,
-    /// Somebody wishes for something, or has taken what was loaded.
+    /// Signals new requests, and that arrivals were taken.
     pub(super) wishes: Condvar,
-    /// A block that a frame waits for has arrived.
+    /// Signals that a block has arrived that a frame waits for.
     pub(super) arrivals: Condvar,
     pub(super) held: Arc<Held>,
     pub(super) bytes_read: AtomicU64,
@@ -103,7 +103,7 @@ pub(super) struct Shared {
 
 impl Shared {
     pub(super) fn queue(&self) -> MutexGuard<'_, Queue> {
-        // No holder leaves it half done.
+        // A panic cannot leave the queue in an inconsistent state.
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -112,7 +112,7 @@ impl Shared {
     }
 }
 
-/// Brings a block.
+/// The function that loads a block.
 pub(super) type Load = fn(&Shared, u32) -> Result<Arc<Block>, WorldError>;
 
 /// Reports a panic of this thread to the waiting frame.
@@ -128,7 +128,7 @@ impl Drop for Watch<'_> {
     }
 }
 
-/// Loads what is wished for, until the end.
+/// Loads requested blocks until the walk ends.
 pub(super) fn run(shared: &Shared, load: Load) {
     let _watch = Watch(shared);
     loop {
@@ -143,7 +143,7 @@ pub(super) fn run(shared: &Shared, load: Load) {
             }
         };
         drop(queue);
-        // Another thread may have brought it since.
+        // Another thread may have loaded the block meanwhile.
         let outcome = shared.cache.peek(&block).map_or_else(|| load(shared, block), Ok);
         let mut queue = shared.queue();
         while queue.arrivals.len() >= queue.most_arrivals && queue.awaited.contains(&block) && !queue.ends {
@@ -167,7 +167,7 @@ pub(super) fn run(shared: &Shared, load: Load) {
 
 pub(super) fn load(shared: &Shared, number: u32) -> Result<Arc<Block>, WorldError> {
     let entry = shared.world.entry(number);
-    // The bytes, and the boxes before they stand in rows.
+    // The memory of the bytes, and of the boxes before they are put in rows.
     let raw = Share::new(&shared.held, entry.bytes as usize + entry.polygons as usize * size_of::<Aabb>());
     let (block, bytes) = shared.world.load(number)?;
     let block = Arc::new(block.held_by(&shared.held));

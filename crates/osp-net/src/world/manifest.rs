@@ -1,4 +1,4 @@
-//! The manifest of a world: contents and place of each block. All little-endian:
+//! The manifest of a world: contents and position of each block. All numbers are little-endian:
 //!
 //! | byte | what |
 //! |---|---|
@@ -19,9 +19,9 @@ use super::{
 };
 use osp::math::Aabb;
 
-/// The name of the manifest.
+/// The name of the manifest's object.
 pub(super) const MANIFEST: &str = "manifest.osp-world";
-/// The longest manifest that is read: six million blocks.
+/// Size of the longest manifest that is read, bytes: six million blocks.
 pub(super) const MOST_BYTES: u64 = 256 << 20;
 
 const MAGIC: &[u8; 10] = b"osp world ";
@@ -33,15 +33,15 @@ const BLOCK_BYTES: u64 = 40;
 /// A session in a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// The name of its file.
+    /// The name of the session's file.
     pub name: String,
-    /// Polygons of each copy.
+    /// Number of polygons of each copy.
     pub polygons: u64,
     /// Number of copies.
     pub copies: u32,
 }
 
-/// An object: blocks, one after the other.
+/// An object, which consists of consecutive blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ObjectEntry {
     pub(super) hash: u64,
@@ -58,14 +58,14 @@ impl ObjectEntry {
 /// A block in the manifest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockEntry {
-    /// Holds all its polygons, world space, metres.
+    /// A box that contains all polygons of the block, world space, metres.
     pub bounds: Aabb,
     /// Number of polygons.
     pub polygons: u32,
     pub(super) bytes: u32,
     pub(super) hash: u64,
     pub(super) object: u32,
-    /// Its offset in the object.
+    /// Offset of the block in its object, bytes.
     pub(super) at: u64,
 }
 
@@ -88,17 +88,17 @@ impl Manifest {
         &self.blocks
     }
 
-    /// Number of objects that hold the blocks.
+    /// Number of objects that contain the blocks.
     pub fn object_count(&self) -> usize {
         self.objects.len()
     }
 
-    /// Polygons of the world.
+    /// Number of polygons of the world.
     pub fn polygon_count(&self) -> u64 {
         self.blocks.iter().map(|block| u64::from(block.polygons)).sum()
     }
 
-    /// Bytes of all blocks.
+    /// Size of all blocks, bytes.
     pub fn block_bytes(&self) -> u64 {
         self.objects.iter().map(|object| object.bytes).sum()
     }
@@ -108,7 +108,7 @@ impl Manifest {
         self.blocks.iter().fold(Aabb::EMPTY, |all, block| all.union(&block.bounds))
     }
 
-    /// Memory that it takes, bytes.
+    /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
         let names: usize = self.sources.iter().map(|source| source.name.capacity()).sum();
         names
@@ -143,7 +143,7 @@ impl Manifest {
         out
     }
 
-    /// Reads a manifest. Memory: no more than a few times its bytes, whatever it claims.
+    /// Reads a manifest. Takes at most a few times the memory of `bytes`, whatever counts the manifest contains.
     pub(super) fn read(object: &dyn Fn() -> String, bytes: &[u8]) -> Result<Self, WorldError> {
         let mut reader = Reader::new(object, 0, bytes);
         let magic = reader.take(MAGIC.len(), "`osp world 1`").unwrap_or(bytes);

@@ -1,4 +1,4 @@
-//! The mark of a pack that runs: a file in its folder, which the system unlocks when the process ends, however it ends.
+//! The mark of a running pack: a locked file in the folder. The system unlocks it when the process ends in any way.
 
 use std::{
     fs::{self, File, TryLockError},
@@ -7,15 +7,15 @@ use std::{
 
 const MARK: &str = "packing.osp-world";
 
-/// A mark that is set; taken away when it is dropped.
+/// A mark, which is removed when this is dropped.
 #[derive(Debug)]
 pub(super) struct Mark {
     path: PathBuf,
-    /// The lock is this file's.
+    /// The locked file.
     file: File,
 }
 
-/// Outcome of locking.
+/// The outcome of setting a mark.
 pub(super) enum Marked {
     Set(Mark),
     /// Another pack runs.
@@ -27,11 +27,11 @@ pub(super) enum Marked {
 impl Mark {
     pub(super) fn set(folder: &Path) -> std::io::Result<Marked> {
         let path = folder.join(MARK);
-        // What one leaves behind that was killed is a file without a lock.
+        // A killed pack leaves a file without a lock.
         let file = File::options().write(true).create(true).truncate(false).open(&path)?;
         match file.try_lock() {
             Ok(()) if is_at(&file, &path) => Ok(Marked::Set(Self { path, file })),
-            // Taken away by one that ended just now: others lock the next one.
+            // A pack that ended just now has removed this file, so that others lock the next one.
             Ok(()) | Err(TryLockError::WouldBlock) => Ok(Marked::Busy),
             Err(TryLockError::Error(_)) => {
                 let _ = fs::remove_file(&path);
@@ -43,7 +43,7 @@ impl Mark {
 
 impl Drop for Mark {
     fn drop(&mut self) {
-        // Before it is unlocked: whoever has opened it meanwhile finds it gone.
+        // The file is removed before it is unlocked, so that a process that has opened it meanwhile finds it removed.
         let _ = fs::remove_file(&self.path);
         let _ = self.file.unlock();
     }
@@ -56,7 +56,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     matches!((file.metadata(), fs::metadata(path)), (Ok(a), Ok(b)) if place(&a) == place(&b))
 }
 
-/// Here a file keeps its name as long as somebody has it open.
+/// On this system a file keeps its name as long as a process has it open.
 #[cfg(not(unix))]
 fn is_at(_file: &File, path: &Path) -> bool {
     path.exists()

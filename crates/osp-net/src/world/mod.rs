@@ -1,4 +1,4 @@
-//! Worlds: finished sessions that may be larger than memory, kept as blocks in a folder or behind an address.
+//! Worlds: finished sessions that may be larger than memory, stored as blocks in a folder or at an address.
 //!
 //! ```text
 //! Scene ──> WorldWriter ──> blocks of 4,096 polygons in larger objects, and last of all the manifest
@@ -8,15 +8,16 @@
 //!                               └─ missing:  loaded by threads ──> cache of resident blocks (bounded in bytes)
 //! ```
 //!
-//! [`WorldWriter`] packs, [`World::open`] opens, [`Walk`] sees a world frame by frame. Depends on [`scene`](osp_session::scene),
-//! [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
+//! [`WorldWriter`] packs a world, [`World::open`] opens it, [`Walk`] culls it frame by frame. Depends on
+//! [`scene`](osp_session::scene), [`index`](osp::index), [`view`](osp::view) and [`replay`](osp_session::replay).
 //!
-//! * **Conservative.** A block is left out only if its box, which holds all its polygons, is outside of the frustum. Missing
-//!   blocks in view are counted, never skipped in silence.
-//! * **Exact.** A frame that waits has, polygon by polygon, the same result as the same sessions in memory.
-//! * **Whole or not at all.** The manifest is written after all blocks, in one step: without it there is no world.
-//! * **Bounded.** The claims of a manifest or a block are compared with its size before memory is reserved for them. No more of
-//!   a server's answer is read than was requested.
+//! * **Conservative.** A block is left out only if its box, which contains all its polygons, is outside the frustum.
+//!   Missing blocks in view are counted, never skipped in silence.
+//! * **Exact.** A frame that waits for its blocks has the same polygons as the same sessions in memory.
+//! * **Complete or not at all.** The manifest is written after all blocks, in one step. Without it, the place contains no
+//!   world.
+//! * **Bounded.** The counts in a manifest or a block are compared with its size before memory is reserved for them. At
+//!   most the requested number of bytes is read from a server.
 
 mod block;
 mod boxes;

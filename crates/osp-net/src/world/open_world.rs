@@ -10,11 +10,11 @@ use osp::{
 };
 use xxhash_rust::xxh3::xxh3_64;
 
-/// An open world: its manifest, and the boxes of its blocks in an index. Its polygons stay where they are.
+/// An open world: its manifest, and the boxes of its blocks in an index. The polygons stay in the folder or at the address.
 pub struct World {
     place: Place,
     manifest: Manifest,
-    /// Numbers of blocks, by their boxes.
+    /// An index of the blocks, by their boxes.
     index: Osp,
     bounds: Aabb,
 }
@@ -29,7 +29,7 @@ impl World {
     /// Opens a world: reads its manifest.
     ///
     /// # Errors
-    /// There is none, or it is damaged.
+    /// The manifest does not exist, or is damaged.
     pub fn open(place: Place) -> Result<Self, WorldError> {
         let Some(bytes) = place.read(MANIFEST, MOST_BYTES)? else {
             let problem = format!("expected a world: there is no {MANIFEST} (a pack writes it last)");
@@ -40,7 +40,7 @@ impl World {
         let mut index =
             Osp::new(&IndexConfig { root: root_around(&bounds), capacity: manifest.blocks.len() });
         for (number, block) in manifest.blocks.iter().enumerate() {
-            // Its box is valid, and a manifest of the longest length has fewer blocks than the index has numbers.
+            // No error is expected: the box is valid, and the longest manifest has fewer blocks than the index has numbers.
             let inserted = index.insert(PolygonId(number as u32), &block.bounds);
             inserted.map_err(|error| place.unusable(&error.to_string()))?;
         }
@@ -48,12 +48,12 @@ impl World {
         Ok(Self { place, manifest, index, bounds })
     }
 
-    /// Its manifest.
+    /// The manifest.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// Box of everything, world space, metres.
+    /// Box around all polygons, world space, metres.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -77,10 +77,10 @@ impl World {
         &self.manifest.blocks[block as usize]
     }
 
-    /// Loads a block; panics if there is no such number. Also the bytes that were read.
+    /// Loads a block. Also returns the number of bytes that were read. Panics if the number does not exist.
     ///
     /// # Errors
-    /// It cannot be read, or is damaged.
+    /// The block cannot be read, or is damaged.
     pub fn load(&self, block: u32) -> Result<(Block, u64), WorldError> {
         let entry = self.entry(block);
         let object = self.manifest.objects[entry.object as usize].name();

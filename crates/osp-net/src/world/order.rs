@@ -1,4 +1,4 @@
-//! In which order polygons of a session fill blocks.
+//! The order in which polygons of a session fill blocks.
 
 use std::ops::Range;
 
@@ -7,25 +7,25 @@ use glam::Vec3;
 use osp::{math::Aabb, polygon::PolygonId};
 use osp_session::scene::Scene;
 
-/// Polygons that stay together when a session is ordered by space: a range of a stroke.
+/// Number of consecutive polygons of a stroke that stay together when a session is sorted by space.
 const STRETCH: usize = 16;
 
-/// In which order polygons fill blocks.
+/// The order in which polygons fill blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PackOrder {
-    /// As they were drawn: strokes that were drawn one after the other lie near each other.
+    /// The order in which they were drawn. Strokes that were drawn one after the other mostly lie near each other.
     Strokes,
-    /// Ranges of strokes along a Z-order curve (G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in
+    /// Parts of strokes along a Z-order curve (G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in
     /// File Sequencing", 1966).
     #[default]
     Space,
 }
 
 impl PackOrder {
-    /// Both.
+    /// Both orders.
     pub const ALL: &'static [Self] = &[Self::Strokes, Self::Space];
 
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Strokes => "strokes",
@@ -33,7 +33,7 @@ impl PackOrder {
         }
     }
 
-    /// Sorts the polygons of a model, which ascend, into the order of blocks.
+    /// Sorts the polygons of a model, which come in ascending order, for the blocks.
     pub(super) fn sort(self, scene: &Scene, ids: Vec<PolygonId>, bounds: &Aabb) -> Vec<PolygonId> {
         if self == Self::Strokes {
             return ids;
@@ -51,16 +51,16 @@ impl PackOrder {
             stretches.push((along_curve(around.center(), bounds), begin..end));
             begin = end;
         }
-        // Of those at the same place, the first drawn comes first.
+        // At the same position, the part drawn first comes first.
         stretches.sort_by_key(|(key, range)| (*key, range.start));
         stretches.into_iter().flat_map(|(_, range)| ids[range].iter().copied()).collect()
     }
 }
 
-/// Position of a point on the curve through a box: 21 bits an axis, woven into each other.
+/// Position of a point on the curve through a box: the interleaved bits of its cell, 21 bits an axis.
 fn along_curve(point: Vec3, bounds: &Aabb) -> u64 {
     let cells = 2_097_151.0;
-    // One scale for all axes: the curve's cells are cubes.
+    // All axes have the same scale, so that the curve's cells are cubes.
     let scale = cells / bounds.extent().max_element().max(f32::MIN_POSITIVE);
     let cell = ((point - bounds.min) * scale).clamp(Vec3::ZERO, Vec3::splat(cells));
     let spread = |x: f32| {

@@ -1,4 +1,4 @@
-//! Place of a world: a folder, or an address that the crate `object_store` understands.
+//! The place of a world: a folder, or an address that the crate `object_store` understands.
 
 use std::{fs, io, ops::Range, path::PathBuf, sync::Arc};
 
@@ -20,25 +20,26 @@ use super::{
 };
 use osp_session::small_file::check_regular;
 
-/// Retries for a server that does not answer, and their total time.
+/// Largest number of retries for a server that does not answer, and their total time.
 #[cfg(feature = "worlds-cloud")]
 const MOST_RETRIES: usize = 3;
 #[cfg(feature = "worlds-cloud")]
 const LONGEST_RETRY: std::time::Duration = std::time::Duration::from_secs(20);
-/// Most memory reserved for an announced answer of a server; more as it comes. Larger than any block.
+/// Largest memory reserved for the announced size of an answer, bytes; more is reserved as data arrives. It is larger than
+/// any block.
 #[cfg(feature = "worlds-cloud")]
 const RESERVED_BYTES: u64 = 1 << 20;
 
-/// A folder or an address that holds a world, or will.
+/// A folder or an address that contains a world, or will contain one.
 #[derive(Clone)]
 pub struct Place {
     text: String,
     store: Arc<dyn ObjectStore>,
     prefix: Path,
-    /// Folder, if it is no address.
+    /// The folder; `None` for an address.
     folder: Option<PathBuf>,
     is_writable: bool,
-    /// Runtime for the client of an address. A folder needs none.
+    /// Runtime for the client of an address; a folder needs none.
     #[cfg(feature = "worlds-cloud")]
     runtime: Option<Arc<tokio::runtime::Runtime>>,
 }
@@ -49,7 +50,7 @@ impl std::fmt::Debug for Place {
     }
 }
 
-/// Whether a folder may be made.
+/// Whether a missing folder is created.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Folder {
     IsThere,
@@ -57,19 +58,19 @@ enum Folder {
 }
 
 impl Place {
-    /// A place to read from: an existing folder, or (feature `worlds-cloud`) `http://`, `https://` or `s3://`. No request is sent
-    /// to a server yet.
+    /// A place to read from: an existing folder, or (feature `worlds-cloud`) `http://`, `https://` or `s3://`. No request
+    /// is sent to a server yet.
     ///
     /// # Errors
-    /// It is not there, or no such address.
+    /// The folder does not exist, or the address has another form.
     pub fn to_read(text: &str) -> Result<Self, WorldError> {
         Self::of(text, Folder::IsThere)
     }
 
-    /// A place to write to: a folder, which is made if it is not there, or (feature `worlds-cloud`) `s3://`.
+    /// A place to write to: a folder, which is created if it does not exist, or (feature `worlds-cloud`) `s3://`.
     ///
     /// # Errors
-    /// It cannot be made or written to, or no such address.
+    /// The folder cannot be created or written to, or the address has another form.
     pub fn to_write(text: &str) -> Result<Self, WorldError> {
         let this = Self::of(text, Folder::IsMade)?;
         match this.is_writable {
@@ -95,7 +96,7 @@ impl Place {
         let store = LocalFileSystem::new_with_prefix(&path).map_err(|error| problem(innermost(&error)))?;
         Ok(Self {
             text: text.to_owned(),
-            // What is written outlasts a power cut.
+            // Written data survives a power cut.
             store: Arc::new(store.with_fsync(true)),
             prefix: Path::default(),
             folder: Some(path),
@@ -140,7 +141,7 @@ impl Place {
                 return Err(problem("expected http://, https:// or s3://; found another service".to_owned()));
             }
         };
-        // Connections belong to its threads, so that any thread may use them again.
+        // Connections belong to the runtime's threads, so that any thread may use them again.
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         Ok(Self {
             text: text.to_owned(),
@@ -152,7 +153,7 @@ impl Place {
         })
     }
 
-    /// As it was given.
+    /// The place as the caller gave it.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -161,7 +162,7 @@ impl Place {
         WorldError::Place { place: self.text.clone(), problem: problem.to_owned() }
     }
 
-    /// Place of an object, for messages.
+    /// The place of an object, for messages.
     pub(super) fn name_of(&self, object: &str) -> String {
         format!("{}/{object}", self.text.trim_end_matches('/'))
     }
@@ -182,7 +183,7 @@ impl Place {
         WorldError::Object { object: self.name_of(object), problem: innermost(error) }
     }
 
-    /// Marks the place as one that a pack writes into, until the mark is dropped. `None` where nothing can be locked: behind an
+    /// Marks the place as one that a pack writes to, until the mark is dropped. `None` if locks do not exist: at an
     /// address, or in a file system without locks.
     pub(super) fn mark(&self) -> Result<Option<Mark>, WorldError> {
         let Some(folder) = &self.folder else { return Ok(None) };
@@ -193,19 +194,19 @@ impl Place {
         }
     }
 
-    /// A pipe in a folder would wait for a writer, a device might never end.
+    /// Refuses pipes and devices in a folder, because a pipe would wait for a writer, and a device might never end.
     fn check_regular(&self, object: &str) -> Result<(), WorldError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         match check_regular(&folder.join(object)) {
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
                 Err(WorldError::Object { object: self.name_of(object), problem: error.to_string() })
             }
-            // All else is told when it is read.
+            // Other errors are reported when the object is read.
             _ => Ok(()),
         }
     }
 
-    /// A whole object; `None` if there is none.
+    /// The contents of an object; `None` if it does not exist.
     pub(super) fn read(&self, object: &str, most_bytes: u64) -> Result<Option<Vec<u8>>, WorldError> {
         self.check_regular(object)?;
         let path = self.path_of(object);
@@ -234,7 +235,7 @@ impl Place {
         }
     }
 
-    /// A part of an object. Fewer bytes than requested where it ends.
+    /// A part of an object. Returns fewer bytes than requested if the object ends.
     pub(super) fn read_range(
         &self,
         object: &str,
@@ -253,7 +254,7 @@ impl Place {
         found.map_err(|error| self.failed(object, &error))
     }
 
-    /// Whether there is such an object.
+    /// Whether the object exists.
     pub(super) fn holds(&self, object: &str) -> Result<bool, WorldError> {
         match self.wait(self.store.head(&self.path_of(object))) {
             Ok(_) => Ok(true),
@@ -262,14 +263,14 @@ impl Place {
         }
     }
 
-    /// Writes an object, whole or not at all, in the place of an existing one.
+    /// Writes an object, completely or not at all, and replaces an existing one.
     pub(super) fn replace(&self, object: &str, bytes: Vec<u8>) -> Result<(), WorldError> {
         let path = self.path_of(object);
         let put = self.store.put(&path, PutPayload::from(bytes));
         self.wait(put).map(drop).map_err(|error| self.failed(object, &error))
     }
 
-    /// Writes an object, whole or not at all, unless there is one.
+    /// Writes an object, completely or not at all, unless it exists.
     pub(super) fn create(&self, object: &str, bytes: Vec<u8>) -> Result<(), WorldError> {
         let options = PutOptions::from(PutMode::Create);
         let path = self.path_of(object);
@@ -299,7 +300,8 @@ impl Place {
     }
 }
 
-/// Body of a server's answer, if it is not longer than this: its headers may announce less than it sends.
+/// The body of a server's answer, if it has at most `most_bytes` bytes. Its headers may announce less than the server
+/// sends.
 #[cfg(feature = "worlds-cloud")]
 async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>> {
     let mut bytes = Vec::with_capacity(most_bytes.min(RESERVED_BYTES) as usize);
@@ -315,7 +317,7 @@ async fn body(found: GetResult, most_bytes: u64) -> object_store::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Message of the system or the server, without the repeated words of the layers around it.
+/// The message of the system or the server, without the repetitions of the layers around it.
 fn innermost(error: &(dyn std::error::Error + 'static)) -> String {
     std::iter::successors(Some(error), |&error| error.source())
         .last()

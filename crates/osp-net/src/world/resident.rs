@@ -1,4 +1,4 @@
-//! The blocks that are in memory: a cache that is bounded in bytes, and the threads that fill it.
+//! The blocks in memory: a cache of bounded size, and the threads that fill it.
 
 use std::{
     sync::{
@@ -19,10 +19,10 @@ use super::{
 /// Memory for blocks, and number of loading threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResidentConfig {
-    /// Bytes that blocks may take, those that are being loaded among them. The manifest and the index of the blocks come on top
-    /// ([`World::bytes`]).
+    /// Memory for blocks, bytes, including blocks that are being loaded. The manifest and the index of the blocks take
+    /// additional memory ([`World::bytes`]).
     pub memory: u64,
-    /// Threads that load blocks.
+    /// Number of threads that load blocks.
     pub loaders: usize,
 }
 
@@ -37,7 +37,7 @@ impl Default for ResidentConfig {
 pub(super) struct Residents {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
-    /// Bytes that the cache takes.
+    /// Size of the cache, bytes.
     room: u64,
 }
 
@@ -60,7 +60,8 @@ impl Residents {
             let room = Block::room_for(block.polygons as usize);
             (largest, raw, all) = (room.max(largest), u64::from(block.bytes).max(raw), all + room);
         }
-        // Beside the cache: what each thread has in hand, what it has delivered, and what the frame looks at.
+        // Besides the cache, memory is needed for the block that each thread loads, for the arrivals, and for the block
+        // that the frame reads.
         let in_hand = threads as u64 * (raw + 2 * largest) + largest;
         let least = in_hand + largest;
         if config.memory < least {
@@ -68,7 +69,7 @@ impl Residents {
         }
         let room = config.memory - in_hand;
         let items = (room.min(all) / (all / blocks.len().max(1) as u64).max(1)).max(1);
-        // One shard: the bound holds for all blocks together, and few threads ask.
+        // One shard suffices for few threads, and bounds the size of all blocks together.
         let options = OptionsBuilder::new()
             .shards(1)
             .estimated_items_capacity(items as usize)
@@ -99,7 +100,7 @@ impl Residents {
         Ok(this)
     }
 
-    /// Bytes that the cache takes.
+    /// Size of the cache, bytes.
     pub(super) fn room(&self) -> u64 {
         self.room
     }
@@ -113,8 +114,8 @@ impl Residents {
         self.shared.cache.contains_key(&block)
     }
 
-    /// Replaces the wishes of the frame before: these blocks, the first ones first. If the frame waits for the first `awaited` of
-    /// them, they will come by [`Residents::next`].
+    /// Replaces the requests of the frame before by these blocks, the most important first. If the frame waits for the
+    /// first `awaited` of them, [`Residents::next`] returns them.
     pub(super) fn wish(&self, blocks: &[u32], awaited: usize) {
         let mut queue = self.shared.queue();
         queue.wish(blocks, awaited);
@@ -124,7 +125,7 @@ impl Residents {
         }
     }
 
-    /// The next of the blocks that are awaited, in whatever order they come.
+    /// The next block that arrives among those that the frame waits for, in any order.
     pub(super) fn next(&self) -> Result<(u32, Arc<Block>), WorldError> {
         let mut queue = self.shared.queue();
         loop {
@@ -140,7 +141,7 @@ impl Residents {
         }
     }
 
-    /// The first error of any thread.
+    /// Returns the first error of any thread.
     pub(super) fn check(&self) -> Result<(), WorldError> {
         self.shared.queue().failure().map_or(Ok(()), Err)
     }
@@ -153,7 +154,7 @@ impl Residents {
         self.shared.blocks_read.load(Ordering::Relaxed)
     }
 
-    /// Most bytes that were held at once.
+    /// Largest memory of blocks at one time, bytes.
     pub(super) fn most_held(&self) -> u64 {
         self.shared.held.most()
     }
@@ -164,7 +165,7 @@ impl Drop for Residents {
         self.shared.queue().end();
         self.shared.wishes.notify_all();
         for thread in self.threads.drain(..) {
-            // One that has panicked has said so, and left word for whoever waits.
+            // A thread that panicked has printed its panic and informed the waiting frame.
             let _ = thread.join();
         }
     }

@@ -11,53 +11,54 @@ use osp_session::replay::SetFingerprint;
 /// Treatment of blocks in view that are not in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// It continues without them, counts them, and has them loaded for the frames that follow.
+    /// The frame continues without them, counts them, and requests them for later frames.
     Count,
-    /// It waits for them.
+    /// The frame waits for them.
     Wait,
 }
 
-/// A frame of a walk.
+/// The result of a frame of a walk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Frame {
-    /// Its number, from 0.
+    /// Number of the frame, from 0 on.
     pub number: u64,
-    /// Blocks in view.
+    /// Number of blocks in view.
     pub blocks: u64,
-    /// Polygons in view, of the blocks in memory.
+    /// Number of polygons in view, in blocks in memory.
     pub visible: u64,
-    /// Blocks in view that were not in memory when the frame began.
+    /// Number of blocks in view that were not in memory when the frame began.
     pub late: u64,
-    /// Blocks in view that the frame left out.
+    /// Number of blocks in view that the frame left out.
     pub missing_blocks: u64,
-    /// Polygons of these blocks: at most this many are in view and not among [`Frame::visible`].
+    /// Number of polygons of these blocks. At most this number of polygons is in view and not counted in
+    /// [`Frame::visible`].
     pub missing_polygons: u64,
-    /// Work of the frame's thread, nanoseconds: all but waiting and the fingerprint.
+    /// Time of the frame's thread without waiting and without the fingerprint, nanoseconds.
     pub work_ns: u64,
-    /// Wait for blocks, nanoseconds.
+    /// Time spent waiting for blocks, nanoseconds.
     pub wait_ns: u64,
-    /// Fingerprint of the polygons in view that are in memory, as [`osp_session::replay::fingerprint_of_frame`] makes
-    /// it.
+    /// Fingerprint of the polygons in view that are in memory, computed as by
+    /// [`osp_session::replay::fingerprint_of_frame`].
     pub fingerprint: u64,
 }
 
-/// Cost of a walk so far.
+/// The cost of a walk so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WalkCounts {
-    /// Bytes of blocks that were read.
+    /// Number of bytes of blocks that were read.
     pub bytes_read: u64,
-    /// Blocks that were read; a block that is dropped and read again counts again.
+    /// Number of blocks that were read. A block that is dropped and read again counts again.
     pub blocks_read: u64,
-    /// Most bytes of memory of blocks, and of blocks in the making, at once.
+    /// Largest memory of blocks, and of buffers that become blocks, at one time, bytes.
     pub most_resident_bytes: u64,
 }
 
-/// Sees a world frame by frame, while threads of its own load blocks.
+/// Culls a world frame by frame, while other threads load blocks.
 pub struct Walk {
     world: Arc<World>,
     residents: Residents,
     frames: u64,
-    // Kept from frame to frame.
+    // Working memory, kept from frame to frame.
     in_view: VisibleBlocks,
     ahead: VisibleBlocks,
     seen: VisibleBlocks,
@@ -74,10 +75,10 @@ impl std::fmt::Debug for Walk {
 }
 
 impl Walk {
-    /// A walk before its first frame, with nothing in memory.
+    /// A walk before its first frame, without blocks in memory.
     ///
     /// # Errors
-    /// [`WorldError::Memory`], or the system gives no threads.
+    /// [`WorldError::Memory`], or the system provides no threads.
     pub fn new(world: Arc<World>, config: ResidentConfig) -> Result<Self, WorldError> {
         let residents = Residents::new(Arc::clone(&world), config)?;
         Ok(Self {
@@ -91,7 +92,7 @@ impl Walk {
         })
     }
 
-    /// Bytes and blocks read so far, and the most in memory.
+    /// Number of bytes and blocks read so far, and the largest memory.
     pub fn counts(&self) -> WalkCounts {
         WalkCounts {
             bytes_read: self.residents.bytes_read(),
@@ -100,12 +101,11 @@ impl Walk {
         }
     }
 
-    /// Plays the next frame. Blocks of `ahead`, a view that is expected later, are loaded after the blocks of this
-    /// frame, if the memory holds both.
+    /// Plays the next frame. Blocks of `ahead`, a view that is expected later, are loaded after the blocks of this frame,
+    /// if the memory has room for both.
     ///
     /// # Errors
-    /// A block cannot be loaded: a block of this frame or, since blocks are loaded in the background, of an earlier
-    /// one.
+    /// A block of this frame cannot be loaded, or a block of an earlier frame, because blocks are loaded in the background.
     pub fn frame(
         &mut self,
         view: &View,
@@ -152,9 +152,9 @@ impl Walk {
         Ok(frame)
     }
 
-    /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit
-    /// into memory, a frame that does not wait requests only the nearest ones. Otherwise blocks would displace each
-    /// other in turns.
+    /// Requests missing blocks, the nearest first, then the blocks of the view ahead. If not all blocks in view fit into
+    /// memory, a frame that does not wait requests only the nearest blocks. Otherwise blocks would displace each other in
+    /// turns.
     fn wish(&mut self, view: &View, ahead: Option<&View>, awaited: usize) {
         let world = &self.world;
         let room_of = |block: u32| Block::room_for(world.entry(block).polygons as usize);
@@ -164,7 +164,7 @@ impl Walk {
         let distance = |block: &u32| world.entry(*block).bounds.distance_squared(eye);
         self.late.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
         if awaited == 0 && in_view > room && !self.late.is_empty() {
-            // The nearest that fit, whether they are in memory already or not.
+            // These are the nearest blocks that fit, whether they are in memory already or not.
             let mut nearest: Vec<u32> = self.in_view.ids().map(|id| id.0).collect();
             nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
             let fits = |&block: &u32| {
@@ -196,7 +196,7 @@ impl Walk {
     }
 }
 
-/// Result of a frame so far.
+/// The result of a frame so far.
 struct Tally {
     frustum: Frustum,
     set: SetFingerprint,

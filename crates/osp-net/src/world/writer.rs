@@ -15,35 +15,35 @@ use osp::{
 };
 use osp_session::scene::Scene;
 
-/// Blocks of an object, which then has 13 MB. More: fewer objects and requests, but more memory for a pack, and more
-/// to write again after a killed one.
+/// Number of blocks of an object, which then takes 13 MB. If it is larger, a world has fewer objects and requests, but a
+/// pack takes more memory, and a killed pack loses more work.
 const OBJECT_BLOCKS: u64 = 64;
 
-/// A block that is filled this far ends with its session (or copy): the next session may lie elsewhere, and the
-/// block's box would span both.
+/// A block with at least this number of polygons ends with its session (or copy). The next session may lie elsewhere, so
+/// that the block's box would span both.
 const FULL_ENOUGH: usize = BLOCK_POLYGONS / 4;
 
-/// Treatment of a world that exists already.
+/// Treatment of an existing world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Replacing {
-    /// Nothing: it is refused.
+    /// An existing world is never replaced; the pack is refused.
     Never,
-    /// The new world takes its place once it is whole.
+    /// The new world replaces the existing one when it is complete.
     World,
 }
 
-/// Result of a pack.
+/// The result of a pack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
-    /// Present contents of the world.
+    /// Contents of the world.
     pub manifest: Manifest,
-    /// Polygons left out: their boxes are not finite, so nothing can be drawn of them.
+    /// Number of polygons left out, because their boxes are not finite, so that they cannot be drawn.
     pub refused: u64,
 }
 
-/// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack into the
-/// same place removes the blocks of a stopped one. In a folder, a second pack is refused while one runs. Memory: one
-/// object, and an entry for each block.
+/// Packs finished sessions into a world. The world can be opened only after [`WorldWriter::finish`]. A pack removes the
+/// blocks of a pack into the same place that was stopped. In a folder, a second pack is refused while one runs. A pack
+/// takes memory for one object, and for an entry for each block.
 #[derive(Debug)]
 pub struct WorldWriter {
     place: Place,
@@ -53,15 +53,15 @@ pub struct WorldWriter {
     block: BlockBuilder,
     object: Vec<u8>,
     object_blocks: u64,
-    /// Numbers given out so far.
+    /// Number of polygon numbers that were assigned.
     ids: u64,
     refused: u64,
-    /// Lock that keeps other packs away, where locks exist.
+    /// The lock that excludes other packs, if the place supports locks.
     _mark: Option<Mark>,
 }
 
 impl WorldWriter {
-    /// Polygons of a world have numbers of 32 bits.
+    /// Largest number of polygons of a world, whose numbers have 32 bits.
     pub const MOST_POLYGONS: u64 = u32::MAX as u64;
 
     /// Begins a world.
@@ -87,8 +87,8 @@ impl WorldWriter {
         })
     }
 
-    /// Adds the present polygons of a model, once for each offset (metres). A polygon's number in the world is its number in
-    /// the model plus the numbers of all models and copies that came before.
+    /// Adds the present polygons of a model, once for each offset (metres). A polygon's number in the world is its number
+    /// in the model plus the number of ids of all models and copies before.
     ///
     /// # Errors
     /// The blocks cannot be written, or [`WorldError::TooMany`].
@@ -126,7 +126,7 @@ impl WorldWriter {
             return Ok(());
         }
         let (r, g, b, a) = scene.stroke_of(id).color();
-        // Within MOST_POLYGONS, which has been checked.
+        // The number is below `MOST_POLYGONS`, as checked above.
         let number = PolygonId((self.ids + u64::from(id.0)) as u32);
         self.block.add(number, [r, g, b, a], &polygon, &bounds);
         if self.block.polygons() == BLOCK_POLYGONS { self.end_block() } else { Ok(()) }
@@ -148,18 +148,19 @@ impl WorldWriter {
         let bytes = std::mem::take(&mut self.object);
         let blocks = std::mem::take(&mut self.object_blocks);
         let entry = ObjectEntry { hash: xxh3_64(&bytes), bytes: bytes.len() as u64, blocks };
-        // The name is a hash of the contents: no object of another world is ever replaced by different contents.
+        // The name is a hash of the contents, so an object of another world is never replaced by different contents.
         self.place.replace(&entry.name(), bytes)?;
         self.manifest.objects.push(entry);
         Ok(())
     }
 
-    /// Writes the remaining blocks, and last the manifest: from then on it is a world. Then removes blocks that belong
-    /// to none.
+    /// Writes the remaining blocks, and then the manifest, which makes the place a world. Then removes blocks that belong
+    /// to no world.
     ///
     /// # Errors
-    /// Something cannot be written, or a world has appeared at the place meanwhile: [`WorldError::Exists`]. Or written blocks are
-    /// gone because another pack has ended here, which nothing prevents behind an address. The other world then stays.
+    /// An object cannot be written. Or another world has appeared at the place meanwhile ([`WorldError::Exists`]). Or
+    /// written blocks are gone because another pack has ended here, which can happen at an address. The other world then
+    /// stays.
     pub fn finish(mut self) -> Result<Packed, WorldError> {
         if self.block.polygons() > 0 {
             self.end_block()?;
