@@ -272,7 +272,7 @@ impl Visitor for NearestPolygons<'_> {
     }
 }
 
-/// [`super::SpatialIndex::nearest`] for an index of `len` polygons with its own search.
+/// Does the work of [`super::SpatialIndex::nearest`] for an index of `len` polygons with its own search.
 pub fn nearest_by(
     point: Vec3,
     count: usize,

@@ -118,10 +118,10 @@ pub trait SpatialIndex: Any + Send + Sync {
     /// receives the set of `frustum_cull`.
     fn traverse(&self, frustum: &Frustum, visitor: &mut dyn Visitor) -> WorkCounts;
 
-    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if
-    /// `thinner` finds them hidden. With the same answers of the tests, [`SpatialIndex::traverse`] omits the same
-    /// polygons. The method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and
-    /// changes nothing, if the index cannot do this.
+    /// Clears polygons from `visible`, the result of [`SpatialIndex::frustum_cull_blocks`] for this frustum, if `thinner`
+    /// finds them hidden. If its tests have the same results, [`SpatialIndex::traverse`] omits the same polygons. The
+    /// method builds no list of polygons and reads no polygon that is not hidden. It returns `false`, and changes nothing,
+    /// if the index cannot do this.
     fn thin_out(&self, _frustum: &Frustum, _visible: &mut VisibleBlocks, _thinner: &mut dyn Thinner) -> bool {
         false
     }

@@ -61,7 +61,7 @@ impl Corners {
             if corner.w > 0.0 && !missing.is_nan() {
                 least = least.max(missing / corner.w);
             } else if missing > 0.0 || missing.is_nan() {
-                return EVERYTHING; // The plane cuts the hull far out, or the depth is not known.
+                return EVERYTHING; // The plane cuts the hull far out, or a number is NaN.
             }
         }
         let d = round_up(least + f64::from(f32::MIN_POSITIVE));

@@ -248,7 +248,7 @@ impl OccluderPool {
     }
 
     /// Joins neighbouring polygons across shared edges to [walls](super::walls) of hundreds of polygons. These walls
-    /// replace earlier walls among the candidates. Call it when a model has been loaded, because it takes about 2 ms for
+    /// replace earlier walls among the candidates. It is meant for a model that was just loaded: it takes about 2 ms for
     /// 1,000 polygons, and 130 ms at most. Later polygons join no wall.
     pub fn join_walls(&mut self, geometry: &dyn Geometry) {
         if self.config.grouping == Grouping::Single {

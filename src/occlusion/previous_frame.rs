@@ -36,8 +36,8 @@ impl PreviousFrameCounts {
     }
 }
 
-/// A polygon that hid nothing is useless. A frame fills at most [`MOST_AGAIN`] useless polygons again, and all of them come
-/// in turn in at least [`AGAIN_EVERY`] frames.
+/// A polygon that hid nothing is useless. All useless polygons are filled again in turn, in at least [`AGAIN_EVERY`]
+/// frames, at most [`MOST_AGAIN`] in a frame.
 const MOST_AGAIN: usize = 256;
 const AGAIN_EVERY: usize = 16;
 

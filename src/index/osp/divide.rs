@@ -47,7 +47,7 @@ impl Osp {
     }
 
     /// Largest number of runs of a scattered leaf before it is split. It grows with the model, because packing a leaf is a
-    /// smaller part of a frame then.
+    /// smaller part of the frame of a large model.
     fn most_scattered(&self) -> u32 {
         match self.len {
             0..SMALL => LEAF_RUNS + LEAF_RUNS / 2,

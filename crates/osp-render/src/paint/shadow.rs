@@ -17,7 +17,7 @@ const SIDE: u32 = 2048;
 /// other. It counts in texels, because an artist scales a large model down to work on it. The thickness of paint grows with
 /// the size of the model, as texels do.
 const NEAREST: f32 = 20.0;
-/// A patient map waits one more frame for each time this number of polygons.
+/// A patient map waits one more frame for every group of this many polygons.
 const PATIENCE: usize = 1 << 13;
 
 /// The depth map of all shadow casters as seen from the first light. It is drawn again when the scene or the light has
