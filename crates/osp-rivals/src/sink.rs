@@ -6,7 +6,7 @@ use osp::{
     polygon::PolygonId,
 };
 
-/// The receiver of a query's results: a draw list, or a visitor of [`super::SpatialIndex::traverse`].
+/// The receiver of a query's results: a draw list, or a visitor of [`osp::index::SpatialIndex::traverse`].
 pub(super) trait Sink {
     fn put(&mut self, ids: &[PolygonId]);
 

@@ -1,6 +1,6 @@
 //! The fast form of the octal space partition tree.
 //!
-//! It derives from the OSP tree of the paper, which [`osp_rivals::OspPaper`] implements to the letter: a cube is divided
+//! It derives from the OSP tree of the paper, which `osp_rivals::OspPaper` implements to the letter: a cube is divided
 //! ahead of time, and polygons are inserted one by one as they are drawn. This form keeps the octal partition, its
 //! preallocated levels, and insertion without rebuilds.
 //!

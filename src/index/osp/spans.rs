@@ -32,7 +32,7 @@ pub(super) struct Spans {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
     pub(super) node: u32,
-    /// The next slot to write; [`OWN`] is the last.
+    /// The next slot to write; [`OWN`](super::layout::OWN) is the last.
     pub(super) slot: u32,
     /// Number of ids in the list before the node's first id.
     pub(super) start: u32,
