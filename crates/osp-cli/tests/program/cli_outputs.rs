@@ -5,6 +5,7 @@
 mod arguments;
 pub(super) mod built;
 mod command;
+mod converting;
 #[cfg(feature = "bench")]
 mod draw_index;
 mod export_times;

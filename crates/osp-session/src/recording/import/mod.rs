@@ -48,6 +48,8 @@ pub(super) use tilt::open_tilt;
 
 use std::path::Path;
 
+pub use tilt::tilt_thumbnail;
+
 /// The other files that a session of this name is read from.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {
     let is_gltf = path

@@ -21,6 +21,8 @@ use crate::recording::{
     Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input,
 };
 
+/// Most bytes of a thumbnail that are read. Real ones have up to 200,000.
+const MOST_THUMBNAIL_BYTES: u64 = 16 << 20;
 /// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 /// Names of the two files, the usual first; sketches inside a Unity project end in `.bytes`.
@@ -73,6 +75,18 @@ pub(in crate::recording) fn open_tilt(
     };
     let stream = StrokeStream::new(format, sketch, strokes, on_damage, warnings);
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
+}
+
+/// The picture in a `.tilt` file, a PNG; none if there is none of at most 16 MiB, or the file is no `.tilt`.
+pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
+    let input = Input::on_disk(path);
+    let mut bytes = open_file(input).ok().filter(|_| path.is_file())?;
+    let mut magic = [0; MAGIC.len()];
+    bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
+    let zip_start = bytes.u16("the length of the head").ok()?;
+    let archive = Archive::open(input, zip_start.into(), OnDamage::Fail).ok()?;
+    let mut png = archive.find(&["thumbnail.png"])?.read(input, &Limits::DEFAULT).ok()?;
+    png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok()
 }
 
 /// Whether a folder is a `.tilt` in its unpacked form.
