@@ -175,7 +175,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// Where a session's name goes: beside it, or below `out`.
+/// The place of a session's target, with the session's name: beside it, or below `out`.
 fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());

@@ -27,7 +27,7 @@ use osp_session::{
 ///
 /// .tilt has what Tilt Brush and Open Brush keep: strokes with brushes, control points and pressures, layers, groups, camera
 /// and light. Erased strokes are left out, moved ones are where they were moved. A session that came from a .tilt gets back
-/// all its metadata; strokes that nobody changed come back bit for bit. What .tilt cannot keep, a line each names. This
+/// all its metadata; strokes that nobody changed come back bit for bit. A warning names each thing that .tilt cannot keep. This
 /// command alone writes .tilt: `osp export` writes the polygons of one frame, `osp import` every event.
 ///
 /// With --to, all sessions of the folders are converted, on all cores. A target that is newer than its session is skipped, so

@@ -1,4 +1,4 @@
-//! What makes a sketch heavy, for `osp info --cost`.
+//! The cost of drawing a sketch, for `osp info --cost`.
 
 use std::{cmp::Reverse, collections::BTreeMap};
 
@@ -17,7 +17,7 @@ use osp_session::{
 /// Most strokes that are listed.
 const MOST_STROKES: usize = 10;
 
-/// The triangles that a headset draws: those of all polygons in the model that cover anything.
+/// The triangles that a headset draws. All polygons in the model that cover anything count.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Cost {
     triangles: u64,
@@ -29,7 +29,7 @@ pub(super) struct Cost {
     blended_layers: f64,
     brushes: Vec<BrushCost>,
     /// The strokes with most triangles.
-    dearest_strokes: Vec<StrokeCost>,
+    most_expensive_strokes: Vec<StrokeCost>,
 }
 
 /// The cost of the strokes of one brush.
@@ -55,7 +55,7 @@ struct StrokeCost {
 }
 
 impl Cost {
-    /// Of a model that is seen by its artist's `view`.
+    /// The cost of a model that its artist saw by `view`.
     pub(super) fn of(scene: &Scene, view: &View, budget_triangles: u64) -> Self {
         let window = Window::of(view);
         let up = osp::math::rotate(view.world_from_view, Vec3::Y);
@@ -86,19 +86,20 @@ impl Cost {
         brushes.sort_by_key(|row| Reverse(row.triangles));
         let triangles = brushes.iter().map(|row| row.triangles).sum();
         strokes.sort_by_key(|&(triangles, ..)| Reverse(triangles));
-        let dearest = strokes.into_iter().take(MOST_STROKES).map(|(of_stroke, stroke, brush)| StrokeCost {
-            stroke,
-            brush: brush.to_owned(),
-            triangles: of_stroke,
-            share: part(of_stroke, triangles),
-        });
+        let most_expensive =
+            strokes.into_iter().take(MOST_STROKES).map(|(of_stroke, stroke, brush)| StrokeCost {
+                stroke,
+                brush: brush.to_owned(),
+                triangles: of_stroke,
+                share: part(of_stroke, triangles),
+            });
         Self {
             triangles,
             vertices: brushes.iter().map(|row| row.vertices).sum(),
             budget_triangles,
             blended_triangles: brushes.iter().filter(|row| row.is_blended).map(|row| row.triangles).sum(),
             blended_layers,
-            dearest_strokes: dearest.collect(),
+            most_expensive_strokes: most_expensive.collect(),
             brushes,
         }
     }
@@ -143,13 +144,13 @@ impl Cost {
             ]
         });
         lines.push(table(&["brush", "strokes", "polygons", "triangles", "vertices", "share", ""], rows));
-        if !self.dearest_strokes.is_empty() {
-            let rows = self.dearest_strokes.iter().map(|row| {
+        if !self.most_expensive_strokes.is_empty() {
+            let rows = self.most_expensive_strokes.iter().map(|row| {
                 let stroke = row.stroke.map_or("(none)".to_owned(), |stroke| stroke.to_string());
                 let brush = one_line(&row.brush).into_owned();
                 vec![stroke, thousands(row.triangles), percent(row.share), brush]
             });
-            lines.push(table(&["dearest stroke", "triangles", "share", "brush"], rows));
+            lines.push(table(&["expensive stroke", "triangles", "share", "brush"], rows));
         }
         lines
     }

@@ -129,7 +129,7 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
     (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
 }
 
-/// What was found in a session.
+/// Contents of a session.
 struct Contents {
     summary: Summary,
     tally: PolygonTally,

@@ -58,7 +58,7 @@ const MODEL_HEADS: usize = 20;
 use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
-    /// The kinds that files are told by. A sketch is a session, so a file of it counts as a recording.
+    /// The kinds that a file's beginning distinguishes. A sketch is a session, so it counts as a recording.
     const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
     /// Its name in messages.
@@ -105,7 +105,7 @@ impl OutputKind {
         matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
     }
 
-    /// Whether it is a session, which is somebody's work: no file of it is replaced unasked.
+    /// Whether it is a session, which is somebody's work: without a request no file of it is replaced.
     pub fn is_session(self) -> bool {
         matches!(self, Recording | Tilt)
     }

@@ -1,4 +1,4 @@
-//! The strokes of a session at its end, with their control points: what a format of strokes can keep.
+//! The strokes of a session at its end, with their control points, for a format of strokes.
 
 use std::collections::HashMap;
 

@@ -22,7 +22,7 @@ use crate::recording::{
 
 /// Bytes of the head before the zip.
 const HEAD_BYTES: u16 = 16;
-/// Version of the head, and of `data.sketch`: those that Tilt Brush itself writes.
+/// Versions of the head and of `data.sketch`, as in the files of Tilt Brush.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
 /// Room that the zip's own heads and directory, and the metadata, may need.
@@ -35,14 +35,14 @@ pub struct TiltCounts {
     pub strokes: u64,
     /// Control points.
     pub points: u64,
-    /// What the session has and the file has not, or has otherwise, a line each.
+    /// Contents of the session that the file lacks or has in another form, a line each.
     pub notes: Vec<String>,
 }
 
 /// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
 ///
-/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that was
-/// read from a `.tilt` gets back all its metadata, and every stroke that was not changed is read again bit for bit.
+/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that
+/// comes from a `.tilt` gets back all its metadata. A stroke that was not changed is read again bit for bit.
 /// The `thumbnail` is a PNG, if there is one.
 ///
 /// Numbers are rounded where the session is from elsewhere: positions to the nearest decimetre number of 24 bits,
@@ -117,7 +117,7 @@ pub fn write_tilt(
     Ok(counts)
 }
 
-/// Numbers of groups: those of the sketch that was read stay, the session's own get others.
+/// Numbers of groups. Groups of the sketch that was read keep theirs, the session's own get others.
 struct SketchGroups {
     taken: BTreeSet<u32>,
     given: BTreeMap<GroupId, u32>,
@@ -137,7 +137,7 @@ impl SketchGroups {
     }
 }
 
-/// What is missing in the file, or other than in the session.
+/// Contents of the session that the file lacks or has in another form, a line each.
 fn notes(kept: &KeptStrokes, lost: u64, stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),

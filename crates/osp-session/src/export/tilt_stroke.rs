@@ -164,7 +164,7 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// Whether a brush is named by a GUID, as a program names one that this crate does not know.
+/// Whether a name is a GUID, as sketches have it for a brush that the table lacks.
 fn is_guid(name: &str) -> bool {
     let is_hyphen = |at: usize| [8, 13, 18, 23].contains(&at);
     let is_part =
