@@ -6,6 +6,7 @@
 
 mod allocations;
 mod author_rows;
+mod batch;
 mod brush_rows;
 mod built;
 mod new_recording;
@@ -40,6 +41,8 @@ mod bench_paper_args;
 #[cfg_attr(not(feature = "bench"), path = "charts_not_built.rs")]
 mod charts;
 mod completions;
+mod convert;
+mod cost;
 #[cfg(feature = "bench")]
 mod draw_index;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -116,6 +119,10 @@ mod study;
 mod study_contents;
 mod study_lines;
 mod synth;
+#[cfg(feature = "render")]
+mod thumbs;
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod thumbs_args;
 #[cfg(feature = "window")]
 mod tracker;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
@@ -167,6 +174,8 @@ const EXAMPLES: &str = "Examples:
   osp info painting.apa
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
+  osp convert sketches --to glb --out models
+  osp convert edited.ron sketch.tilt
   osp bench recordings/*.ron --quick --html bench.html
   osp race recordings/portrait.ron
   osp study sketches --out results.ndjson
@@ -174,6 +183,7 @@ const EXAMPLES: &str = "Examples:
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
   osp film sketch.tilt film.gif
+  osp thumbs sketches --out thumbs
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world
   osp sketch.tilt         opens the window, as does osp sketch
@@ -192,6 +202,7 @@ enum Command {
     Info(info::InfoArgs),
     Bake(bake::BakeArgs),
     Import(import::ImportArgs),
+    Convert(convert::ConvertArgs),
     Export(export::ExportArgs),
     Bench(bench_args::BenchArgs),
     DrawIndex(draw_index_args::DrawIndexArgs),
@@ -203,6 +214,7 @@ enum Command {
     Synth(synth::SynthArgs),
     Render(Box<render_args::RenderArgs>),
     Film(film_args::FilmArgs),
+    Thumbs(thumbs_args::ThumbsArgs),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -235,6 +247,7 @@ impl Command {
             Self::Info(args) => info::run(args),
             Self::Bake(args) => bake::run(args),
             Self::Import(args) => import::run(args),
+            Self::Convert(args) => convert::run(args),
             Self::Export(args) => export::run(args),
             Self::Bench(args) => of_feature!("bench", bench::run, args),
             Self::DrawIndex(args) => of_feature!("bench", draw_index::run, args),
@@ -246,6 +259,7 @@ impl Command {
             Self::Synth(args) => synth::run(args),
             Self::Render(args) => of_feature!("render", render::run, args),
             Self::Film(args) => of_feature!("render", film::run, args),
+            Self::Thumbs(args) => of_feature!("render", thumbs::run, args),
             Self::Verify(args) => verify::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),

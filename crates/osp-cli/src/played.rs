@@ -35,6 +35,13 @@ pub(super) struct FrameArgs {
     reading: ReadArgs,
 }
 
+impl FrameArgs {
+    /// The end of a session.
+    pub(super) fn end_of(file: PathBuf, reading: ReadArgs) -> Self {
+        Self { file, frame: FrameChoice::Last, pace: Pace::Samples(16), reading }
+    }
+}
+
 /// A frame, and the index that holds its polygons.
 #[derive(Args, Debug)]
 pub(super) struct IndexedFrameArgs {

@@ -5,6 +5,8 @@
 mod arguments;
 pub(super) mod built;
 mod command;
+mod converting;
+mod cost;
 #[cfg(feature = "bench")]
 mod draw_index;
 mod export_times;

@@ -167,6 +167,22 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
+/// The view of a picture of a whole session: by its own camera, else of the model's [main part](main_bounds), from the
+/// direction `backwards` if there is one. `bounds` are those of the session. O(polygons).
+pub fn still_view(
+    scene: &Scene,
+    bounds: &Aabb,
+    camera: Option<Camera>,
+    backwards: Option<Vec3>,
+    aspect: f32,
+) -> View {
+    if camera.is_none() {
+        return whole_view(&main_bounds(scene, bounds), backwards, aspect);
+    }
+    // Without a head: nothing comes before the session's own camera.
+    CameraPath::new(CameraChoice::Auto, camera, bounds).view(&Moment::default()).with_aspect(aspect)
+}
+
 /// The camera of a replay: position of the eye at every frame.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPath {
