@@ -1,5 +1,7 @@
 //! The tree that all shadow-volume methods share, and its queries. Only the builders differ.
 
+mod parts;
+
 use glam::DVec3;
 
 use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};

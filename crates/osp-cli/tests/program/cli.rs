@@ -321,9 +321,19 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in
-        ["replay", "info", "import", "synth", "bench", "draw-index", "film", "race", "pick", "query"]
-    {
+    for command in [
+        "replay",
+        "info",
+        "import",
+        "synth",
+        "bench",
+        "draw-index",
+        "draw-occlusion",
+        "film",
+        "race",
+        "pick",
+        "query",
+    ] {
         let said = OSP.done([command, "--help"]);
         assert!(
             said.contains(
@@ -499,6 +509,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["bench", session, "--index", "obvhs"], "'obvhs'", "peers", cfg!(feature = "peers")),
         (&["bench", session], "osp bench", "bench", bench),
         (&["draw-index", session, "x.svg"], "osp draw-index", "bench", bench),
+        (&["draw-occlusion", session, "x.svg"], "osp draw-occlusion", "bench", bench),
         (&["race", session], "osp race", "bench", bench),
         (&["replay", session, "--chart", "x.svg"], "osp replay --chart", "bench", bench),
         (&["rig", "monitors"], "osp rig monitors", "window", window),

@@ -7,6 +7,8 @@ pub(super) mod built;
 mod command;
 #[cfg(feature = "bench")]
 mod draw_index;
+#[cfg(feature = "bench")]
+mod draw_occlusion;
 mod export_times;
 mod exporting;
 mod groups_whole;

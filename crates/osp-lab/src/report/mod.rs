@@ -9,6 +9,8 @@ mod csv;
 mod drawing;
 mod figures;
 mod json;
+#[cfg(feature = "bench")]
+mod legend;
 mod line;
 mod numbers;
 #[cfg(feature = "bench")]
@@ -21,11 +23,19 @@ mod printable;
 mod rig_plan;
 mod run;
 #[cfg(feature = "bench")]
+mod shadow_look;
+#[cfg(feature = "bench")]
+mod shadow_picture;
+#[cfg(feature = "bench")]
+mod shadow_structure;
+#[cfg(feature = "bench")]
 mod structure;
 #[cfg(feature = "bench")]
 mod structure_picture;
 #[cfg(feature = "bench")]
 mod themes;
+#[cfg(feature = "bench")]
+mod tree_layout;
 mod views;
 
 #[cfg(feature = "bench")]
@@ -49,6 +59,12 @@ pub use rig_plan::RigPlan;
 #[cfg(feature = "bench")]
 pub(crate) use run::first_disagreement;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
+#[cfg(feature = "bench")]
+pub use shadow_look::{ShadowCounts, ShadowForm, ShadowLook, ShadowPanel};
+#[cfg(feature = "bench")]
+pub use shadow_picture::ShadowPicture;
+#[cfg(feature = "bench")]
+pub use shadow_structure::{ShadowHolds, ShadowNode, ShadowStructure, occluder_name};
 #[cfg(feature = "bench")]
 pub use structure::{Structure, StructureNode};
 #[cfg(feature = "bench")]

@@ -8,10 +8,12 @@ use plotters::{coord::Shift, prelude::*};
 use super::{
     ChartFormat,
     chart::register_font,
+    legend::{LegendLine, legend},
     numbers::thousands,
     picture::{Picture, encode},
     printable::one_line,
     structure::{MOST_TREE_NODES, Structure, StructureNode},
+    tree_layout::TreeLayout,
 };
 use osp::math::{Aabb, Ray};
 use osp_session::{atomic_file::write_atomically, scene::Scene};
@@ -52,7 +54,7 @@ impl Side {
     }
 
     /// Right and up in the picture.
-    fn project(self, p: Vec3) -> (f32, f32) {
+    pub(super) fn project(self, p: Vec3) -> (f32, f32) {
         match self {
             Self::Front => (p.x, p.y),
             Self::Top => (p.x, -p.z),
@@ -255,30 +257,9 @@ impl StructurePicture<'_> {
         B::ErrorType: 'static,
     {
         let nodes = shown.nodes();
-        let mut has_child = vec![false; nodes.len()];
-        nodes.iter().filter_map(|node| node.parent).for_each(|parent| has_child[parent] = true);
-        let places = has_child.iter().filter(|&&has| !has).count().max(1);
-        let (w, h) = area.dim_in_pixel();
-        let step_x = (w as f32 - 2.0 * MARGIN) / places as f32;
-        let step_y = (h as f32 - 2.0 * MARGIN) / (shown.depth() + 1) as f32;
-        // Ends stand side by side, others in the middle above those below them.
-        let mut spans: Vec<(f32, f32)> = vec![(f32::INFINITY, f32::NEG_INFINITY); nodes.len()];
-        let mut next = 0.5;
-        for (span, _) in spans.iter_mut().zip(&has_child).filter(|&(_, &has)| !has) {
-            *span = (next, next);
-            next += 1.0;
-        }
-        for i in (0..nodes.len()).rev() {
-            if let Some(parent) = nodes[i].parent {
-                let middle = f32::midpoint(spans[i].0, spans[i].1);
-                spans[parent] = (spans[parent].0.min(middle), spans[parent].1.max(middle));
-            }
-        }
-        let pixel = |i: usize| {
-            let x = MARGIN + f32::midpoint(spans[i].0, spans[i].1) * step_x;
-            let y = MARGIN + (nodes[i].depth as f32 + 0.5) * step_y;
-            (x as i32, y as i32)
-        };
+        let layout =
+            TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
+        let pixel = |node| layout.pixel(node);
         let is_on_the_way = |node| self.ray.as_ref().is_none_or(|(ray, _)| enters(ray, node));
         for (i, node) in nodes.iter().enumerate() {
             if let Some(parent) = node.parent {
@@ -293,11 +274,11 @@ impl StructurePicture<'_> {
         for (i, node) in nodes.iter().enumerate() {
             // By the logarithm of what is below, as far as there is room.
             let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
-            let radius = (2.0 + 8.0 * share).min(step_x.max(3.0) * 0.45) as i32;
+            let radius = (2.0 + 8.0 * share).min(layout.step_x().max(3.0) * 0.45) as i32;
             let (x, y) = pixel(i);
             let opacity = if is_on_the_way(node) { 1.0 } else { 0.25 };
             area.draw(&Circle::new((x, y), radius, color_of_depth(node.depth).mix(opacity).filled()))?;
-            if places <= MOST_LABELS {
+            if layout.places <= MOST_LABELS {
                 let mut label = thousands(node.polygons as u64);
                 if node.left_out > 0 {
                     let _ = write!(label, " (+{})", thousands(node.left_out as u64));
@@ -328,9 +309,6 @@ fn enters(ray: &Ray, node: &StructureNode) -> bool {
     ray.enter_box(&node.bounds, f32::INFINITY).is_some()
 }
 
-/// A line of a legend: its colour, if it has one, and its text.
-type LegendLine = (Option<HSLColor>, String);
-
 fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) -> Vec<LegendLine> {
     let plural =
         |n: usize, one: &str| format!("{} {one}{}", thousands(n as u64), if n == 1 { "" } else { "s" });
@@ -357,32 +335,13 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     let deepest = depths.iter().copied().max().unwrap_or(0);
     for depth in (0..=deepest).take(MOST_LEGEND) {
         let count = depths.iter().filter(|&&d| d == depth).count();
-        lines.push((Some(color_of_depth(depth)), format!("level {depth}: {}", plural(count, what))));
+        lines
+            .push((Some(color_of_depth(depth).to_rgba()), format!("level {depth}: {}", plural(count, what))));
     }
     if deepest as usize >= MOST_LEGEND {
         lines.push((None, format!("and levels {MOST_LEGEND} to {deepest}")));
     }
     lines
-}
-
-fn legend<B: DrawingBackend>(lines: &[LegendLine], area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-where
-    B::ErrorType: 'static,
-{
-    const LINE: i32 = 17;
-    let height = area.dim_in_pixel().1 as i32;
-    let top = height - 8 - LINE * lines.len() as i32;
-    let widest = lines.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0) as i32;
-    let back = [(4, top - 4), (34 + widest * 8, height - 4)];
-    area.draw(&Rectangle::new(back, WHITE.mix(0.85).filled()))?;
-    for (i, (color, text)) in lines.iter().enumerate() {
-        let y = top + LINE * i as i32;
-        if let Some(color) = color {
-            area.draw(&Rectangle::new([(10, y + 2), (22, y + 12)], color.filled()))?;
-        }
-        area.draw(&Text::new(text.clone(), (28, y), ("sans-serif", 14)))?;
-    }
-    Ok(())
 }
 
 fn color_of_depth(depth: u32) -> HSLColor {

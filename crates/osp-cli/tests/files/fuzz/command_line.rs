@@ -64,6 +64,8 @@ const ASKED: &[(&str, &str)] = &[
     ("bake S O.pvs --cells 1 --samples 1 --pixels 16", "--threads"),
     ("draw-index S O.svg", "--frame"),
     ("draw-index S O.svg", "--pace"),
+    ("draw-occlusion S O.svg", "--occluders"),
+    ("draw-occlusion S O.gif", "--every"),
     ("race S", "--pace"),
     ("pick S", "--at ,"),
     ("pick S --at 0.5,0.5", "--frame"),
