@@ -66,11 +66,9 @@ pub use shadow_picture::ShadowPicture;
 #[cfg(feature = "bench")]
 pub use shadow_structure::{ShadowHolds, ShadowNode, ShadowStructure, occluder_name};
 #[cfg(feature = "bench")]
-pub use structure::{Structure, StructureNode};
+pub use structure::{NodeFields, SplitOutline, Structure, StructureNode};
 #[cfg(feature = "bench")]
-pub use structure_picture::{
-    CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
-};
+pub use structure_picture::{CellColors, Side, StructurePanel, StructurePicture, StructureView};
 #[cfg(feature = "bench")]
 pub(crate) use themes::css_variables;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};
