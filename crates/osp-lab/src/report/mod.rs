@@ -8,6 +8,8 @@ mod columns;
 mod csv;
 mod drawing;
 mod figures;
+#[cfg(feature = "bench")]
+mod insertion_film;
 mod json;
 #[cfg(feature = "bench")]
 mod legend;
@@ -29,6 +31,8 @@ mod shadow_picture;
 #[cfg(feature = "bench")]
 mod shadow_structure;
 #[cfg(feature = "bench")]
+mod shapes;
+#[cfg(feature = "bench")]
 mod structure;
 #[cfg(feature = "bench")]
 mod structure_picture;
@@ -45,6 +49,8 @@ pub(crate) use chart::register_font;
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+#[cfg(feature = "bench")]
+pub use insertion_film::{InsertionFilm, InsertionWork};
 #[cfg(feature = "bench")]
 pub(crate) use line::json_line;
 pub use numbers::{short, thousands};

@@ -105,7 +105,7 @@ impl<'a> ShadowLook<'a> {
         self.in_view.iter().filter(|(_, sight)| *sight == Sight::Hidden).count()
     }
 
-    /// What the first `planes` planes of a form's tree find.
+    /// A form's tree, cut to its first `planes` planes, and the polygons that it hides.
     pub fn panel(&self, form: ShadowForm, tree: &ShadowTree, planes: usize) -> ShadowPanel {
         let first = tree.first(planes);
         let is_culled = |id| first.test_box(&self.scene.bounds(id)).verdict == Verdict::Hidden;
@@ -137,7 +137,7 @@ pub struct ShadowPanel {
     pub structure: ShadowStructure,
     /// Planes of the whole tree.
     pub planes_in_all: usize,
-    /// For each polygon in view: whether the tree says that its box is hidden.
+    /// For each polygon in view: whether its box is hidden in the tree.
     pub(super) culled: Vec<bool>,
 }
 

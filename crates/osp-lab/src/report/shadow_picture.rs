@@ -3,11 +3,7 @@
 use std::{error::Error, path::Path};
 
 use glam::{DVec2, DVec3, Vec3};
-use plotters::{
-    coord::Shift,
-    prelude::*,
-    style::text_anchor::{HPos, Pos, VPos},
-};
+use plotters::{coord::Shift, prelude::*};
 
 use super::{
     ChartFormat,
@@ -19,6 +15,7 @@ use super::{
     printable::one_line,
     shadow_look::{ShadowLook, ShadowPanel},
     shadow_structure::{ShadowHolds, ShadowNode, names, occluder_name},
+    shapes::{Drawn, fill, middle, point, stroke, write_at},
     structure_picture::Side,
     tree_layout::TreeLayout,
 };
@@ -61,8 +58,6 @@ pub struct ShadowPicture<'a> {
     /// The side from which the shadows are seen.
     pub side: Side,
 }
-
-type Drawn = Result<(), Box<dyn Error>>;
 
 impl ShadowPicture<'_> {
     /// Width and height, pixels.
@@ -113,7 +108,7 @@ impl ShadowPicture<'_> {
         draw_tree(panel, &tree)
     }
 
-    /// The polygons in view with their colours: those that are found hidden last, visible ones by distance.
+    /// The polygons in view with their colours and whether they are culled: the culled ones last, the others by distance.
     fn in_order(&self, panel: &ShadowPanel) -> Vec<(PolygonId, RGBColor, bool)> {
         let in_view = self.look.in_view.iter().zip(&panel.culled);
         let mut order: Vec<(PolygonId, RGBColor, bool)> =
@@ -125,7 +120,7 @@ impl ShadowPicture<'_> {
         order
     }
 
-    /// What the eye sees. A plane through the eye is a line there.
+    /// The view of the eye. A plane through the eye is a line in it.
     fn draw_window<B: DrawingBackend>(&self, panel: &ShadowPanel, area: &DrawingArea<B, Shift>) -> Drawn
     where
         B::ErrorType: 'static,
@@ -473,58 +468,6 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     let mut around = half(&mut points.iter());
     around.extend(half(&mut points.iter().rev()));
     around
-}
-
-fn point(p: &DVec2) -> (i32, i32) {
-    (p.x.round() as i32, p.y.round() as i32)
-}
-
-fn middle(outline: &[DVec2]) -> Option<DVec2> {
-    (!outline.is_empty()).then(|| outline.iter().sum::<DVec2>() / outline.len() as f64)
-}
-
-fn fill<B: DrawingBackend>(area: &DrawingArea<B, Shift>, outline: &[DVec2], color: RGBAColor) -> Drawn
-where
-    B::ErrorType: 'static,
-{
-    if outline.len() >= 3 {
-        area.draw(&Polygon::new(outline.iter().map(point).collect::<Vec<_>>(), color.filled()))?;
-    }
-    Ok(())
-}
-
-/// Draws around an outline, or along a line of two points.
-fn stroke<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    outline: &[DVec2],
-    color: RGBAColor,
-    width: u32,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
-    let first = outline.first().filter(|_| outline.len() > 2);
-    let path: Vec<(i32, i32)> = outline.iter().chain(first).map(point).collect();
-    if path.len() > 1 {
-        area.draw(&PathElement::new(path, color.stroke_width(width)))?;
-    }
-    Ok(())
-}
-
-/// Writes in the middle of a place.
-fn write_at<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    text: &str,
-    at: DVec2,
-    size: u32,
-    color: &RGBColor,
-) -> Drawn
-where
-    B::ErrorType: 'static,
-{
-    let style = TextStyle::from(("sans-serif", size).into_font()).color(color);
-    area.draw(&Text::new(text.to_owned(), point(&at), style.pos(Pos::new(HPos::Center, VPos::Center))))?;
-    Ok(())
 }
 
 /// A plane's number, legible on a line.

@@ -24,7 +24,7 @@ pub struct ShadowNode {
     pub depth: u32,
     /// Directions around its part of the window, from the eye; empty where a plane leaves nothing.
     pub cell: Vec<DVec3>,
-    /// What is there.
+    /// A plane, or the shadows of a leaf.
     pub holds: ShadowHolds,
 }
 
@@ -138,7 +138,8 @@ pub(super) fn names(occluders: &[usize]) -> String {
     sorted.iter().map(|&of| occluder_name(of)).collect::<Vec<_>>().join(" ")
 }
 
-/// The occluder of a cap, among those that are not found yet. Of several in one plane, it is the one that covers the cell.
+/// The occluder of a cap, among the occluders that are not found yet. If several lie in one plane, it is the one that covers
+/// the cell.
 fn owner(
     (normal, distance_m): (DVec3, f64),
     cell: &[DVec3],
@@ -165,7 +166,7 @@ fn part(cell: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     if points.len() < 3 { Vec::new() } else { points }
 }
 
-/// Where a plane cuts a cell.
+/// The two directions between which a plane cuts a cell.
 fn cut(cell: &[DVec3], normal: DVec3) -> Option<[DVec3; 2]> {
     let (low, high) = reach(normal, cell);
     if cell.len() < 3 || low > -IN_PLANE_SINE || high < IN_PLANE_SINE {

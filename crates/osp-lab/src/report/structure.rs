@@ -122,8 +122,8 @@ impl Structure {
         collector.0
     }
 
-    /// All nodes of an index whose nodes exist before its polygons, empty ones and their fields included. Of another index
-    /// those that are not empty.
+    /// All nodes of an index whose nodes exist before its polygons, empty ones and their fields included. If the nodes of the
+    /// index do not exist beforehand, these are the nodes of [`Structure::of`].
     pub fn with_empty_nodes(index: &dyn SpatialIndex) -> Self {
         let Some(paper) = (index as &dyn Any).downcast_ref::<OspPaper>() else { return Self::of(index) };
         let mut all = Self::default();

@@ -64,6 +64,8 @@ const ASKED: &[(&str, &str)] = &[
     ("bake S O.pvs --cells 1 --samples 1 --pixels 16", "--threads"),
     ("draw-index S O.svg", "--frame"),
     ("draw-index S O.svg", "--pace"),
+    ("draw-insertion S O.gif", "--polygons"),
+    ("draw-insertion S O.gif --polygons 2", "--levels"),
     ("draw-occlusion S O.svg", "--occluders"),
     ("draw-occlusion S O.gif", "--every"),
     ("race S", "--pace"),

@@ -112,3 +112,19 @@ fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
     let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "n.svg", "--names"]);
     assert!(refused.contains("at most 500 polygons; found "), "{refused}");
 }
+
+#[test]
+fn a_film_of_insertions_counts_planes_and_filed_polygons() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = osp_testkit::at("docs/figures/fall.ron");
+    let session = session.to_str().expect("a name in UTF-8");
+    let said = OSP.done_in(folder.path(), ["draw-insertion", session, "fall.gif", "--polygons", "4"]);
+    // Polygon 3 is cut by the first plane, polygon 4 by the fourth, two fall past all five.
+    assert!(
+        said.contains("4 polygons: osp-paper tests 15 planes and moves none; octree-paper tests "),
+        "{said}"
+    );
+    assert!(said.contains(" and files 10 polygons -> fall.gif, "), "{said}");
+    let film = fs::read(folder.path().join("fall.gif")).expect("a film");
+    assert!(film.starts_with(b"GIF89a") && film.len() < 300_000, "{}", film.len());
+}
