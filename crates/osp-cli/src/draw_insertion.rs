@@ -31,7 +31,7 @@ pub(super) fn run(args: &DrawInsertionArgs) -> anyhow::Result<Outcome> {
     ensure!(!film.polygons.is_empty(), "{}: there is no polygon to insert", file.display());
     let name = || output.path().display().to_string();
     let work = film.work().with_context(name)?;
-    let mut gif = GifFile::begin(output.create()?, film.size()).with_context(name)?;
+    let mut gif = GifFile::begin(output.create()?, film.size()).with_context(name)?.of_drawings();
     film.draw(|rgb, delay| gif.add(rgb, delay)).map_err(|error| anyhow!("{}: {error}", name()))?;
     let bytes = output.commit(gif.finish().with_context(name)?)?;
     let sum = |of: fn(&osp_lab::report::InsertionWork) -> u64| thousands(work.iter().map(of).sum());

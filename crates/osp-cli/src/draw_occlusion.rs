@@ -149,7 +149,7 @@ fn film<'a>(
     let name = || output.path().display().to_string();
     let steps = planes.div_ceil(every);
     let delay = (GROWING / u16::try_from(steps.max(1)).unwrap_or(u16::MAX)).clamp(4, LONGEST);
-    let mut file = GifFile::begin(output.create()?, picture(0).size()).with_context(name)?;
+    let mut file = GifFile::begin(output.create()?, picture(0).size()).with_context(name)?.of_drawings();
     let progress = progress::bar(steps as u64, "pictures", &name());
     for step in 0..=steps {
         let rgb =
