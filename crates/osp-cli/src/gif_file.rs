@@ -19,7 +19,7 @@ pub(super) struct GifFile {
     size: (u16, u16),
     /// The last frame: red, green and blue; nothing before the first.
     shown: Vec<u8>,
-    /// How the colours of a frame with too many of them are chosen.
+    /// Choice of the colours of a frame that has too many.
     choice: ColorChoice,
 }
 
