@@ -556,7 +556,8 @@ pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
 }
 
-fn subjects<'a>(
+/// The polygons as an oracle takes them.
+pub(crate) fn subjects<'a>(
     scene: &'a Scene,
     window: &ViewWindow,
     ids: &'a [PolygonId],

@@ -56,6 +56,11 @@ fn numbers_out_of_range_are_refused_by_every_command() {
         (&["pick", "a.ron"], "--at", &["NaN,0", "0,inf", "-0.1,0", "1.1,1", "0.5", "0.5,0.5,0.5"]),
         (&["pick", "a.ron"], "--frame", &["-1", "NaN", "18446744073709551616", "18446744073709551615"]),
         (&["draw-index", "a.ron", "o.svg"], "--frame", &["-1", "NaN", "18446744073709551615"]),
+        (&["draw-insertion", "a.ron", "o.gif"], "--polygons", &["0", "65", "-1", "NaN"]),
+        (&["draw-insertion", "a.ron", "o.gif"], "--levels", &["0", "8", "NaN"]),
+        (&["draw-occlusion", "a.ron", "o.svg"], "--frame", &["-1", "NaN", "18446744073709551615"]),
+        (&["draw-occlusion", "a.ron", "o.gif"], "--every", &["0", "-1", "NaN", "4294967296"]),
+        (&["draw-occlusion", "a.ron", "o.svg"], "--occluders", &["-1", "NaN", "18446744073709551616"]),
     ];
     if cfg!(feature = "render") {
         cases.extend([
@@ -243,6 +248,8 @@ fn names_that_do_not_fit_are_refused_before_the_session_is_read() {
         (&["race", "a.ron", "--csv", "c.png"], ".csv"),
         (&["race", "a.ron", "--film", "c.mp4"], ".gif"),
         (&["draw-index", "a.ron", "c.jpg"], ".svg, .png or .dot"),
+        (&["draw-insertion", "a.ron", "c.png"], ".gif"),
+        (&["draw-occlusion", "a.ron", "c.jpg"], ".svg, .png, .gif or .dot"),
         (&["bake", "a.ron", "c.ron"], ".pvs"),
         (&["import", "a.ron", "c.obj"], ".ron or .ron.zst"),
         (&["synth", "scribble", "c.json"], ".ron or .ron.zst"),

@@ -32,6 +32,8 @@ fn an_input_is_never_an_output() {
         &["bench", "a.ron", "--csv", "a.ron"],
         &["bench", "a.ron", "--html", "a.ron"],
         &["draw-index", "a.ron", "a.ron"],
+        &["draw-insertion", "a.ron", "a.ron"],
+        &["draw-occlusion", "a.ron", "a.ron"],
         &["race", "a.ron", "--csv", "a.ron"],
         &["import", "a.ron", "a.ron"],
         &["bake", "a.ron", "a.ron"],
