@@ -376,9 +376,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut source = Source::open(file, &args.reading)?;
     let (summary, _, read) = summarize(&mut source, args.pace);
     if let Source::File(session) = &source {
-        for warning in &session.notes().warnings {
-            complain(&format!("warning: {warning}"));
-        }
+        session.warn();
     }
     read?;
     // A table of zeros would look like a result. With `--all` a folder may contain empty sessions.
