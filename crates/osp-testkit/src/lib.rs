@@ -10,7 +10,7 @@ mod repository;
 
 pub use counting::{Counting, allocations, held_bytes, peak_of};
 pub use editor::{Editor, STROKES};
-pub use program::{Program, json, shipped_session, stderr, stdout, temp};
+pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdout, temp};
 pub use repository::{ROOT, at, packages};
 
 /// Whether a missing graphics adapter, display or tool fails a test instead of skipping it: with `CI` set and
