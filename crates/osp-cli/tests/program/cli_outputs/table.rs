@@ -9,7 +9,7 @@ use std::{
 
 use super::{built::has, names, session_text, write_session};
 use crate::OSP;
-use osp_testkit::{stderr, temp};
+use osp_testkit::{make_pipe, stderr, temp};
 
 /// A way to write a file.
 struct Way {
@@ -229,7 +229,7 @@ fn a_pipe_is_written_to_directly() {
     for way in ways() {
         let path = folder.join(way.file);
         let _ = fs::remove_file(&path);
-        if !Command::new("mkfifo").arg(&path).status().is_ok_and(|status| status.success()) {
+        if !make_pipe(&path) {
             eprintln!("skipped: no mkfifo");
             return;
         }
