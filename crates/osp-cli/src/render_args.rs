@@ -78,9 +78,6 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Draw every polygon of the model, without culling.
-    #[arg(long, conflicts_with = "check")]
-    pub(super) no_cull: bool,
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     pub(super) check: bool,
@@ -88,13 +85,13 @@ pub(super) struct RenderArgs {
     /// by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their middles. The
     /// picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no edge
     /// explains gives exit code 1.
-    #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = PAINTERS)]
+    #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
     /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
     /// the renderer's own, by number.
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
-    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
+    #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
     /// Rounds of --order, after one that does not count; each draws every order.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]

@@ -457,8 +457,8 @@ impl Look<'_> {
                 counts
             };
             let counts = self.fastest(&mut totals.query_ns, cull);
-            totals.occluders += counts.occluders as u64;
-            totals.planes += counts.tiles as u64;
+            totals.occluders += counts.occluders;
+            totals.planes += counts.tiles;
             totals.polygon_tests += counts.tests;
             totals.add(self.number, &list(left), truth, self.in_view);
         }
