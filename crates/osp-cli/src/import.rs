@@ -91,10 +91,8 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
     let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;
 
+    session.warn();
     let notes = session.notes();
-    for warning in &notes.warnings {
-        complain(&format!("warning: {warning}"));
-    }
     if notes.skipped > 0 {
         complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
     }

@@ -10,7 +10,7 @@ use super::{
     brush_rows::{self, BrushRow, Plain},
     cost::Cost,
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, say},
     polygon_tally::PolygonTally,
     reading::ReadArgs,
     session::OpenSession,
@@ -157,9 +157,7 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     });
     let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
     let (groups, authors) = (scene.group_tree(), authors.finish());
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
+    session.warn();
     let contents = Contents { summary, tally, brushes, groups, authors, cost };
     if args.json {
         say(&json(args, &session, &contents)?)?;

@@ -77,6 +77,7 @@ mod join_player;
 mod join_recording;
 #[cfg(feature = "live")]
 mod join_report;
+mod looked;
 mod man;
 #[cfg(feature = "bench")]
 mod race;

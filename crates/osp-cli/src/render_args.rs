@@ -26,7 +26,7 @@ const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the orders of opaque polygons, and of all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
-/// The moment that brushes which move by themselves are seen at, unless another one is given, seconds.
+/// Moment at which brushes that move by themselves are drawn by default, seconds.
 pub(super) const MOMENT_S: f32 = 5.6;
 
 /// Draw frames of a session to PNG files, without a window.
@@ -81,9 +81,6 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Draw every polygon of the model, without culling.
-    #[arg(long, conflicts_with = "check")]
-    pub(super) no_cull: bool,
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     pub(super) check: bool,
@@ -91,13 +88,13 @@ pub(super) struct RenderArgs {
     /// by a BSP tree, which cuts polygons where there is none; `centre` sorts by the distance of their middles. The
     /// picture is compared with that of the depth buffer; with --check, more than one pixel in 10,000 that no edge
     /// explains gives exit code 1.
-    #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = PAINTERS)]
+    #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of what each
     /// costs: the time of drawing, overdraw, draw calls, changes of material. The picture is that of the first. `none` is
     /// the renderer's own, by number.
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
-    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
+    #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
     /// Rounds of --order, after one that does not count; each draws every order.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
@@ -105,9 +102,6 @@ pub(super) struct RenderArgs {
     /// Print the figures of --order as JSON, an object a frame.
     #[arg(long, requires = "order")]
     pub(super) json: bool,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
-    #[arg(long, default_value = "samples:16")]
-    pub(super) pace: Pace,
     /// Place of the eye. `own` is the session's own camera (that of a sketch's thumbnail), else `whole`. `whole` frames the
     /// model without distant strays, from the side of the session's own camera, else from the artist's first side.
     /// `recorded` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles around the model,
@@ -121,16 +115,26 @@ pub(super) struct RenderArgs {
     /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     pub(super) color_by: String,
+    #[command(flatten)]
+    pub(super) shown: ShownArgs,
+    #[command(flatten)]
+    pub(super) rig: RigPathArgs,
+}
+
+/// Reading of a session that pictures or films are made of.
+#[derive(Args, Debug)]
+pub(super) struct ShownArgs {
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
     #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
-    /// Let a picture replace a file of another kind, but never the session.
+    /// Let the output replace a file of another kind, but never the session.
     #[arg(long)]
     pub(super) force: bool,
-    #[command(flatten)]
-    pub(super) rig: RigPathArgs,
 }
 
 /// The position of a picture's eye.

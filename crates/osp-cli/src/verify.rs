@@ -1,9 +1,6 @@
 //! `osp verify`: occlusion culling against the truth.
 
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use clap::Args;
@@ -153,12 +150,6 @@ pub(super) struct VerifyArgs {
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
     score: Score,
-    /// Use no occluders that fill less than this share of the picture.
-    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
-    least_share: f64,
-    /// Do not test nodes with fewer polygons, but draw them.
-    #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
-    least_polygons: usize,
     /// Also compare the sets that `osp bake` has written for the finished model (with --whole).
     #[arg(long, value_name = "FILE", requires = "whole")]
     pvs: Option<PathBuf>,
@@ -169,8 +160,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
     /// Size of the picture that determines the visible polygons, pixels.
-    #[arg(long, default_value = "2560x1440", value_name = "WxH")]
-    pixels: Pixels,
+    #[arg(long, default_value = "2560x1440", value_name = "WxH", value_parser = pixels)]
+    pixels: (u32, u32),
     /// Do not determine the visible polygons, which takes minutes for a million polygons; report only times, counts and
     /// pixels that differ.
     #[arg(long)]
@@ -185,20 +176,8 @@ pub(super) struct VerifyArgs {
 /// The node test of the paper's figure 14, on the left.
 const CORNERS_APART: &str = "corners-apart";
 
-/// A resolution, `WxH`.
-#[derive(Clone, Copy, Debug)]
-struct Pixels {
-    width: usize,
-    height: usize,
-}
-
-impl FromStr for Pixels {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = numbers::sides(text, &(16..=16_384))?;
-        Ok(Self { width: width as usize, height: height as usize })
-    }
+fn pixels(text: &str) -> Result<(u32, u32), String> {
+    numbers::sides(text, &(16..=16_384))
 }
 
 impl VerifyArgs {
@@ -341,7 +320,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
         pool: PoolConfig { grouping, ..PoolConfig::default() },
-        select: SelectConfig { score: args.score, least_share: args.least_share, ..SelectConfig::default() },
+        select: SelectConfig { score: args.score, ..SelectConfig::default() },
         cull: CullConfig {
             node_test: args.node_test(),
             polygon_test: if args.nodes_only {
@@ -349,9 +328,9 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
             } else {
                 PolygonTest::InPartlyHiddenLeaves
             },
-            least_polygons: args.least_polygons,
+            ..CullConfig::default()
         },
-        oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
+        oracle: OracleConfig { width: args.pixels.0 as usize, height: args.pixels.1 as usize },
         repeats: args.repeats,
     }
 }
@@ -376,9 +355,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut source = Source::open(file, &args.reading)?;
     let (summary, _, read) = summarize(&mut source, args.pace);
     if let Source::File(session) = &source {
-        for warning in &session.notes().warnings {
-            complain(&format!("warning: {warning}"));
-        }
+        session.warn();
     }
     read?;
     // A table of zeros would look like a result. With `--all` a folder may contain empty sessions.

@@ -133,7 +133,8 @@ impl Rows {
     pub fn to_csv(&self) -> String {
         let mut csv = "part,recording,index,figure,unit,value,low,high\n".to_owned();
         for Row { part, recording, index, figure, unit, value, low, high } in &self.rows {
-            let [part, recording, index, figure] = [part, recording, index, figure].map(|text| quoted(text));
+            let [part, recording, index, figure] =
+                [part, recording, index, figure].map(|text| csv_cell(text));
             let [low, high] = [low, high].map(|end| end.map_or(String::new(), |end| end.to_string()));
             // Writing to a string does not fail.
             let _ = writeln!(csv, "{part},{recording},{index},{figure},{unit},{value},{low},{high}");
@@ -143,7 +144,7 @@ impl Rows {
 }
 
 /// A cell of CSV: in quotes where it holds what separates cells.
-fn quoted(text: &str) -> String {
+pub fn csv_cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),
@@ -177,7 +178,7 @@ impl Figures<'_> {
 
     /// The median of some values with its interval; nothing for no value.
     pub fn median(&mut self, figure: &str, unit: &'static str, mut values: Vec<f64>) -> &mut Self {
-        if let Some(Estimate { median, low, high, .. }) = Estimate::of(&mut values) {
+        if let Some(Estimate { median, low, high }) = Estimate::of(&mut values) {
             self.push(figure, unit, median, Some((low, high)));
         }
         self

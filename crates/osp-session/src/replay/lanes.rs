@@ -91,12 +91,13 @@ impl Lane {
             true => fingerprint_of_views(self.pipeline.draw_lists().iter().map(VisibleBlocks::ids)),
             false => in_view,
         };
+        // No frame of a window computes fingerprints, so they are no stage of the frame.
         let fingerprinting = self.pipeline.clock().since(start);
         // A frame that catches up is free: so every part has at least one measured frame.
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
-        Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
+        Some(LaneFrame { record, in_view, drawn, catches_up })
     }
 }
 
@@ -109,8 +110,6 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// Time for the fingerprints. No frame of a window computes them, so they are no stage of the frame.
-    pub fingerprinting: Stage,
     /// The lane had skipped frames before: this frame's times include them, its visible set does not.
     pub catches_up: bool,
 }

@@ -55,8 +55,6 @@ const ASKED: &[(&str, &str)] = &[
     ("replay S --index osp --occlusion msvbsp", "--verify-frames"),
     ("verify S --views 1 --pixels 64x48", "--occluders"),
     ("verify S --views 1 --pixels 64x48", "--size x"),
-    ("verify S --views 1 --pixels 64x48", "--least-share"),
-    ("verify S --views 1 --pixels 64x48", "--least-polygons"),
     ("verify S --views 1", "--pixels x"),
     ("bake S O.pvs --samples 1 --pixels 16", "--cells"),
     ("bake S O.pvs --cells 1 --pixels 16", "--samples"),
