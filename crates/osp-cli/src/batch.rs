@@ -53,13 +53,17 @@ impl Batch {
     /// made again.
     ///
     /// # Errors
-    /// A path leads nowhere, there is no session, two sessions would have one target, or a target is a link to a session.
+    /// A path leads nowhere, `out` is no folder, there is no session, two sessions would have one target, or a target is
+    /// a link to a session.
     pub(super) fn plan(
         paths: &[PathBuf],
         out: Option<&Path>,
         (ending, kind): (&str, OutputKind),
         force: bool,
     ) -> anyhow::Result<Self> {
+        if let Some(out) = out.filter(|out| fs::metadata(out).is_ok_and(|data| !data.is_dir())) {
+            bail!("{}: expected a folder; found a file", out.display());
+        }
         let mut found = each_once(sessions(paths, Part::WHOLE)?)?;
         // What a former run wrote into a folder below the sessions is no session to work on.
         let is_below = |out: &&Path| {

@@ -268,6 +268,10 @@ fn a_sketch_has_the_strokes_and_replaces_nothing_unasked() {
         (&["convert", "a.ron"][..], &["--to FORMAT", "found 1 paths"][..]),
         (&["convert", "a.ron", "a.obj"], &["a.obj: expected a name that ends in .glb"]),
         (&["convert", "none", "--to", "glb"], &["none"]),
+        (
+            &["convert", "a.ron", "--to", "glb", "--out", "a.tilt"],
+            &["a.tilt: expected a folder; found a file"],
+        ),
     ] {
         assert_refused(&OSP.run_in(folder.path(), args), words);
     }
