@@ -15,7 +15,7 @@ use indicatif::HumanBytes;
 
 use super::{
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, say},
     outputs::Outputs,
     progress,
     reading::ReadArgs,
@@ -118,9 +118,7 @@ fn model(args: &BakeArgs) -> anyhow::Result<(Scene, Aabb)> {
         changes.clear();
         scene.let_go();
     }
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
+    session.warn();
     Ok((scene, heads))
 }
 

@@ -9,7 +9,7 @@ use super::{
     bench_args::BenchArgs,
     bench_paper,
     outcome::Outcome,
-    output::{complain, file_name, one_line, say},
+    output::{file_name, one_line, say},
     outputs::Outputs,
     progress,
     session::OpenSession,
@@ -168,9 +168,7 @@ fn read<'a>(
     let (summary, scene, read) = summarize(&mut session, args.pace);
     read?;
     args.reading.check_frames(file, &summary, args.pace)?;
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
+    session.warn();
     Ok(Opened { file, name, header: session.header.clone(), summary, scene })
 }
 

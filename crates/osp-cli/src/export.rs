@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use super::{
     outcome::Outcome,
     output::{complain, one_line, say},
-    outputs::Outputs,
+    outputs::{Output, Outputs},
     played::{FrameArgs, Played},
 };
 use osp_lab::report::thousands;
@@ -21,6 +21,9 @@ use osp_session::{
 };
 
 /// Write the model of a session as binary glTF, for Blender, engines and viewers.
+///
+/// `osp convert` does so for whole folders, and writes sketches of Tilt Brush: this command writes polygons of one frame, but
+/// .tilt has the strokes of a whole session.
 ///
 /// The file has a mesh for each layer or stroke, in metres, +y up, with the colours of the strokes at the vertices. Each
 /// brush has a material: unlit brushes use KHR_materials_unlit, brushes of light KHR_materials_emissive_strength. Some
@@ -61,40 +64,55 @@ enum ObjectsArg {
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     let output =
         Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, OutputKind::Glb)?;
+    let objects = match args.objects {
+        ObjectsArg::Layers => Objects::Layers,
+        ObjectsArg::Strokes => Objects::Strokes,
+    };
+    let Model { line, remarks } = write_model(&args.session, objects, &output)?;
+    remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
+    say(&format!("{}: {line}", one_line(&args.out.to_string_lossy())))?;
+    Ok(Outcome::Done)
+}
+
+/// A model that was written: its contents, and what is missing or other than in the session.
+pub(super) struct Model {
+    pub(super) line: String,
+    pub(super) remarks: Vec<String>,
+}
+
+/// Writes the model of a frame.
+pub(super) fn write_model(session: &FrameArgs, objects: Objects, output: &Output) -> anyhow::Result<Model> {
     let mut times = PolygonTimes::default();
     let note = |events: &[Event], scene: &Scene| times.note(events, scene);
-    let Played { header, scene, .. } = Played::up_to_with(&args.session, IndexKind::BruteForce, note)?;
+    let Played { header, scene, .. } = Played::up_to_with(session, IndexKind::BruteForce, note)?;
     let options = ExportOptions {
-        objects: match args.objects {
-            ObjectsArg::Layers => Objects::Layers,
-            ObjectsArg::Strokes => Objects::Strokes,
-        },
+        objects,
         layer_names: header.layers.iter().map(|layer| layer.name.clone()).collect(),
         times: Some(times),
         eye_in_world: header.camera.map(|camera| camera.p),
     };
-    let name = args.session.file.file_stem().unwrap_or_default().to_string_lossy();
+    let name = session.file.file_stem().unwrap_or_default().to_string_lossy();
     let mut file = output.create()?;
-    let named = || args.out.display().to_string();
+    let named = || output.path().display().to_string();
     let counts = write_glb(&scene, &name, &options, &mut file).with_context(named)?;
     file.flush().with_context(named)?;
     let bytes = output.commit(file)?;
+    let mut remarks = Vec::new();
     if counts.not_finite > 0 {
-        complain(&format!("warning: {} polygons at infinity were left out", thousands(counts.not_finite)));
+        remarks.push(format!("{} polygons at infinity were left out", thousands(counts.not_finite)));
     }
     if counts.turned > 0 && options.eye_in_world.is_none() {
-        complain(&format!(
-            "warning: {} particles face one way: the session has no camera to turn them to",
+        remarks.push(format!(
+            "{} particles face one way: the session has no camera to turn them to",
             thousands(counts.turned)
         ));
     }
-    say(&format!(
-        "{}: {} objects, {} polygons, {} triangles{}",
-        one_line(&args.out.to_string_lossy()),
+    let line = format!(
+        "{} objects, {} polygons, {} triangles{}",
         thousands(counts.objects),
         thousands(counts.polygons),
         thousands(counts.triangles),
         bytes.map_or(String::new(), |bytes| format!(", {} bytes", thousands(bytes))),
-    ))?;
-    Ok(Outcome::Done)
+    );
+    Ok(Model { line, remarks })
 }

@@ -9,6 +9,7 @@ use indicatif::HumanBytes;
 use super::{
     film_args::FilmArgs,
     gif_file::GifFile,
+    looked::Looked,
     outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
@@ -16,7 +17,7 @@ use super::{
     session::OpenSession,
 };
 use osp::{
-    math::{Aabb, rotate, unit},
+    math::{Aabb, rotate},
     polygon::VisibleBlocks,
     view::{Projection, View},
 };
@@ -24,7 +25,7 @@ use osp_lab::report::thousands;
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
 use osp_session::{
     output_file::OutputKind,
-    replay::{ArtistSide, CameraChoice, CameraPath, Moment, Player, main_bounds, summarize, whole_view},
+    replay::{CameraChoice, CameraPath, Moment, Player, main_bounds, whole_view},
 };
 
 /// Time that the film shows the end of a session, hundredths of a second.
@@ -33,18 +34,11 @@ const END: u16 = 100;
 const LOOKS: usize = 72;
 
 pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
-    let mut outputs = Outputs::new(args.force).reads([&args.file]);
+    let mut outputs = Outputs::new(args.shown.force).reads([&args.file]);
     let output = outputs.add("OUT.gif", &args.out, OutputKind::Gif)?;
     let gpu = Arc::new(Gpu::headless()?);
-    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
-    let header = session.header.clone();
-    let mut artist = ArtistSide::default();
-    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
-    let (summary, model, read) = summarize(events, args.pace);
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
-    read?;
+    let Looked { header, summary, model, backwards } =
+        Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
     let file = || args.file.display().to_string();
     let Some(last) = summary.frames.checked_sub(1) else {
         bail!("{}: nothing was drawn in this session", file());
@@ -61,8 +55,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
     let aspect = drawer.aspect();
-    let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-    let whole = whole_view(&bounds, of_camera.or_else(|| artist.backwards()), aspect);
+    let whole = whole_view(&bounds, backwards, aspect);
     let path = CameraPath::new(CameraChoice::Auto, header.camera, &summary.bounds);
     let turn = Turn::new(&bounds, &whole);
     let times = Times { frames: ((args.seconds * f64::from(args.fps)).round() as u64).max(1), fps: args.fps };
@@ -76,7 +69,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
 
     let name = || output.path().display().to_string();
     let mut film = GifFile::begin(output.create()?, (width, height)).with_context(name)?;
-    let mut player = Player::new(OpenSession::open(&args.file, &args.reading)?, args.pace);
+    let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
     let progress = progress::bar(times.frames, "frames", &args.file.to_string_lossy());
     for frame in 0..times.frames {
         let shown = match args.path.as_str() {
@@ -86,7 +79,7 @@ pub(super) fn run(args: &FilmArgs) -> anyhow::Result<Outcome> {
         while player.frames() <= shown && player.step()? {
             drawer.follow(player.changes());
         }
-        drawer.set_time(args.time + (frame as f64 / f64::from(args.fps)) as f32);
+        drawer.set_time(args.shown.time + (frame as f64 / f64::from(args.fps)) as f32);
         let polygons: VisibleBlocks = player.scene().visible_ids().collect();
         let view = view(frame, &player.moment());
         drawer.draw_view(0, player.scene(), &view, &[Layer::plain(&polygons)])?;

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{numbers, parsers::Size, reading::ReadArgs, render_args::MOMENT_S};
-use osp_session::recording::Pace;
+use super::{numbers, parsers::Size, render_args::ShownArgs};
 
 /// Film a session: a turn around the finished model, the model as it grows, or what its artist saw.
 ///
@@ -22,7 +21,8 @@ Paths:
   grow       the model as it was drawn, from where `osp render` sees it
   recorded   the model as it was drawn, by the recorded head path
 
-With `grow` and `recorded` the session plays in --seconds, and its end stays for a second more.
+With `grow` and `recorded` the session plays in --seconds, its frames (--pace) shared out evenly, and
+its end stays for a second more. Brushes that move by themselves begin at --time and move with the film.
 A GIF has 256 colours a frame. For other kinds of video, let `osp render --every` write numbered
 pictures: it prints the command of ffmpeg that makes an .mp4 of them.")]
 pub(super) struct FilmArgs {
@@ -43,16 +43,6 @@ pub(super) struct FilmArgs {
     /// Width and height in pixels.
     #[arg(long, default_value = "640x360")]
     pub(super) size: Size,
-    /// Part of the session in a frame: `recorded` (by its time stamps) or `samples:N` (N samples of
-    /// the hand). With `grow` and `recorded` the film shares them out evenly.
-    #[arg(long, default_value = "samples:16")]
-    pub(super) pace: Pace,
-    /// The moment at which brushes which move by themselves begin, seconds; they move with the film.
-    #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
-    pub(super) time: f32,
     #[command(flatten)]
-    pub(super) reading: ReadArgs,
-    /// Let the film replace a file of another kind, but never the session.
-    #[arg(long)]
-    pub(super) force: bool,
+    pub(super) shown: ShownArgs,
 }

@@ -43,7 +43,7 @@ pub(super) struct ImportArgs {
 
 /// Counts of what was written.
 #[derive(Default)]
-struct Counts {
+pub(super) struct Counts {
     events: u64,
     strokes: u64,
     points: u64,
@@ -73,7 +73,7 @@ impl Counts {
     }
 
     /// The counts by kind, without zeros; strokes and points always.
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let rest = [(self.polygons, "faces"), (self.heads, "head poses"), (self.edits, "edits")];
         [(self.strokes, "strokes"), (self.points, "points")]
             .into_iter()
@@ -91,10 +91,8 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.input, &args.reading)?.counted();
     let (counts, bytes) = convert(&mut session, output, args.reading.lenient)?;
 
+    session.warn();
     let notes = session.notes();
-    for warning in &notes.warnings {
-        complain(&format!("warning: {warning}"));
-    }
     if notes.skipped > 0 {
         complain(&format!("{} damaged pieces were skipped", thousands(notes.skipped)));
     }
@@ -110,7 +108,7 @@ pub(super) fn run(args: &ImportArgs) -> anyhow::Result<Outcome> {
 }
 
 /// Writes the whole session; what it holds and how many bytes it takes.
-fn convert(
+pub(super) fn convert(
     session: &mut OpenSession,
     output: Output,
     lenient: bool,
@@ -125,7 +123,7 @@ fn convert(
     Ok((counts, recording.finish()?))
 }
 
-fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
+pub(super) fn explain(error: &RecordingError, lenient: bool) -> anyhow::Error {
     let hint = if lenient { "" } else { " (--lenient keeps what can be read)" };
     anyhow!("{error}; nothing was written{hint}")
 }

@@ -9,7 +9,7 @@ use super::{
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
     outcome::Outcome,
-    output::{complain, one_line, say},
+    output::{one_line, say},
     polygon_tally::PolygonTally,
     reading::ReadArgs,
     session::OpenSession,
@@ -128,9 +128,7 @@ pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
     let (brushes, tally, groups) = (plain.rows(&scene), PolygonTally::of(&scene), scene.group_tree());
     let authors = authors.finish();
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
+    session.warn();
     if args.json {
         say(&json(args, &session, &summary, tally, &brushes, &groups, &authors)?)?;
     } else {

@@ -4,6 +4,7 @@ use std::io::{self, Write as _};
 
 use anyhow::Context;
 use serde::Serialize;
+use serde_json::json;
 
 use super::{
     author_rows::{self, AuthorRow},
@@ -11,7 +12,7 @@ use super::{
     output::one_line,
 };
 use osp_lab::report::thousands;
-use osp_net::live::{Connection, Counts, Latency, Status};
+use osp_net::live::{Connection, Latency, Status};
 use osp_session::{
     recording::{self, OpenOptions},
     replay::fingerprint_of_frame,
@@ -37,25 +38,6 @@ struct Shape {
     polygons: u64,
     /// Fingerprint of the polygons that are shown.
     fingerprint: String,
-}
-
-#[derive(Serialize)]
-struct Json<'a> {
-    address: &'a str,
-    connection: &'static str,
-    trouble: Option<&'a str>,
-    author: Option<u32>,
-    secs: f64,
-    file: String,
-    bytes: u64,
-    bytes_beyond: u64,
-    xxh3: String,
-    session: Option<Shape>,
-    played: Option<u64>,
-    undelivered: u64,
-    counts: Counts,
-    latency: Latency,
-    authors: &'a [AuthorRow],
 }
 
 impl Report {
@@ -89,24 +71,23 @@ impl Report {
     }
 
     pub(super) fn print_json(&self) -> anyhow::Result<()> {
-        let json = Json {
-            address: &self.address,
-            connection: self.connection(),
-            trouble: self.status.trouble.as_deref(),
-            author: self.status.author.map(|author| author.0),
-            secs: self.secs,
-            file: self.recording.path.to_string_lossy().into_owned(),
-            bytes: self.recording.bytes,
-            bytes_beyond: self.recording.beyond,
-            xxh3: format!("{:032x}", self.recording.hash),
-            session: self.shape()?,
-            played: self.played,
-            undelivered: self.undelivered,
-            counts: self.status.counts,
-            latency: self.latency,
-            authors: &self.authors,
-        };
-        let line = serde_json::to_string(&json)?;
+        let line = json!({
+            "address": self.address,
+            "connection": self.connection(),
+            "trouble": self.status.trouble,
+            "author": self.status.author.map(|author| author.0),
+            "secs": self.secs,
+            "file": self.recording.path.to_string_lossy(),
+            "bytes": self.recording.bytes,
+            "bytes_beyond": self.recording.beyond,
+            "xxh3": format!("{:032x}", self.recording.hash),
+            "session": self.shape()?,
+            "played": self.played,
+            "undelivered": self.undelivered,
+            "counts": self.status.counts,
+            "latency": self.latency,
+            "authors": self.authors,
+        });
         writeln!(io::stdout().lock(), "{line}").context("standard output")
     }
 

@@ -6,6 +6,7 @@
 
 mod allocations;
 mod author_rows;
+mod batch;
 mod brush_rows;
 mod built;
 mod new_recording;
@@ -40,6 +41,7 @@ mod bench_paper_args;
 #[cfg_attr(not(feature = "bench"), path = "charts_not_built.rs")]
 mod charts;
 mod completions;
+mod convert;
 #[cfg(feature = "bench")]
 mod draw_index;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -66,6 +68,7 @@ mod join_player;
 mod join_recording;
 #[cfg(feature = "live")]
 mod join_report;
+mod looked;
 mod man;
 #[cfg(feature = "bench")]
 mod race;
@@ -167,6 +170,8 @@ const EXAMPLES: &str = "Examples:
   osp info painting.apa
   osp import painting.apa painting.ron
   osp export sketch.tilt sketch.glb
+  osp convert sketches --to glb --out models
+  osp convert edited.ron sketch.tilt
   osp bench recordings/*.ron --quick --html bench.html
   osp race recordings/portrait.ron
   osp study sketches --out results.ndjson
@@ -192,6 +197,7 @@ enum Command {
     Info(info::InfoArgs),
     Bake(bake::BakeArgs),
     Import(import::ImportArgs),
+    Convert(convert::ConvertArgs),
     Export(export::ExportArgs),
     Bench(bench_args::BenchArgs),
     DrawIndex(draw_index_args::DrawIndexArgs),
@@ -235,6 +241,7 @@ impl Command {
             Self::Info(args) => info::run(args),
             Self::Bake(args) => bake::run(args),
             Self::Import(args) => import::run(args),
+            Self::Convert(args) => convert::run(args),
             Self::Export(args) => export::run(args),
             Self::Bench(args) => of_feature!("bench", bench::run, args),
             Self::DrawIndex(args) => of_feature!("bench", draw_index::run, args),

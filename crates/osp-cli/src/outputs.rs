@@ -149,7 +149,7 @@ impl Output {
     pub(super) fn commit(&self, file: AtomicFile) -> anyhow::Result<Option<u64>> {
         self.check()?;
         // A session that appears at this moment is not replaced either.
-        let is_new_only = !self.force && self.kind == OutputKind::Recording;
+        let is_new_only = !self.force && self.kind.is_session();
         let outcome = if is_new_only { file.commit_new() } else { file.commit() };
         outcome.map_err(|error| self.failed(&error))
     }

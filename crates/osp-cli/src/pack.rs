@@ -103,7 +103,7 @@ fn finished(file: &Path, reading: &ReadArgs) -> anyhow::Result<Scene> {
         changes.clear();
         scene.let_go();
     }
-    session.notes().warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+    session.warn();
     let skipped = session.notes().skipped;
     if skipped > 0 {
         complain(&format!("warning: {}: {skipped} damaged pieces skipped", file.display()));

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 
 use super::{
-    frame_choice::FrameChoice, output::complain, parsers::index_parser, progress, reading::ReadArgs,
+    frame_choice::FrameChoice, looked::Looked, parsers::index_parser, progress, reading::ReadArgs,
     session::OpenSession,
 };
 use osp::{
@@ -16,7 +16,7 @@ use osp::{
 use osp_rivals::IndexKind;
 use osp_session::{
     recording::{Event, Header, Pace},
-    replay::{Moment, Player, Summary, root_cube, summarize},
+    replay::{Moment, Player, Summary, root_cube},
     scene::Scene,
 };
 
@@ -33,6 +33,13 @@ pub(super) struct FrameArgs {
     pace: Pace,
     #[command(flatten)]
     reading: ReadArgs,
+}
+
+impl FrameArgs {
+    /// The end of a session.
+    pub(super) fn end_of(file: PathBuf, reading: ReadArgs) -> Self {
+        Self { file, frame: FrameChoice::Last, pace: Pace::Samples(16), reading }
+    }
 }
 
 /// A frame, and the index that holds its polygons.
@@ -72,19 +79,12 @@ impl Played {
     ) -> anyhow::Result<Self> {
         let FrameArgs { file, frame, pace, reading } = args;
         let pace = *pace;
-        let mut session = OpenSession::open(file, reading)?.counted();
-        let (summary, _, read) = summarize(&mut session, pace);
-        for warning in &session.notes().warnings {
-            complain(&format!("warning: {warning}"));
-        }
-        read?;
+        let Looked { header, summary, .. } = Looked::at(file, reading, pace)?;
         let last = frame.number(file, &summary, pace)?;
-        let session = OpenSession::open(file, reading)?;
-        let header = session.header.clone();
         let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
         let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
         let mut pipeline = Pipeline::new(index.create(&config), capacity, StageClock::default());
-        let mut player = Player::new(session, pace);
+        let mut player = Player::new(OpenSession::open(file, reading)?, pace);
         let progress = progress::bar(last + 1, "frames", &file.to_string_lossy());
         for _ in 0..=last {
             progress.inc(1);

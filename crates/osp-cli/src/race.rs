@@ -2,6 +2,7 @@
 
 use super::{
     bench::command,
+    looked::Looked,
     outcome::Outcome,
     output::{complain, file_name, say},
     outputs::{Output, Outputs},
@@ -11,19 +12,14 @@ use super::{
     session::{OpenSession, Reader},
     version,
 };
-use glam::Vec3;
-use osp::{
-    math::{rotate, unit},
-    view::View,
-};
 use osp_lab::{
     Machine,
     bench::{RaceError, RaceFilm, RaceInput, RaceReport, race},
 };
 use osp_session::{
     output_file::OutputKind,
-    recording::{Event, Header, RecordingError, SynthKind, synthesize},
-    replay::{ArtistSide, CameraPath, Summary, main_bounds, root_cube, summarize, whole_view},
+    recording::{Event, RecordingError, SynthKind, synthesize},
+    replay::{CameraPath, main_bounds, root_cube, whole_view},
 };
 
 pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
@@ -36,21 +32,18 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
             // A thread that reads ahead would take a core from the structures, or their own.
             let open = || OpenSession::read_by(Reader::Here, file, &args.reading);
             let mut session = open()?;
-            let header = session.header.clone();
-            let (summary, view, read) = look(args, &header, &mut session);
-            session.notes().warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
+            let (looked, read) = Looked::of(session.header.clone(), &mut session, args.pace);
+            session.warn();
             read?;
-            args.reading.check_frames(file, &summary, args.pace)?;
-            let name = file_name(file);
-            race_on(args, &name, &header, summary, open, film.map(|film| (film, view)))
+            args.reading.check_frames(file, &looked.summary, args.pace)?;
+            race_on(args, &file_name(file), looked, open, film)
         }
         (None, polygons) => {
             let open = || synthesize(SynthKind::Scribble, polygons.unwrap_or_default(), 1);
             let session = open();
-            let header = session.header.clone();
-            let (summary, view, read) = look(args, &header, session);
+            let (looked, read) = Looked::of(session.header.clone(), session, args.pace);
             read?;
-            race_on(args, &header.source, &header, summary, || Ok(open()), film.map(|film| (film, view)))
+            race_on(args, &looked.header.source.clone(), looked, || Ok(open()), film)
         }
     };
     let report = match report {
@@ -67,39 +60,26 @@ pub(super) fn run(args: &RaceArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The contents of a session, and a view of its finished model for the film.
-fn look(
-    args: &RaceArgs,
-    header: &Header,
-    events: impl Iterator<Item = Result<Event, RecordingError>>,
-) -> (Summary, View, Result<(), RecordingError>) {
-    let mut artist = ArtistSide::default();
-    let events = events.inspect(|event| event.iter().for_each(|event| artist.note(event)));
-    let (summary, model, read) = summarize(events, args.pace);
-    let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-    let backwards = of_camera.or_else(|| artist.backwards());
-    let view = whole_view(&main_bounds(&model, &summary.bounds), backwards, RaceFilm::MODEL_ASPECT);
-    (summary, view, read)
-}
-
 fn race_on<I>(
     args: &RaceArgs,
     name: &str,
-    header: &Header,
-    summary: Summary,
+    Looked { header, summary, model, backwards }: Looked,
     open: impl Fn() -> anyhow::Result<I>,
-    film: Option<(Output, View)>,
+    film: Option<Output>,
 ) -> anyhow::Result<RaceReport>
 where
     I: Iterator<Item = Result<Event, RecordingError>>,
 {
+    // The view of the film.
+    let whole = whole_view(&main_bounds(&model, &summary.bounds), backwards, RaceFilm::MODEL_ASPECT);
+    drop(model);
     let camera = CameraPath::new(args.camera, header.camera, &summary.bounds);
     let input = RaceInput {
         recording: name.to_owned(),
         summary,
         pace: args.pace,
         camera: (camera, args.camera.name()),
-        root: root_cube(header, &summary.bounds),
+        root: root_cube(&header, &summary.bounds),
         kinds: args.index.clone(),
     };
     let mut view = RaceView::new(args.runs);
@@ -116,8 +96,8 @@ where
         race = race.least(&run()?);
     }
     view.finish();
-    if let Some((output, view)) = film {
-        race_film::write(&output, &race, view, open()?)?;
+    if let Some(output) = film {
+        race_film::write(&output, &race, whole, open()?)?;
     }
     Ok(RaceReport::new(&race, Machine::here(version::COMMIT), command()))
 }

@@ -7,9 +7,9 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use glam::Vec3;
 
 use super::{
+    looked::Looked,
     outcome::Outcome,
     output::{complain, one_line, say},
     outputs::Outputs,
@@ -23,7 +23,6 @@ use super::{
 use osp::{
     frame::{AutoBasis, PassConfig, Pipeline, StageClock},
     index::IndexConfig,
-    math::{rotate, unit},
     occlusion::Occlusion,
     polygon::VisibleBlocks,
     view::View,
@@ -34,10 +33,7 @@ use osp_render::{
 };
 use osp_session::{
     output_file::OutputKind,
-    replay::{
-        ArtistSide, CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, summarize,
-        whole_view,
-    },
+    replay::{CameraChoice, CameraPath, Moment, Player, Summary, main_bounds, root_cube, whole_view},
     scene::Scene,
 };
 
@@ -50,7 +46,7 @@ impl RenderArgs {
 pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let rig = args.rig.path()?;
     let pictures = Pictures::new(args.size, rig.as_ref());
-    let mut outputs = Outputs::new(args.force).reads([&args.file]).reads(&args.rig.screens.file());
+    let mut outputs = Outputs::new(args.shown.force).reads([&args.file]).reads(&args.rig.screens.file());
     if let Some(out) = &args.out {
         for picture in pictures.all() {
             outputs.add("OUT.png", &picture.path(out), OutputKind::Png)?;
@@ -71,17 +67,11 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
     }
     let gpu = Arc::new(Gpu::headless()?);
-    let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
-    let environment = session.header.environment.clone();
-    let mut artist = ArtistSide::default();
-    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
-    let (summary, model, read) = summarize(events, args.pace);
-    for warning in &session.notes().warnings {
-        complain(&format!("warning: {warning}"));
-    }
-    read?;
+    let Looked { header, summary, model, backwards } =
+        Looked::at(&args.file, &args.shown.reading, args.shown.pace)?;
+    let environment = &header.environment;
     let config = RendererConfig { background: background_for(&model), ..RendererConfig::default() };
-    let own = session.header.camera.filter(|_| args.camera == RenderCamera::Own);
+    let own = header.camera.filter(|_| args.camera == RenderCamera::Own);
     let fixed = args.view.or(own);
     let bounds = match args.camera {
         RenderCamera::Own | RenderCamera::Whole if fixed.is_none() => main_bounds(&model, &summary.bounds),
@@ -91,7 +81,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut drawer = pictures.drawer(Arc::clone(&gpu), &config)?;
     drawer.set_occlusion(args.occlusion.while_drawing())?;
     drawer.set_environment(environment.as_deref());
-    drawer.set_time(args.time);
+    drawer.set_time(args.shown.time);
     drawer.set_colors(args.colors());
     // A second drawer, so that what one remembers cannot hide a fault of the other.
     let mut by_painter = match painter {
@@ -101,7 +91,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let mut trials = match args.order.is_empty() {
         true => None,
         false => {
-            let light = (environment.as_deref(), args.time);
+            let light = (environment.as_deref(), args.shown.time);
             Some(OrderTrials::new(
                 named_orders(&args.order),
                 args.repeats.into(),
@@ -118,7 +108,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     };
     if let Some(uncut) = &mut uncut {
         uncut.set_environment(environment.as_deref());
-        uncut.set_time(args.time);
+        uncut.set_time(args.shown.time);
         uncut.set_colors(args.colors());
     }
     let mut rig = rig;
@@ -134,7 +124,6 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     complain(&format!("drawn by {}", drawer.gpu().name()));
 
-    let session = OpenSession::open(&args.file, &args.reading)?;
     let camera: Box<dyn Fn(&Moment) -> View> = match args.camera {
         _ if fixed.is_some() => {
             let path = CameraPath::new(CameraChoice::Auto, fixed, &summary.bounds);
@@ -143,26 +132,24 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             Box::new(move |_| view)
         }
         RenderCamera::Own | RenderCamera::Whole => {
-            let of_camera = session.header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
-            let backwards = of_camera.or_else(|| artist.backwards());
             let view = whole_view(&bounds, backwards, drawer.aspect());
             Box::new(move |_| view)
         }
         RenderCamera::Path(choice) => {
-            let path = CameraPath::new(choice, session.header.camera, &summary.bounds);
+            let path = CameraPath::new(choice, header.camera, &summary.bounds);
             let aspect = drawer.aspect();
             Box::new(move |moment| path.view(moment).with_aspect(aspect))
         }
     };
     let capacity = usize::try_from(summary.counts.polygons).unwrap_or(usize::MAX);
-    let config = IndexConfig { root: root_cube(&session.header, &summary.bounds), capacity };
+    let config = IndexConfig { root: root_cube(&header, &summary.bounds), capacity };
     let pipeline = Pipeline::new(args.index.create(&config), capacity, StageClock::default());
     let has_occlusion = args.occlusion.is_on_cpu();
     // Pictures must not depend on the clock.
     let pass = PassConfig { basis: AutoBasis::Work, ..PassConfig::for_strokes(Occlusion::Auto) };
     let mut pipeline = args.occlusion.add_to(pipeline, pass);
     let mut outcome = Outcome::Done;
-    let mut player = Player::new(session, args.pace);
+    let mut player = Player::new(OpenSession::open(&args.file, &args.shown.reading)?, args.shown.pace);
     let progress = progress::bar(wanted.last + 1, "frames", &args.file.to_string_lossy());
     while player.frames() <= wanted.last && player.step()? {
         progress.inc(1);
@@ -310,7 +297,7 @@ struct Wanted {
 
 impl Wanted {
     fn new(args: &RenderArgs, summary: &Summary) -> anyhow::Result<Self> {
-        let last = args.frame.number(&args.file, summary, args.pace)?;
+        let last = args.frame.number(&args.file, summary, args.shown.pace)?;
         Ok(Self { every: args.every, last, digits: summary.frames.saturating_sub(1).to_string().len() })
     }
 

@@ -26,9 +26,6 @@ const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the orders of opaque polygons, and of all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
-/// The moment that brushes which move by themselves are seen at, unless another one is given, seconds.
-pub(super) const MOMENT_S: f32 = 5.6;
-
 /// Draw frames of a session to PNG files, without a window.
 ///
 /// The command plays the session up to the frame as `osp replay` does, culls by the index, and draws the rest on the
@@ -105,9 +102,6 @@ pub(super) struct RenderArgs {
     /// Print the figures of --order as JSON, an object a frame.
     #[arg(long, requires = "order")]
     pub(super) json: bool,
-    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
-    #[arg(long, default_value = "samples:16")]
-    pub(super) pace: Pace,
     /// Place of the eye. `own` is the session's own camera (that of a sketch's thumbnail), else `whole`. `whole` frames the
     /// model without distant strays, from the side of the session's own camera, else from the artist's first side.
     /// `recorded` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles around the model,
@@ -121,16 +115,26 @@ pub(super) struct RenderArgs {
     /// Colour strokes as they were painted (`own`), or by who drew them (`authors`, which `osp info` lists).
     #[arg(long, value_name = "WHOSE", default_value = "own", value_parser = ["own", "authors"], conflicts_with_all = ["painter", "order"])]
     pub(super) color_by: String,
+    #[command(flatten)]
+    pub(super) shown: ShownArgs,
+    #[command(flatten)]
+    pub(super) rig: RigPathArgs,
+}
+
+/// Reading of a session that pictures or films are made of.
+#[derive(Args, Debug)]
+pub(super) struct ShownArgs {
+    /// Part of the session that a frame takes: `recorded` (by its time stamps) or `samples:N` (N samples of the hand).
+    #[arg(long, default_value = "samples:16")]
+    pub(super) pace: Pace,
     /// The moment that brushes which move by themselves are seen at, seconds after the beginning.
-    #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
+    #[arg(long, default_value_t = 5.6, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,
-    /// Let a picture replace a file of another kind, but never the session.
+    /// Let the output replace a file of another kind, but never the session.
     #[arg(long)]
     pub(super) force: bool,
-    #[command(flatten)]
-    pub(super) rig: RigPathArgs,
 }
 
 /// The position of a picture's eye.

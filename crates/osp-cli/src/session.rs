@@ -9,7 +9,7 @@ use std::{
 use anyhow::Context;
 use indicatif::ProgressBar;
 
-use super::{progress, reading::ReadArgs};
+use super::{output::complain, progress, reading::ReadArgs};
 use osp_session::recording::{self, Event, EventSource, Header, Notes, OpenOptions, RecordingError};
 
 /// Events handed over at once.
@@ -99,6 +99,11 @@ impl OpenSession {
     pub(super) fn counted(mut self) -> Self {
         self.progress = progress::events(&self.path.to_string_lossy());
         self
+    }
+
+    /// Prints the reader's warnings; complete after the last event.
+    pub(super) fn warn(&self) {
+        self.notes.warnings.iter().for_each(|warning| complain(&format!("warning: {warning}")));
     }
 
     /// The reader's remarks; complete after the last event.

@@ -3,10 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
+use clap::Args;
 use indicatif::HumanBytes;
 
 use super::{
@@ -14,6 +11,7 @@ use super::{
     outcome::Outcome,
     output::{one_line, say},
     outputs::Outputs,
+    parsers::named,
     progress,
 };
 use osp_lab::report::thousands;
@@ -41,7 +39,7 @@ Kinds:
   class      several artists scribble at once; one moves at times what another has drawn (--authors)")]
 pub(super) struct SynthArgs {
     /// Kind of the session.
-    #[arg(value_parser = kind_parser())]
+    #[arg(value_parser = named(&SynthKind::ALL, SynthKind::name))]
     kind: SynthKind,
     /// File to write, `.ron` or `.ron.zst`.
     out: PathBuf,
@@ -57,10 +55,6 @@ pub(super) struct SynthArgs {
     /// Replace the file if it exists.
     #[arg(long)]
     force: bool,
-}
-
-fn kind_parser() -> impl TypedValueParser<Value = SynthKind> {
-    PossibleValuesParser::new(SynthKind::ALL.map(SynthKind::name)).try_map(|name| name.parse::<SynthKind>())
 }
 
 pub(super) fn run(args: &SynthArgs) -> anyhow::Result<Outcome> {

@@ -1,13 +1,10 @@
 //! `osp verify`: occlusion culling against the truth.
 
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use clap::Args;
-use serde::Serialize;
+use serde_json::json;
 
 use super::{
     allocations, numbers,
@@ -169,8 +166,8 @@ pub(super) struct VerifyArgs {
     #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeats: u32,
     /// Size of the picture that determines the visible polygons, pixels.
-    #[arg(long, default_value = "2560x1440", value_name = "WxH")]
-    pixels: Pixels,
+    #[arg(long, default_value = "2560x1440", value_name = "WxH", value_parser = pixels)]
+    pixels: (u32, u32),
     /// Do not determine the visible polygons, which takes minutes for a million polygons; report only times, counts and
     /// pixels that differ.
     #[arg(long)]
@@ -185,20 +182,8 @@ pub(super) struct VerifyArgs {
 /// The node test of the paper's figure 14, on the left.
 const CORNERS_APART: &str = "corners-apart";
 
-/// A resolution, `WxH`.
-#[derive(Clone, Copy, Debug)]
-struct Pixels {
-    width: usize,
-    height: usize,
-}
-
-impl FromStr for Pixels {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = numbers::sides(text, &(16..=16_384))?;
-        Ok(Self { width: width as usize, height: height as usize })
-    }
+fn pixels(text: &str) -> Result<(u32, u32), String> {
+    numbers::sides(text, &(16..=16_384))
 }
 
 impl VerifyArgs {
@@ -298,12 +283,13 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             drawn.add_to(&mut rows, &name);
         }
         say(&match args.json {
-            true => serde_json::to_string(&Verified {
-                recording: &name,
-                node_test: &args.node_test,
-                score: args.score.name(),
-                rows: &rows,
-            })?,
+            true => {
+                let mut json = json!(rows);
+                json["recording"] = json!(name);
+                json["node_test"] = json!(args.node_test);
+                json["score"] = json!(args.score.name());
+                json.to_string()
+            }
             false => rows.all_tables(|_| true).trim_start().to_owned(),
         })?;
         for fault in &rows.faults {
@@ -318,16 +304,6 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
         say(&overview.text())?;
     }
     Ok(outcome)
-}
-
-/// A session of `--json`.
-#[derive(Serialize)]
-struct Verified<'a> {
-    recording: &'a str,
-    node_test: &'a str,
-    score: &'a str,
-    #[serde(flatten)]
-    rows: &'a Rows,
 }
 
 fn config(args: &VerifyArgs) -> VerifyConfig {
@@ -351,7 +327,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
             },
             least_polygons: args.least_polygons,
         },
-        oracle: OracleConfig { width: args.pixels.width, height: args.pixels.height },
+        oracle: OracleConfig { width: args.pixels.0 as usize, height: args.pixels.1 as usize },
         repeats: args.repeats,
     }
 }
@@ -376,9 +352,7 @@ fn verify(args: &VerifyArgs, file: &Path) -> anyhow::Result<(Verifier, Option<Dr
     let mut source = Source::open(file, &args.reading)?;
     let (summary, _, read) = summarize(&mut source, args.pace);
     if let Source::File(session) = &source {
-        for warning in &session.notes().warnings {
-            complain(&format!("warning: {warning}"));
-        }
+        session.warn();
     }
     read?;
     // A table of zeros would look like a result. With `--all` a folder may contain empty sessions.

@@ -12,7 +12,7 @@
 //! | [`scene`] | strokes, groups, undo; implements [`Geometry`](osp::polygon::Geometry) |
 //! | [`rig`] | several screens around tracked eyes |
 //! | [`replay`] | a session frame by frame: pacing, cameras, fingerprints |
-//! | [`export`] | binary glTF |
+//! | [`export`] | binary glTF, `.tilt` |
 //! | [`atomic_file`], [`output_file`], [`small_file`], [`platform`] | files, on a disk and on a page |
 
 #[cfg_attr(target_arch = "wasm32", path = "platform/web_atomic_file.rs")]

@@ -44,6 +44,8 @@ pub enum OutputKind {
     Study,
     /// A session.
     Recording,
+    /// A session as a sketch of Tilt Brush.
+    Tilt,
 }
 
 /// First bytes of the lines of a study.
@@ -53,9 +55,10 @@ const OWN_MODEL_START: &[u8] = b"{\"asset\":{\"generator\":\"osp ";
 /// Bytes of both heads.
 const MODEL_HEADS: usize = 20;
 
-use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Trace};
+use OutputKind::{Csv, Dot, Gif, Glb, Html, Manual, Pins, Png, Pvs, Recording, Study, Svg, Tilt, Trace};
 
 impl OutputKind {
+    /// The kinds that files are told by. A sketch is a session, so a file of it counts as a recording.
     const ALL: [Self; 13] = [Png, Gif, Glb, Pvs, Html, Svg, Dot, Manual, Pins, Trace, Study, Csv, Recording];
 
     /// Its name in messages.
@@ -73,7 +76,7 @@ impl OutputKind {
             Glb => "a model (.glb)",
             Manual => "a page of the manual of osp",
             Study => "lines of `osp study`",
-            Recording => "a session",
+            Recording | Tilt => "a session",
         }
     }
 
@@ -93,12 +96,18 @@ impl OutputKind {
             Manual => &[".1"],
             Study => &[".ndjson"],
             Recording => &[".ron", ".ron.zst"],
+            Tilt => &[".tilt"],
         }
     }
 
     /// Whether programs go by the ending; text may be called anything that does not name another kind.
     fn needs_ending(self) -> bool {
-        matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording)
+        matches!(self, Png | Gif | Svg | Dot | Pvs | Glb | Study | Recording | Tilt)
+    }
+
+    /// Whether it is a session, which is somebody's work: no file of it is replaced unasked.
+    pub fn is_session(self) -> bool {
+        matches!(self, Recording | Tilt)
     }
 
     fn is_named(self, path: &Path) -> bool {
@@ -172,7 +181,7 @@ impl OutputKind {
                     && str::from_utf8(line).is_ok_and(|line| !line.trim_end().chars().any(char::is_control));
                 is_ours || (is_text && self.is_named(path) && !looks_like_session(path, start))
             }
-            Recording => looks_like_session(path, start),
+            Recording | Tilt => looks_like_session(path, start),
         }
     }
 }
@@ -248,7 +257,7 @@ pub fn check_output(path: &Path, kind: OutputKind, force: bool) -> Result<(), Ou
     if force {
         return Ok(());
     }
-    if kind == Recording {
+    if kind.is_session() {
         return Err(OutputError::Exists { path: path.to_owned() });
     }
     let start = start_of(&target).map_err(io)?;
@@ -385,7 +394,8 @@ mod tests {
             (Trace, &["a.jsonl", "a.json", "a.log"], &["a.ron", "a.csv"]),
             (Glb, &["a.glb"], &["p.obj", "a", "a.gltf"]),
             (Study, &["a.ndjson", "a.NDJSON"], &["a", "a.csv", "a.json", "a.parquet"]),
-            (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt"]),
+            (Recording, &["a.ron", "a.ron.zst"], &["a.zst", "a.txt", "a.tilt"]),
+            (Tilt, &["a.tilt", "a.TILT"], &["a", "a.ron", "a.zip"]),
         ] {
             assert!(good.iter().all(|name| fits(kind, name)), "{kind:?} {good:?}");
             assert!(!bad.iter().any(|name| fits(kind, name)), "{kind:?} {bad:?}");

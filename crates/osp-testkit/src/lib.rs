@@ -6,11 +6,13 @@ mod counting;
 mod editor;
 pub mod events;
 mod program;
+mod random;
 mod repository;
 
 pub use counting::{Counting, allocations, held_bytes, peak_of};
 pub use editor::{Editor, STROKES};
-pub use program::{Program, json, shipped_session, stderr, stdout, temp};
+pub use program::{Program, json, make_pipe, names, shipped_session, stderr, stdout, temp};
+pub use random::Random;
 pub use repository::{ROOT, at, packages};
 
 /// Whether a missing graphics adapter, display or tool fails a test instead of skipping it: with `CI` set and

@@ -132,6 +132,24 @@ pub fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON value")
 }
 
+/// The names in a folder, sorted, so that a forgotten file is seen.
+///
+/// # Panics
+///
+/// Panics if it is no folder.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Makes a named pipe; false where the system has none.
+pub fn make_pipe(path: &Path) -> bool {
+    Command::new("mkfifo").arg(path).status().is_ok_and(|status| status.success())
+}
+
 /// A folder that is removed after the test.
 ///
 /// # Panics

@@ -16,7 +16,7 @@ const SCENES: u64 = if cfg!(debug_assertions) { 60 } else { 600 };
 
 /// Polygons that all may occlude.
 #[derive(Default)]
-pub(crate) struct Polygons(Vec<Option<ConvexPolygon>>);
+pub(crate) struct Polygons(pub(crate) Vec<Option<ConvexPolygon>>);
 
 impl Polygons {
     pub(crate) fn new(polygons: &[Polygon]) -> Self {

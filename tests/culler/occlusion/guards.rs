@@ -455,14 +455,54 @@ fn the_layers_of_the_buffer_hide_only_their_own_pixels() {
     assert!(hidden > 1500, "{hidden}");
 }
 
+/// Points that were tested against patches.
+#[derive(Debug, Default)]
+struct Tally {
+    asked: usize,
+    hidden: usize,
+    outlines: usize,
+}
+
+impl Tally {
+    /// Tests points against the patches of a band of quads: those that are hidden are blocked by it.
+    fn ask(
+        &mut self,
+        rungs: &[[Vec3; 2]],
+        window: &ViewWindow,
+        points: usize,
+        mut any: impl FnMut() -> Vec3,
+    ) {
+        let quad = |w: &[[Vec3; 2]]| polygon(&[w[0][0], w[1][0], w[1][1], w[0][1]], 1.0);
+        let mut told = Told::default();
+        told.tell(&rungs.windows(2).map(quad).collect::<Vec<_>>());
+        let shadows = chosen(&pool_of(&told), &told.scene, window);
+        // As the scene draws them: bent quads are halved along a diagonal of its choice.
+        let drawn: Vec<Polygon> =
+            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
+        let mut culler = RivalOcclusion::Frusta.culler()(64);
+        culler.build(window, &shadows);
+        self.outlines += shadows.len();
+        self.asked += points;
+        for x in (0..points).map(|_| any()) {
+            if culler.test_box(&point(x)).verdict == Verdict::Hidden {
+                self.hidden += 1;
+                assert!(is_blocked(window, &drawn, window.from_eye(x)), "{x}: {rungs:?}");
+            }
+        }
+    }
+
+    fn says_something(&self) {
+        assert!(self.hidden * 20 > self.asked && self.outlines > 500, "{self:?}");
+    }
+}
+
 /// Rows of quads that bend around the eye, fold back over each other, or are seen along their surface: the outline of a
 /// patch is taken from a picture, in which not all of it has a place.
 #[test]
 fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
-    let (mut hidden, mut asked, mut outlines) = (0, 0, 0);
+    let mut tally = Tally::default();
     for n in 0..1500 {
         let mut random = Random::new(0xBE4D + n);
-        let mut told = Told::default();
         // A band around the y axis, through a part of the circle, with its middle anywhere from before to behind the eye.
         let (from, turn) = (random.range(0.0, 6.3), random.range(0.3, 4.0));
         let radius = random.range(0.3, 2.0);
@@ -476,33 +516,19 @@ fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
                 [(middle - across).as_vec3(), (middle + across).as_vec3()]
             })
             .collect();
-        let quads: Vec<[Vec3; 4]> = rungs.windows(2).map(|w| [w[0][0], w[1][0], w[1][1], w[0][1]]).collect();
-        told.tell(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
-        let pool = pool_of(&told);
         let eye = random.direction() * random.range(0.0, 2.5) * radius;
         let near_m = random.log_range(1.0e-3, 0.3);
         let tangent = random.range(0.3, 3.0);
         let roll = random.direction();
         let window = window(eye, random.direction(), roll, [tangent, tangent], [0.0, 0.0], near_m);
-        let shadows = chosen(&pool, &told.scene, &window);
-        outlines += shadows.len();
-        let polygons: Vec<Polygon> =
-            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = RivalOcclusion::Frusta.culler()(64);
-        culler.build(&window, &shadows);
-        for _ in 0..40 {
+        tally.ask(&rungs, &window, 40, || {
             let at = |i: usize| window.corners()[i] / window.corners()[i].dot(window.forward());
             let (s, t) = (random.unit(), random.unit());
             let direction = at(0).lerp(at(1), s).lerp(at(3).lerp(at(2), s), t);
-            let x = (direction * random.log_range(near_m * 1.1, 6.0) + eye).as_vec3();
-            asked += 1;
-            if culler.test_box(&point(x)).verdict == Verdict::Hidden {
-                hidden += 1;
-                assert!(is_blocked(&window, &polygons, window.from_eye(x)), "{n}: {x}");
-            }
-        }
+            (direction * random.log_range(near_m * 1.1, 6.0) + eye).as_vec3()
+        });
     }
-    assert!(hidden * 20 > asked && outlines > 500, "{hidden} of {asked}, {outlines}");
+    tally.says_something();
 }
 
 /// Long walls that the eye all but touches, so that they reach round it to nearly half of all directions; flat, bent at
@@ -510,10 +536,9 @@ fn a_patch_around_the_eye_hides_only_what_is_behind_it() {
 /// for their ends.
 #[test]
 fn a_long_wall_beside_the_eye_hides_only_what_is_behind_it() {
-    let (mut hidden, mut asked, mut outlines) = (0, 0, 0);
+    let mut tally = Tally::default();
     for n in 0..1500 {
         let mut random = Random::new(0x10A6 + n);
-        let mut told = Told::default();
         let away_m = random.log_range(0.01, 0.5);
         let bend = if random.chance(0.5) { 0.0 } else { random.range(-0.4, 0.4) };
         let mut x = -random.log_range(0.2, 12.0);
@@ -529,31 +554,17 @@ fn a_long_wall_beside_the_eye_hides_only_what_is_behind_it() {
         if random.chance(0.5) {
             rungs.reverse();
         }
-        let quads: Vec<[Vec3; 4]> = rungs.windows(2).map(|w| [w[0][0], w[1][0], w[1][1], w[0][1]]).collect();
-        told.tell(&quads.iter().map(|quad| polygon(quad, 1.0)).collect::<Vec<_>>());
-        let pool = pool_of(&told);
         let near_m = 1.0e-3;
         let eye = DVec3::new(random.range(-0.5, 0.5), random.range(-0.2, 0.2), 0.0);
         let wide = random.log_range(1.0, 200.0);
         let window = window(eye, DVec3::Z, DVec3::Y, [wide, 3.0], [0.0, 0.0], near_m);
-        let shadows = chosen(&pool, &told.scene, &window);
-        outlines += shadows.len();
-        let polygons: Vec<Polygon> =
-            told.scene.visible_ids().map(|id| told.scene.polygon(id).vertices().to_vec()).collect();
-        let mut culler = RivalOcclusion::Frusta.culler()(64);
-        culler.build(&window, &shadows);
-        for _ in 0..60 {
+        tally.ask(&rungs, &window, 60, || {
             let side = if random.chance(0.5) { 1.0 } else { -1.0 };
             let direction = DVec3::new(side * random.log_range(0.01, wide), random.range(-3.0, 3.0), 1.0);
-            let x = (direction * random.log_range(0.005, 6.0) + eye).as_vec3();
-            asked += 1;
-            if culler.test_box(&point(x)).verdict == Verdict::Hidden {
-                hidden += 1;
-                assert!(is_blocked(&window, &polygons, window.from_eye(x)), "{n}: {x}");
-            }
-        }
+            (direction * random.log_range(0.005, 6.0) + eye).as_vec3()
+        });
     }
-    assert!(hidden * 20 > asked && outlines > 500, "{hidden} of {asked}, {outlines}");
+    tally.says_something();
 }
 
 /// After a jump back the scene may have forgotten polygons that are still waiting to be offered.

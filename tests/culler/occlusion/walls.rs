@@ -9,34 +9,13 @@ use osp::{
 };
 
 use super::{
+    connected::{Polygons, convex},
     judge::is_blocked,
     random::{Polygon, Random, window},
 };
 
 /// A wall of triangles.
-struct Model(Vec<Option<[Vec3; 3]>>);
-
-impl Geometry for Model {
-    fn id_end(&self) -> usize {
-        self.0.len()
-    }
-
-    fn is_present(&self, id: PolygonId) -> bool {
-        self.0.get(id.index()).is_some_and(Option::is_some)
-    }
-
-    fn bounds(&self, id: PolygonId) -> Aabb {
-        self.polygon(id).map_or(Aabb::EMPTY, |polygon| polygon.bounds())
-    }
-
-    fn polygon(&self, id: PolygonId) -> Option<ConvexPolygon> {
-        self.0[id.index()].map(|[a, b, c]| ConvexPolygon::triangle(a, b, c))
-    }
-
-    fn may_occlude(&self, _: PolygonId) -> bool {
-        true
-    }
-}
+struct Model(Polygons);
 
 impl Model {
     /// A wall 8 m wide and 6 m high before an eye in the origin that looks along +z, in columns and rows of two triangles each that
@@ -58,7 +37,7 @@ impl Model {
                     if random.chance(0.3) {
                         triangle.reverse();
                     }
-                    triangles.push((!random.chance(hole)).then_some(triangle));
+                    triangles.push((!random.chance(hole)).then(|| convex(&triangle)));
                 }
             }
         }
@@ -66,24 +45,24 @@ impl Model {
         for i in (1..triangles.len()).rev() {
             triangles.swap(i, random.below(i + 1));
         }
-        Self(triangles)
+        Self(Polygons(triangles))
     }
 
     fn polygons(&self) -> Vec<Polygon> {
-        self.0.iter().flatten().map(|triangle| triangle.to_vec()).collect()
+        self.0.0.iter().flatten().map(|triangle| triangle.vertices().to_vec()).collect()
     }
 
     fn loaded(&self) -> OccluderPool {
-        let changes: Vec<_> = (0..self.0.len() as u32).map(|id| Change::Insert(PolygonId(id))).collect();
+        let changes: Vec<_> = (0..self.0.0.len() as u32).map(|id| Change::Insert(PolygonId(id))).collect();
         let mut pool = OccluderPool::new(PoolConfig::default());
-        pool.follow(self, &changes);
-        pool.join_walls(self);
+        pool.follow(&self.0, &changes);
+        pool.join_walls(&self.0);
         pool
     }
 
     fn chosen(&self, pool: &OccluderPool, window: &ViewWindow, occluders: usize) -> Vec<ShadowVolume> {
         let mut selector = Selector::new(SelectConfig { occluders, ..SelectConfig::default() });
-        selector.select(pool, self, window);
+        selector.select(pool, &self.0, window);
         selector.chosen().to_vec()
     }
 }
@@ -137,18 +116,18 @@ fn a_wall_goes_with_the_first_of_its_triangles() {
     let mut pool = model.loaded();
     let largest = |pool: &OccluderPool| pool.candidates().map(<[PolygonId]>::len).max();
     assert!(largest(&pool) > Some(100), "{:?}", largest(&pool));
-    for id in 0..model.0.len() as u32 {
-        model.0[id as usize] = None;
-        pool.follow(&model, &[Change::Remove(PolygonId(id))]);
+    for id in 0..model.0.0.len() as u32 {
+        model.0.0[id as usize] = None;
+        pool.follow(&model.0, &[Change::Remove(PolygonId(id))]);
         if id % 64 == 0 {
-            assert!(pool.candidates().flatten().all(|id| model.is_present(*id)), "{id}");
+            assert!(pool.candidates().flatten().all(|id| model.0.is_present(*id)), "{id}");
         }
     }
     assert!(pool.is_empty());
 }
 
 /// A wall of which one triangle was painted see-through.
-struct WithPane<'a>(&'a Model, PolygonId);
+struct WithPane<'a>(&'a Polygons, PolygonId);
 
 impl Geometry for WithPane<'_> {
     fn id_end(&self) -> usize {
@@ -177,16 +156,16 @@ fn a_wall_ends_when_one_of_its_triangles_is_painted_see_through() {
     let model = Model::wall(60, 40, 0.01, 0.0, &mut Random::new(3));
     // So few candidates that most triangles of the wall are in no other.
     let config = PoolConfig { capacity: 16, ..PoolConfig::default() };
-    let all: Vec<_> = (0..model.0.len() as u32).map(|id| Change::Insert(PolygonId(id))).collect();
+    let all: Vec<_> = (0..model.0.0.len() as u32).map(|id| Change::Insert(PolygonId(id))).collect();
     let mut in_walls = 0;
     for (number, roughly) in [(0, false), (700, true), (1800, false), (3100, true)] {
         let mut pool = OccluderPool::new(config);
-        pool.follow(&model, &all);
-        pool.join_walls(&model);
+        pool.follow(&model.0, &all);
+        pool.join_walls(&model.0);
         let id = PolygonId(number);
         let holds = |pool: &OccluderPool| pool.candidates().any(|ids| ids.contains(&id));
         in_walls += usize::from(holds(&pool));
-        let (painted, change) = (WithPane(&model, id), [Change::Repaint(id)]);
+        let (painted, change) = (WithPane(&model.0, id), [Change::Repaint(id)]);
         match roughly {
             true => _ = pool.follow_roughly(&painted, &change, 16),
             false => pool.follow(&painted, &change),

@@ -1,6 +1,6 @@
 //! What is asked about what the frustum has culled: verification notices a loss, and there is none, also far away.
 
-use super::far_from_origin::{Random, border_point};
+use super::far_from_origin::{border_point, turn};
 use glam::{UVec3, Vec3};
 use osp::{
     frame::StageClock,
@@ -21,6 +21,7 @@ use osp_session::{
     recording::{Author, Event},
     scene::Scene,
 };
+use osp_testkit::Random;
 use osp_testkit::events::polygon;
 
 /// Quads in a cube of 4 m around a place, a few of them large, on a grid of so many points a metre: they are the same to
@@ -30,9 +31,9 @@ fn model(at: Vec3, points_a_metre: f32) -> (Scene, Vec<Change>) {
     let (mut scene, mut changes) = (Scene::new(), Vec::new());
     for i in 0..3000 {
         let on_grid = |v: Vec3| (v * points_a_metre).round() / points_a_metre;
-        let corner = on_grid((random.vector() * 2.0).as_vec3());
+        let corner = on_grid((random.in_cube() * 2.0).as_vec3());
         let size = if i % 30 == 0 { 1.5 } else { 8.0 / f64::from(points_a_metre) };
-        let [a, b] = [(); 2].map(|()| on_grid((random.vector() * size).as_vec3()));
+        let [a, b] = [(); 2].map(|()| on_grid((random.in_cube() * size).as_vec3()));
         let vertices = [corner, corner + a, corner + a + b, corner + b].map(|p| p + at).to_vec();
         scene.apply(&polygon(None, vertices, (0.5, 0.5, 0.5, 1.0)), &mut changes);
     }
@@ -53,9 +54,9 @@ fn verifier(index: Box<dyn SpatialIndex>, kinds: Vec<Method>) -> Verifier {
 }
 
 fn view(random: &mut Random, at: Vec3) -> View {
-    let eye = at + (random.vector() * 1.5).as_vec3();
+    let eye = at + (random.in_cube() * 1.5).as_vec3();
     let projection = Projection::symmetric(40.0, 1.3, 0.05, 20.0);
-    View { eye_in_world: eye, world_from_view: random.turn(), projection }
+    View { eye_in_world: eye, world_from_view: turn(random), projection }
 }
 
 /// Culls one polygon that it should not.
@@ -166,7 +167,7 @@ fn no_polygon_at_the_border_of_a_view_is_lost_far_from_the_origin() {
             for _ in 0..2000 {
                 let p = border_point(&view, &mut random).as_dvec3();
                 let vertices =
-                    [(); 3].map(|()| (p + random.vector() * random.magnitude(0.01, 0.1)).as_vec3()).to_vec();
+                    [(); 3].map(|()| (p + random.in_cube() * random.log_range(0.01, 0.1)).as_vec3()).to_vec();
                 let color = (0.5, 0.5, 0.5, 1.0);
                 scene.apply(
                     &Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color },

@@ -8,62 +8,36 @@ use osp::{
     view::{Projection, View},
 };
 use osp_lab::Reach;
-use rand_pcg::{
-    Pcg64,
-    rand_core::{Rng, SeedableRng},
-};
+use osp_testkit::Random;
 
 /// How far from the origin, metres.
 const PLACES_M: [f32; 9] = [0.0, 1.0, 30.0, 1.0e3, 3.0e3, 1.0e4, 1.0e5, 1.0e6, 1.0e9];
 
-pub(crate) struct Random(Pcg64);
+/// A turn about three axes.
+pub(crate) fn turn(random: &mut Random) -> Quat {
+    let [x, y, z] = [(); 3].map(|()| random.range(-3.2, 3.2) as f32);
+    Quat::from_euler(EulerRot::XYZ, x, y, z)
+}
 
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(Pcg64::seed_from_u64(seed))
-    }
+fn any_view(random: &mut Random, place_m: f32) -> View {
+    let at = random.in_cube() * f64::from(place_m);
+    let (left, bottom) = (random.range(-2.0, 0.5) as f32, random.range(-2.0, 0.5) as f32);
+    let near_m = random.log_range(0.001, 0.2) as f32;
+    let projection = Projection {
+        left,
+        right: left + random.log_range(0.01, 3.0) as f32,
+        bottom,
+        top: bottom + random.log_range(0.01, 3.0) as f32,
+        near_m,
+        far_m: near_m + random.log_range(1.0, 3000.0) as f32,
+    };
+    View { eye_in_world: at.as_vec3(), world_from_view: turn(random), projection }
+}
 
-    /// From 0 to 1.
-    fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// As often between 0.1 and 1 as between 1 and 10.
-    pub(crate) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
-        self.range(low.ln(), high.ln()).exp()
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.0.next_u64() & 1 == 1 { 1.0 } else { -1.0 }
-    }
-
-    pub(crate) fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.range(-1.0, 1.0), self.range(-1.0, 1.0), self.range(-1.0, 1.0))
-    }
-
-    pub(crate) fn turn(&mut self) -> Quat {
-        let [x, y, z] = [(); 3].map(|()| self.range(-3.2, 3.2) as f32);
-        Quat::from_euler(EulerRot::XYZ, x, y, z)
-    }
-
-    fn view(&mut self, place_m: f32) -> View {
-        let at = self.vector() * f64::from(place_m);
-        let (left, bottom) = (self.range(-2.0, 0.5) as f32, self.range(-2.0, 0.5) as f32);
-        let near_m = self.magnitude(0.001, 0.2) as f32;
-        let projection = Projection {
-            left,
-            right: left + self.magnitude(0.01, 3.0) as f32,
-            bottom,
-            top: bottom + self.magnitude(0.01, 3.0) as f32,
-            near_m,
-            far_m: near_m + self.magnitude(1.0, 3000.0) as f32,
-        };
-        View { eye_in_world: at.as_vec3(), world_from_view: self.turn(), projection }
-    }
+/// A number near 0 of either sign, as often of one size as of another.
+fn nearly_nothing(random: &mut Random) -> f64 {
+    let size = random.log_range(1.0e-9, 1.0e-3);
+    if random.chance(0.5) { size } else { -size }
 }
 
 /// The rotation that a quaternion is in the renderer's matrix, in `f64`.
@@ -101,8 +75,8 @@ pub(crate) fn border_point(view: &View, random: &mut Random) -> Vec3 {
     let Projection { left, right, bottom, top, near_m, far_m } = view.projection;
     let mut tangent = |low: f32, high: f32| {
         let (low, high) = (f64::from(low), f64::from(high));
-        let beside = random.magnitude(1.0e-9, 1.0e-3) * random.sign() * (high - low);
-        match random.0.next_u64() % 3 {
+        let beside = nearly_nothing(random) * (high - low);
+        match random.below(3) {
             0 => low + beside,
             1 => high - beside,
             _ => random.range(low, high),
@@ -110,10 +84,10 @@ pub(crate) fn border_point(view: &View, random: &mut Random) -> Vec3 {
     };
     let (x, y) = (tangent(left, right), tangent(bottom, top));
     let (near_m, far_m) = (f64::from(near_m), f64::from(far_m));
-    let depth = match random.0.next_u64() % 6 {
-        0 => near_m * (1.0 + random.magnitude(1.0e-9, 1.0e-3) * random.sign()),
-        1 => far_m * (1.0 + random.magnitude(1.0e-9, 1.0e-3) * random.sign()),
-        _ => random.magnitude(near_m, far_m),
+    let depth = match random.below(6) {
+        0 => near_m * (1.0 + nearly_nothing(random)),
+        1 => far_m * (1.0 + nearly_nothing(random)),
+        _ => random.log_range(near_m, far_m),
     };
     let p = rotation(view.world_from_view) * (DVec3::new(x, y, -1.0) * depth);
     (view.eye_in_world.as_dvec3() + p).as_vec3()
@@ -140,11 +114,11 @@ fn without_margin(view: &View) -> Frustum {
 /// A box that has the point in it: at a corner, in a face, inside, or nothing else.
 fn box_with(p: Vec3, random: &mut Random) -> Aabb {
     let mut other = || {
-        let by = random.vector() * random.magnitude(1.0e-4, 10.0);
+        let by = random.in_cube() * random.log_range(1.0e-4, 10.0);
         (p.as_dvec3() + by).as_vec3()
     };
     let (a, b) = (other(), other());
-    match random.0.next_u64() % 3 {
+    match random.below(3) {
         0 => Aabb::new(p, p),
         1 => Aabb::from_points(&[p, a]),
         _ => Aabb::from_points(&[p, a, b]),
@@ -157,7 +131,7 @@ fn nothing_at_the_border_of_a_view_is_culled_wherever_the_eye_is() {
     for place_m in PLACES_M {
         let (mut cases, mut would_be_lost) = (0, 0);
         for _ in 0..600 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let (frustum, plain) = (view.frustum(), without_margin(&view));
             for _ in 0..150 {
                 let p = border_point(&view, &mut random);
@@ -189,7 +163,7 @@ fn little_is_kept_beside_a_view_wherever_the_eye_is() {
     for place_m in PLACES_M {
         let (mut culled, mut kept) = (0, 0);
         for _ in 0..600 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let frustum = view.frustum();
             let Projection { left, right, bottom, top, near_m, far_m } = view.projection;
             let eye_terms = f64::from(view.eye_in_world.abs().element_sum());
@@ -227,12 +201,12 @@ fn no_polygon_that_reaches_into_a_view_is_culled() {
     for place_m in PLACES_M {
         let mut reaching = 0;
         for _ in 0..300 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let (frustum, reach) = (view.frustum(), Reach::new(&view));
             for _ in 0..100 {
                 let mut corner = || {
                     let p = border_point(&view, &mut random);
-                    let by = random.vector() * random.magnitude(1.0e-3, 100.0);
+                    let by = random.in_cube() * random.log_range(1.0e-3, 100.0);
                     (p.as_dvec3() + by).as_vec3()
                 };
                 let triangle = ConvexPolygon::triangle(corner(), corner(), corner());
@@ -253,11 +227,11 @@ fn the_reference_knows_what_reaches_into_a_view() {
     for place_m in [0.0, 30.0, 3.0e3] {
         let (mut yes, mut no) = (0, 0);
         for _ in 0..20_000 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let reach = Reach::new(&view);
-            let size = random.magnitude(1.0e-3, 30.0);
+            let size = random.log_range(1.0e-3, 30.0);
             let p = border_point(&view, &mut random).as_dvec3();
-            let corners = [(); 3].map(|()| (p + random.vector() * size).as_vec3());
+            let corners = [(); 3].map(|()| (p + random.in_cube() * size).as_vec3());
             let is_reached =
                 reach.holds_part_of(&ConvexPolygon::triangle(corners[0], corners[1], corners[2]));
             let some_corner = corners.iter().any(|&c| inside(&view, c).iter().all(|&d| d > 1.0e-6));
@@ -340,7 +314,7 @@ fn nothing_in_the_clip_volume_of_a_matrix_is_culled() {
     for place_m in PLACES_M {
         let (mut cases, mut kept, mut beside) = (0, 0, 0);
         for n in 0..1200 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let to_eye = Mat4::from_rotation_translation(view.world_from_view, view.eye_in_world).inverse();
             let Projection { left, right, bottom, top, near_m, far_m } = view.projection;
             let clip_from_view = match n % 4 {
@@ -442,12 +416,12 @@ fn nothing_is_lost_in_the_space_of_a_group_far_away() {
     for place_m in PLACES_M {
         let (mut cases, mut kept, mut beside) = (0, 0, 0);
         for n in 0..1000 {
-            let view = random.view(place_m);
+            let view = any_view(&mut random, place_m);
             let frustum = view.frustum();
-            let scale = random.magnitude(0.05, 20.0) as f32;
+            let scale = random.log_range(0.05, 20.0) as f32;
             let by = if n % 2 == 0 { view.eye_in_world } else { Vec3::ZERO };
-            let by = by + (random.vector() * 3.0).as_vec3();
-            let group = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), random.turn(), by);
+            let by = by + (random.in_cube() * 3.0).as_vec3();
+            let group = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), turn(&mut random), by);
             let there = frustum.in_space(&group);
             let matrix = group.matrix3.to_cols_array_2d().map(|c| DVec3::from_array(c.map(f64::from)));
             let matrix = DMat3::from_cols(matrix[0], matrix[1], matrix[2]);

@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 use osp::math::{Aabb, Containment, Frustum, Obb, Plane, Sphere};
-
-use super::far_from_origin::Random;
+use osp_testkit::Random;
 
 /// The frustum of one plane.
 fn behind(normal: Vec3, d: f32) -> Frustum {
@@ -35,12 +34,12 @@ fn a_volume_that_touches_a_plane_is_neither_outside_nor_inside() {
     let mut decided = 0;
     for i in 0..60_000 {
         let place_m = [0.0, 1.0, 100.0, 1.0e4, 1.0e6][i % 5];
-        let at = random.vector() * place_m;
-        let size = random.magnitude(1.0e-4, 3.0);
-        let shape = random.vector() * size;
+        let at = random.in_cube() * place_m;
+        let size = random.log_range(1.0e-4, 3.0);
+        let shape = random.in_cube() * size;
         let count = 1 + i % 4;
-        let points: Vec<Vec3> = (0..count).map(|_| (at + random.vector() * shape).as_vec3()).collect();
-        let normal = random.vector().normalize().as_vec3() * [1.0, 1.0, 7.5, 0.01][i / 5 % 4];
+        let points: Vec<Vec3> = (0..count).map(|_| (at + random.in_cube() * shape).as_vec3()).collect();
+        let normal = random.in_cube().normalize().as_vec3() * [1.0, 1.0, 7.5, 0.01][i / 5 % 4];
         let bounds = Aabb::from_points(&points);
         let obb = Obb::from_points(&points).expect("finite points");
         let sphere = Sphere::from_points(&points);
@@ -75,9 +74,9 @@ fn a_volume_that_touches_a_plane_is_neither_outside_nor_inside() {
 fn fitted_boxes_hold_their_points_to_the_last_bit() {
     let mut random = Random::new(22);
     for i in 0..20_000 {
-        let at = random.vector() * [0.0, 10.0, 1.0e4][i % 3];
-        let shape = random.vector() * random.magnitude(1.0e-4, 10.0);
-        let points: Vec<Vec3> = (0..3 + i % 20).map(|_| (at + random.vector() * shape).as_vec3()).collect();
+        let at = random.in_cube() * [0.0, 10.0, 1.0e4][i % 3];
+        let shape = random.in_cube() * random.log_range(1.0e-4, 10.0);
+        let points: Vec<Vec3> = (0..3 + i % 20).map(|_| (at + random.in_cube() * shape).as_vec3()).collect();
         let obb = Obb::from_points(&points).expect("finite points");
         let half = obb.half_sides_m().as_dvec3();
         let center = obb.center().as_dvec3();

@@ -25,13 +25,18 @@ fn told(events: &[Event]) -> Vec<Message> {
     messages
 }
 
+fn line_of(message: &Message) -> String {
+    let mut line = String::new();
+    write_line(message, &mut line);
+    line
+}
+
 #[test]
 fn messages_survive_lines_and_osc() {
     let messages = told(&shipped("scribble.ron"));
     assert!(messages.len() > 1000);
     for message in &messages {
-        let mut line = String::new();
-        write_line(message, &mut line);
+        let line = line_of(message);
         let read = parse_line(&line).expect("a line of our own").expect("a message");
         let mut from_osc = Vec::new();
         let malformed = parse_osc(&osc_packet(message), &mut from_osc);
@@ -52,11 +57,7 @@ fn a_session_told_and_heard_gives_the_same_strokes() {
             next += 1;
             StrokeId(next)
         };
-        let message = parse_line(&{
-            let mut line = String::new();
-            write_line(&message, &mut line);
-            line
-        });
+        let message = parse_line(&line_of(&message));
         hands.take(0.0, &message.expect("a line").expect("a message"), stroke, &mut out);
         out.drain(..).for_each(|event| heard.apply(&event, &mut Vec::new()));
     }

@@ -12,6 +12,7 @@ use osp_app::{
     Command, Settings, Theme, ToolChoice,
     ui::{Action, SHORTCUTS},
 };
+use osp_session::recording::Tool;
 
 fn open_menu(harness: &mut Harness<'_, Window>, name: &str) {
     harness.click_button(name);
@@ -52,6 +53,8 @@ fn the_first_save_asks_for_a_name_and_the_next_ones_do_not() {
     harness.press_with(Modifiers::COMMAND, Key::S);
     type_path(&mut harness, &path);
     assert!(harness.query_by_role(Role::TextInput).is_none(), "the dialog is closed");
+    let tool = harness.state().studio.tool();
+    assert_eq!(tool, ToolChoice::Draw(Tool::Ribbon), "what is typed is text and no key");
     assert_eq!(path_of(&harness), path);
     harness.press_with(Modifiers::COMMAND, Key::S);
     assert!(harness.query_by_role(Role::TextInput).is_none());
@@ -107,6 +110,8 @@ fn home_may_be_written_as_a_tilde() {
     type_path(&mut harness, Path::new("~/no such folder of osp's tests/a.glb"));
     let reason = home.join("no such folder of osp's tests/a.glb").display().to_string();
     assert!(harness.query_all_by_label_contains(&reason).next().is_some());
+    harness.click_on("Cancel");
+    assert!(harness.query_by_role(Role::TextInput).is_none());
 }
 
 #[test]

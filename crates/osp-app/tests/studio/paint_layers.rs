@@ -3,15 +3,13 @@
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::kittest::Queryable;
 use osp::glam::Vec3;
-use osp_app::{
-    Altering, Button, Command, Held, LayerEdit, LayerRow, Placing, ToolChoice, tracker::TrackerOptions,
-};
+use osp_app::{Altering, Button, Command, Held, LayerEdit, LayerRow, Placing, ToolChoice};
 use osp_session::recording::{GroupId, StrokeId, Tool};
 
 use crate::{
     drawing::{Table, across},
     panel::{Person, across as line, drag, sketch},
-    tracker::{listen, sender, wait_until},
+    tracker::hear,
 };
 
 fn layer(table: &mut Table, edit: LayerEdit) {
@@ -210,12 +208,9 @@ fn a_group_with_strokes_of_a_locked_layer_stays_where_it_is() {
 #[test]
 fn what_a_tracker_draws_is_kept_on_a_hidden_layer() {
     let mut table = Table::new();
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
     layer(&mut table, LayerEdit::ToggleHidden);
-    let tracker = table.studio.tracker().expect("a tracker");
-    let socket = sender(tracker);
-    socket.send(b"hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 0\n").expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 3);
+    let stroke = "hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 0\n";
+    hear(&mut table.studio, stroke, 3);
     table.frame();
     assert_eq!(table.studio.scene().strokes().len(), 1);
     let messages = table.studio.messages();

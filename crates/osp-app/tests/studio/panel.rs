@@ -259,24 +259,6 @@ fn the_culling_camera_is_frozen_by_its_box() {
 }
 
 #[test]
-fn a_session_is_saved_by_the_dialog() {
-    let mut harness = sketch();
-    drag(&mut harness, &across());
-    let path = harness.state().folder.path().join("mine.ron");
-    harness.press_with(Modifiers::COMMAND, Key::S);
-    // What is typed is text: no tool changes, nothing flies.
-    harness.get_by_role(Role::TextInput).type_text(path.to_str().expect("a path"));
-    harness.run_steps(2);
-    harness.press(Key::Enter);
-    assert!(path.exists(), "{:?}", harness.state().studio.messages());
-    assert_eq!(harness.state().studio.tool(), ToolChoice::Draw(Tool::Ribbon));
-    // And one that is called off.
-    harness.press_with(Modifiers::COMMAND, Key::E);
-    harness.click_on("Cancel");
-    assert!(harness.query_by_role(Role::TextInput).is_none());
-}
-
-#[test]
 fn the_list_of_keys_is_the_keys() {
     let mut harness = sketch();
     harness.press(Key::F1);

@@ -13,9 +13,10 @@ use osp_app::{
     tracker::{Listening, Message, Tracker, TrackerAddress, TrackerKey, TrackerOptions},
 };
 use osp_session::{
-    recording::{Author, Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
+    recording::{Event, Flush, Header, OpenOptions, RonWriter, StrokeId, open},
     rig::Rig,
 };
+use osp_testkit::events::polygon;
 
 pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -36,24 +37,31 @@ pub(crate) fn sender(to: &Tracker) -> UdpSocket {
     socket
 }
 
+/// Has a studio listen to a tracker, which sends this datagram of so many messages.
+pub(crate) fn hear(studio: &mut Studio, packet: &str, messages: u64) -> UdpSocket {
+    studio.set_tracker(listen(&TrackerOptions::default()));
+    let tracker = studio.tracker().expect("a tracker");
+    let socket = sender(tracker);
+    socket.send(packet.as_bytes()).expect("sent");
+    wait_until("the datagram", || tracker.counts().messages == messages);
+    socket
+}
+
 fn key(word: &str) -> TrackerOptions {
     TrackerOptions { key: Some(word.parse::<TrackerKey>().expect("a key")), ..TrackerOptions::default() }
 }
 
-/// A session of small triangles in a plane, a stroke each, 5 cm apart.
-fn field(path: &Path, side: u32) {
-    let mut writer = RonWriter::create(path, &Header::new("field", ""), Flush::AtEnd).expect("a file");
-    for number in 0..side * side {
-        let p = place(number % side, number / side);
-        let vertices = vec![p, p + Vec3::X * 0.004, p + Vec3::Y * 0.004];
-        let (stroke, color) = (Some(StrokeId(number)), (1.0, 1.0, 1.0, 1.0));
-        writer
-            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
-            .expect("a line");
+/// Writes a session of triangles of this size, each with its stroke and its place.
+fn write_triangles(path: &Path, size_m: f32, triangles: impl Iterator<Item = (u32, Vec3)>) {
+    let mut writer = RonWriter::create(path, &Header::new("", ""), Flush::AtEnd).expect("a file");
+    for (stroke, p) in triangles {
+        let vertices = [p, p + Vec3::X * size_m, p + Vec3::Y * size_m];
+        writer.write(&polygon(Some(StrokeId(stroke)), vertices, (1.0, 1.0, 1.0, 1.0))).expect("a line");
     }
     writer.finish().expect("a file");
 }
 
+/// Places in a plane, 5 cm apart.
 fn place(i: u32, k: u32) -> Vec3 {
     Vec3::new(i as f32 * 0.05, k as f32 * 0.05, 0.0)
 }
@@ -75,20 +83,18 @@ fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
     const SIDE: u32 = 140;
     let mut table = Table::new();
     let session = table.folder.path().join("field.ron");
-    field(&session, SIDE);
+    let triangles = (0..SIDE * SIDE).map(|number| (number, place(number % SIDE, number / SIDE)));
+    write_triangles(&session, 0.004, triangles);
     table.studio.command(Command::Open(session));
     table.frame();
     assert_eq!(table.visible(), u64::from(SIDE * SIDE));
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = table.studio.tracker().expect("a tracker");
     // One datagram: a thousand erasures, every other one of them where nothing is.
     let mut packet = String::new();
     for number in 0..500 {
         let p = place(number % SIDE, number / SIDE);
         packet += &format!("erase {} {} {}\nerase {} {} 0.3\n", p.x, p.y, p.z, p.x, p.y);
     }
-    sender(tracker).send(packet.as_bytes()).expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 1000);
+    hear(&mut table.studio, &packet, 1000);
     table.frame();
     let in_a_frame = table.studio.culling().reaches().points;
     assert!((1..=64).contains(&in_a_frame), "{in_a_frame} erasures in a frame");
@@ -104,8 +110,6 @@ fn an_erasure_looks_at_what_is_near_and_a_frame_takes_few_of_them() {
 #[test]
 fn what_was_drawn_in_the_same_frame_is_erased_and_the_nearest_first() {
     let mut table = Table::new();
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = table.studio.tracker().expect("a tracker");
     let mut packet = String::from("brush ribbon 0.002 1 1 1 1\n");
     for x in [0.0, 0.006] {
         for i in 0..4 {
@@ -114,8 +118,7 @@ fn what_was_drawn_in_the_same_frame_is_erased_and_the_nearest_first() {
         packet += &format!("hand {x} 0.3 0 0 0 0 1 0\n");
     }
     packet += "erase 0.005 0.15 0\n";
-    sender(tracker).send(packet.as_bytes()).expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 12);
+    hear(&mut table.studio, &packet, 12);
     frames(&mut table);
     let left: Vec<f32> =
         table.studio.scene().visible_ids().map(|id| table.studio.scene().bounds(id).center().x).collect();
@@ -127,23 +130,11 @@ fn a_flood_of_edits_of_a_large_stroke_is_spread_over_frames() {
     const POLYGONS: u32 = 70_000;
     let folder = tempfile::tempdir().expect("a folder");
     let session = folder.path().join("large.ron");
-    let mut writer = RonWriter::create(&session, &Header::new("", ""), Flush::AtEnd).expect("a file");
-    for number in 0..POLYGONS {
-        let p = place(number % 300, number / 300);
-        let (stroke, vertices) = (Some(StrokeId(7)), vec![p, p + Vec3::X * 0.01, p + Vec3::Y * 0.01]);
-        let color = (1.0, 1.0, 1.0, 1.0);
-        writer
-            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
-            .expect("a line");
-    }
-    writer.finish().expect("a file");
+    write_triangles(&session, 0.01, (0..POLYGONS).map(|number| (7, place(number % 300, number / 300))));
     let mut table = Table::new();
     table.studio.command(Command::Open(session));
     table.frame();
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = table.studio.tracker().expect("a tracker");
-    sender(tracker).send("undo\nredo\n".repeat(10).as_bytes()).expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 20);
+    hear(&mut table.studio, &"undo\nredo\n".repeat(10), 20);
     let mut frames = 0;
     while table.studio.is_moving() || frames == 0 {
         let record = table.frame().record;
@@ -270,15 +261,7 @@ fn who_listens_to_everybody_is_told_so() {
 fn a_session_that_uses_the_last_number_goes_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("last.ron");
-    let mut writer = RonWriter::create(&path, &Header::new("", ""), Flush::AtEnd).expect("a file");
-    for stroke in [0, 1, u32::MAX] {
-        let (stroke, vertices) = (Some(StrokeId(stroke)), vec![Vec3::ZERO, Vec3::X, Vec3::Y]);
-        let color = (1.0, 1.0, 1.0, 1.0);
-        writer
-            .write(&Event::Polygon { author: Author::SOLE, t: 0.0, stroke, vertices, color })
-            .expect("a line");
-    }
-    writer.finish().expect("a file");
+    write_triangles(&path, 1.0, [0, 1, u32::MAX].into_iter().map(|stroke| (stroke, Vec3::ZERO)));
     let mut table = Table::new();
     table.studio.command(Command::Open(path));
     for height in [-0.4, 0.4] {
@@ -307,10 +290,7 @@ fn a_replay_takes_what_a_tracker_says_and_changes_nothing() {
     let mut studio = Studio::new(subject, autosaves, osp_rivals::IndexKind::Osp);
     studio.command(Command::Seek(40));
     let before = studio.scene().counts();
-    studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = studio.tracker().expect("a tracker");
-    sender(tracker).send(b"undo\nhand 0 0 0 0 0 0 1 1\nhand 1 0 0 0 0 0 1 1\nerase 0 0 0").expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 4);
+    hear(&mut studio, "undo\nhand 0 0 0 0 0 0 1 1\nhand 1 0 0 0 0 0 1 1\nerase 0 0 0", 4);
     studio.frame(glam::Vec2::new(800.0, 600.0), 0.016);
     assert_eq!((studio.scene().counts(), studio.is_moving()), (before, false));
 }
@@ -349,8 +329,6 @@ fn head_and_hand_are_recorded_in_the_same_space() {
     let mut table = Table::new();
     table.studio.set_room(Room::new(Rig::open("dual-wall").expect("a shipped rig")));
     table.drag(Button::Secondary, &[(0.0, 0.0), (0.3, 0.1), (0.8, 0.2)]);
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = table.studio.tracker().expect("a tracker");
     let (turn, mut packet) = ("0 0.6 0 0.8", String::new());
     for i in 0..4 {
         packet += &format!(
@@ -360,8 +338,7 @@ fn head_and_hand_are_recorded_in_the_same_space() {
         );
     }
     packet += "hand 0.2 1.3 0.3 0 0 0 1 0\n";
-    sender(tracker).send(packet.as_bytes()).expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 9);
+    hear(&mut table.studio, &packet, 9);
     frames(&mut table);
     let saved = table.folder.path().join("walls.ron");
     table.studio.command(Command::SaveAs(saved.clone()));

@@ -6,7 +6,6 @@ use glam::Vec2;
 use osp::occlusion::Occlusion;
 use osp_app::{
     Answer, Autosaves, Button, Command, CullingPlan, Opening, Reading, Replay, Session, Studio, Waited,
-    tracker::TrackerOptions,
 };
 use osp_rivals::IndexKind;
 use osp_session::{
@@ -16,7 +15,7 @@ use osp_session::{
 
 use crate::{
     drawing::{Table, across},
-    tracker::{listen, sender, wait_until},
+    tracker::{hear, wait_until},
 };
 
 /// A session of so many strokes of ten samples.
@@ -53,11 +52,7 @@ fn while_a_session_is_read_frames_go_on_and_everything_else_waits() {
     let path = long_session(&table, 20_000);
     table.drag(Button::Primary, &across(0.0));
     // A tracker's hand is in the middle of a stroke.
-    table.studio.set_tracker(listen(&TrackerOptions::default()));
-    let tracker = table.studio.tracker().expect("a tracker");
-    let socket = sender(tracker);
-    socket.send(b"hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\n").expect("sent");
-    wait_until("the datagram", || tracker.counts().messages == 2);
+    let socket = hear(&mut table.studio, "hand 0 0 0 0 0 0 1 1\nhand 0.1 0 0 0 0 0 1 1\n", 2);
     table.frame();
     let (drawn, visible) = (shown(&table), table.visible());
     table.studio.work_beside();

@@ -21,3 +21,4 @@ mod messages;
 mod metadata;
 mod tilt;
 mod values;
+mod written;

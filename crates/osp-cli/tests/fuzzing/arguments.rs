@@ -5,7 +5,7 @@ use super::input::{self, Input, below};
 use osp_lab::Method;
 use osp_rivals::IndexKind;
 use osp_session::{
-    recording::{Event, Pace, Pacer, SynthKind},
+    recording::{Event, Pace, Pacer},
     rig::Rig,
 };
 
@@ -21,7 +21,7 @@ pub fn run(data: &[u8]) {
             assert_eq!(pace.to_string().parse(), Ok(pace));
             play(rest, pace);
         }
-        let _ = (word.parse::<SynthKind>(), IndexKind::from_name(word), Method::from_name(word));
+        let _ = (IndexKind::from_name(word), Method::from_name(word));
         if !word.contains('/') {
             let _ = Rig::open(word);
         }

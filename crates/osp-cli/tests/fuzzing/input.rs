@@ -138,8 +138,10 @@ fn paint(u: &mut Input<'_>) -> Paint {
         _ => known[below(u, known.len())].name.clone(),
     };
     let scale = [1.0, 0.1, 4.0, 1.0e4][below(u, 4)];
-    let seed = u.arbitrary().unwrap_or(0);
-    Paint { brush, seed, scale, layer: below(u, 4) as u32, hidden: chance(u, 6) }
+    let seed: u32 = u.arbitrary().unwrap_or(0);
+    let (layer, hidden) = (below(u, 4) as u32, chance(u, 6));
+    let (sketch_group, sketch_flags) = (seed % 3, seed % 5);
+    Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags }
 }
 
 /// Any event that a session may hold.

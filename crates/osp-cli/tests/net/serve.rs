@@ -7,7 +7,7 @@ use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
-    process::{Child, Command, Stdio},
+    process::{Child, Stdio},
     time::Duration,
 };
 
@@ -16,19 +16,15 @@ use crate::OSP;
 /// How long an answer may take before a test fails; no more than a few seconds are needed.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-struct Server {
+pub(crate) struct Server {
     child: Child,
-    address: String,
+    pub(crate) address: String,
 }
 
 impl Server {
-    fn of(folder: &std::path::Path) -> Self {
-        let mut child = Command::new(OSP.0)
-            .args(["serve", "--port", "0"])
-            .arg(folder)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
+    pub(crate) fn of(folder: &std::path::Path) -> Self {
+        let mut serve = OSP.command(["serve", "--port", "0"]);
+        let mut child = serve.arg(folder).stdout(Stdio::piped()).spawn().expect("the program starts");
         let mut line = String::new();
         let out = child.stdout.take().expect("its output");
         BufReader::new(out).read_line(&mut line).expect("a line");

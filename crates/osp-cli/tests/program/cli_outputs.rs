@@ -5,6 +5,7 @@
 mod arguments;
 pub(super) mod built;
 mod command;
+mod converting;
 #[cfg(feature = "bench")]
 mod draw_index;
 mod export_times;
@@ -29,7 +30,7 @@ use std::{
     process::Output,
 };
 
-use osp_testkit::{stderr, stdout};
+use osp_testkit::{names, stderr, stdout};
 
 /// A session of a few strokes; `y` makes several differ.
 fn session_text(y: f32) -> String {
@@ -55,15 +56,6 @@ fn write_session(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, session_text(name.len() as f32)).expect("a temporary folder can be written");
     path
-}
-
-/// The names in a folder, so that a forgotten file is seen.
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).expect("a folder");
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 /// That a command ended with 2, printed nothing but one line, and that says all of `words`.

@@ -27,11 +27,6 @@ pub struct DrawnWhileCulling {
 }
 
 impl DrawReport {
-    /// A report without frames.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Adds a frame: the time from submission to completion, and the time before the submission, nanoseconds.
     pub fn add(&mut self, draw_ns: u64, send_ns: u64) {
         insert(&mut self.draw_ns, draw_ns);

@@ -21,14 +21,11 @@ pub struct Estimate {
 impl Estimate {
     /// The median of `values`, which are sorted on the way; `None` for no value.
     pub fn of(values: &mut [f64]) -> Option<Self> {
-        let n = values.len();
-        let (&first, &last) = (values.first()?, values.last()?);
         values.sort_unstable_by(f64::total_cmp);
+        let (n, &first, &last) = (values.len(), values.first()?, values.last()?);
         let median = f64::midpoint(values[(n - 1) / 2], values[n / 2]);
         if n < 6 {
-            let (low, high) =
-                (values.first().copied().unwrap_or(first), values.last().copied().unwrap_or(last));
-            return Some(Self { median, low, high, values: n });
+            return Some(Self { median, low: first, high: last, values: n });
         }
         // The number of values below the true median is binomial with p = 1/2.
         let (middle, spread) = (n as f64 / 2.0, Z_95 * (n as f64).sqrt() / 2.0);

@@ -45,7 +45,7 @@ impl Material {
         let is_one_sided = brush.culls_back && matches!(brush.family, Family::Tube { .. });
         let flag = |is_so, flag| if is_so { flag } else { 0 };
         let kind = lighting | flag(is_one_sided, ONE_SIDED) | flag(!repeats(brush), IS_CLAMPED);
-        let picture = Picture::of(brush);
+        let picture = brush.picture;
         let layer = |number: Option<usize>| number.map_or(NO_TEXTURE, |number| number as u32);
         // Opaque brushes discard no pixels, whatever their alpha.
         let cutoff = if brush.draw == Draw::Opaque { 0.0 } else { brush.cutoff };

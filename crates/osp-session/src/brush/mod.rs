@@ -16,6 +16,8 @@ pub use texture::solid_across;
 
 use serde::Deserialize;
 
+use texture::picture::Picture;
+
 /// Most particles, and most squares of a spray, on the way from a sample to the next. More: longer leaps of the hand are
 /// drawn whole, and a made-up file of leaps fills more memory.
 pub const MAX_SCATTERED: u64 = 500;
@@ -203,6 +205,9 @@ pub struct Brush {
     /// Additional effect of its shader.
     #[serde(default)]
     pub effect: Effect,
+    /// Picture that it paints with; a plain one has none.
+    #[serde(default)]
+    pub picture: Option<Picture>,
     /// Alpha below which nothing is drawn.
     #[serde(default)]
     pub cutoff: f32,

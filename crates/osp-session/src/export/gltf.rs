@@ -28,7 +28,7 @@ pub enum ExportError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// The format counts bytes in 32 bits.
-    #[error("the model is too large for one .glb file: {0} bytes of at most 4294967295")]
+    #[error("the model is too large for one file of this format: {0} bytes of at most 4294967295")]
     TooLarge(u64),
     /// The user has cancelled the export.
     #[error("writing it was cancelled")]

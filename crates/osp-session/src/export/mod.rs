@@ -1,12 +1,19 @@
-//! The model in formats of other programs.
+//! The model in formats of other programs: its polygons as glTF, its strokes as `.tilt`.
 //!
-//! Depends on [`scene`](crate::scene) and [`brush`](crate::brush).
+//! Depends on [`scene`](crate::scene), [`stroke`](crate::stroke), [`brush`](crate::brush) and
+//! [`recording`](crate::recording).
 
 mod gltf;
 mod gltf_json;
 mod gltf_material;
 mod gltf_part;
+mod kept_strokes;
+mod tilt;
+mod tilt_metadata;
+mod tilt_stroke;
 mod times;
 
 pub use gltf::{ExportError, ExportOptions, GltfCounts, Objects, write_glb, write_glb_watched};
+pub use kept_strokes::KeptStrokes;
+pub use tilt::{TiltCounts, write_tilt};
 pub use times::PolygonTimes;

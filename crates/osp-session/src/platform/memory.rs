@@ -231,6 +231,15 @@ pub struct OpenOptions {
     truncate: bool,
 }
 
+macro_rules! options {
+    ($($name:ident)*) => {
+        $(pub fn $name(&mut self, on: bool) -> &mut Self {
+            self.$name = on;
+            self
+        })*
+    };
+}
+
 impl OpenOptions {
     pub fn new() -> Self {
         Self::default()
@@ -240,30 +249,7 @@ impl OpenOptions {
         self
     }
 
-    pub fn write(&mut self, on: bool) -> &mut Self {
-        self.write = on;
-        self
-    }
-
-    pub fn append(&mut self, on: bool) -> &mut Self {
-        self.append = on;
-        self
-    }
-
-    pub fn create(&mut self, on: bool) -> &mut Self {
-        self.create = on;
-        self
-    }
-
-    pub fn create_new(&mut self, on: bool) -> &mut Self {
-        self.create_new = on;
-        self
-    }
-
-    pub fn truncate(&mut self, on: bool) -> &mut Self {
-        self.truncate = on;
-        self
-    }
+    options! { write append create create_new truncate }
 
     pub fn open(&self, path: impl AsRef<Path>) -> io::Result<File> {
         let mut files = lock(&FILES);

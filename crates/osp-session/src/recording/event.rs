@@ -48,6 +48,13 @@ pub struct Paint {
     /// Whether the stroke is not drawn, as its layer was hidden when the session was saved.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
+    /// Group in a Tilt Brush or Open Brush sketch, 0 for none: strokes that these programs select together. It is no
+    /// [`GroupId`] of the session, and no event changes it.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub sketch_group: u32,
+    /// Flags in a Tilt Brush or Open Brush sketch. Bit 1: the stroke is one step of undo with the stroke before.
+    #[serde(default, skip_serializing_if = "is_zero_number")]
+    pub sketch_flags: u32,
 }
 
 impl Paint {
@@ -56,7 +63,15 @@ impl Paint {
 
     /// This brush, at its own scale, on the first layer.
     pub fn new(brush: impl Into<String>, seed: u32) -> Self {
-        Self { brush: brush.into(), seed, scale: 1.0, layer: 0, hidden: false }
+        Self {
+            brush: brush.into(),
+            seed,
+            scale: 1.0,
+            layer: 0,
+            hidden: false,
+            sketch_group: 0,
+            sketch_flags: 0,
+        }
     }
 
     fn check(&self) -> Result<(), &'static str> {

@@ -34,9 +34,16 @@ pub struct Header {
     /// Contents of the source that a recording cannot hold, in words: pictures, models, videos (since format 2).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
+    /// `metadata.json` of the Tilt Brush or Open Brush sketch that the session comes from, as it was read. A `.tilt`
+    /// that is [written](crate::export::write_tilt) gets it back, with its palette, media and camera paths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sketch_metadata: Option<String>,
 }
 
 impl Header {
+    /// Most bytes of [`sketch_metadata`](Self::sketch_metadata); longer metadata are not kept. Real ones have up to 3,000.
+    pub const MAX_METADATA_BYTES: usize = 1 << 18;
+
     /// A header of format 2, which has all but what the window's edits need.
     pub fn new(name: impl Into<String>, source: impl Into<String>) -> Self {
         Self {
@@ -48,6 +55,7 @@ impl Header {
             environment: None,
             layers: Vec::new(),
             left_out: Vec::new(),
+            sketch_metadata: None,
         }
     }
 

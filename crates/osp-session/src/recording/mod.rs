@@ -58,5 +58,5 @@ pub use ron_reader::RonReader;
 pub use ron_writer::{Flush, RonWriter};
 pub use session::Session;
 pub use source::{EventSource, Notes};
-pub use synth::{ParseSynthKindError, SynthKind, synthesize, synthesize_class};
+pub use synth::{SynthKind, synthesize, synthesize_class};
 pub use tally::Tally;

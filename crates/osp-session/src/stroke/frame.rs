@@ -21,7 +21,7 @@ pub(super) fn travel(last: &Sample, sample: &Sample, drops: &mut Drops) -> Optio
 }
 
 /// A unit vector perpendicular to the unit vector `m`.
-pub(super) fn any_perpendicular(m: Vec3) -> Vec3 {
+pub(crate) fn any_perpendicular(m: Vec3) -> Vec3 {
     let helper = if m.x.abs() < 0.6 { Vec3::X } else { Vec3::Y };
     m.cross(helper).normalize_or(Vec3::Y)
 }
@@ -46,7 +46,7 @@ pub(super) fn perpendicular_part(v: Vec3, m: Vec3) -> Option<Vec3> {
 /// * [`NormalRule::Transport`]: the side before, made perpendicular to the travel again.
 ///
 /// If a rule gives no direction (the axis is parallel to the travel), transport takes its place.
-pub(super) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Option<Vec3>) -> Vec3 {
+pub(crate) fn side(rule: NormalRule, sample: &Sample, travel: Vec3, previous: Option<Vec3>) -> Vec3 {
     let q = sample.orientation;
     let agreeing = |v: Vec3| if previous.is_some_and(|p| p.dot(v) < 0.0) { -v } else { v };
     let ruled = match rule {

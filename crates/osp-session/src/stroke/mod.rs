@@ -10,7 +10,7 @@
 mod bolt;
 mod convex_hull;
 mod drops;
-mod frame;
+pub(crate) mod frame;
 mod hull;
 mod knots;
 mod particles;

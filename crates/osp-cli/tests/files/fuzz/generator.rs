@@ -1,7 +1,9 @@
 //! Bytes for a target: the same for the same number.
 
-/// SplitMix64 (Steele, Lea, Flood, 2014), and what it does to seeds.
-pub struct Generator(u64);
+use osp_testkit::boxes::Rng;
+
+/// Random numbers, and what they do to seeds.
+pub struct Generator(Rng);
 
 /// What is wrong more often than other bytes.
 const WORDS: &[&[u8]] = &[
@@ -41,19 +43,15 @@ const WORDS: &[&[u8]] = &[
 
 impl Generator {
     pub fn new(case: u64) -> Self {
-        Self(case.wrapping_mul(0xA076_1D64_78BD_642F) ^ 0x5EED)
+        Self(Rng(case.wrapping_mul(0xA076_1D64_78BD_642F) ^ 0x5EED))
     }
 
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ z >> 31
+        self.0.next()
     }
 
     pub fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
+        self.0.below(n)
     }
 
     /// A changed seed, or noise where there is none.

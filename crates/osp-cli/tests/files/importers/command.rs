@@ -11,20 +11,10 @@ use super::files::{
     write_cassie,
 };
 use crate::OSP;
-use osp_testkit::{stderr, stdout};
+use osp_testkit::{names, stderr, stdout};
 
 fn import(folder: &Path, args: &[&str]) -> Output {
     OSP.run_in(folder, [&["import"], args].concat())
-}
-
-/// The names in a folder, so that a forgotten file is seen.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -123,27 +113,4 @@ fn damage_writes_nothing_unless_lenient() {
     assert!(lenient.status.success(), "{}", stderr(&lenient));
     assert!(stderr(&lenient).contains("warning: a.apa, byte "), "{}", stderr(&lenient));
     assert!(stdout(&lenient).contains("2 strokes, 7 points"), "{lenient:?}");
-}
-
-#[test]
-fn nothing_is_overwritten_unasked() {
-    let temp = tempfile::tempdir().unwrap();
-    let folder = temp.path();
-    write(folder, "a.apa", &small_apa());
-    write(folder, "a.ron", b"precious");
-    for (args, said) in [
-        (&["a.apa", "a.ron"][..], "exists already"),
-        (&["a.apa", "a.txt"], ".ron or .ron.zst"),
-        (&["a.apa", "missing/a.ron"], "missing"),
-        (&["missing.apa", "b.ron"], "missing.apa"),
-    ] {
-        let done = import(folder, args);
-        assert_eq!(done.status.code(), Some(2), "{args:?}");
-        assert!(stderr(&done).contains(said) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
-    }
-    assert_eq!(std::fs::read(folder.join("a.ron")).unwrap(), b"precious");
-    assert!(import(folder, &["a.apa", "a.ron", "--force"]).status.success());
-    let itself = import(folder, &["a.ron", "a.ron", "--force"]);
-    assert!(stderr(&itself).contains("is the input, too"), "{}", stderr(&itself));
-    assert_eq!(names(folder), ["a.apa", "a.ron"]);
 }

@@ -15,6 +15,8 @@ fn header_of(metadata: &str, lenient: bool) -> (Header, Vec<String>) {
     let mut session = open(folder.path(), &options).unwrap();
     assert_eq!(session.header.check(), Ok(()));
     while session.events.next_event().unwrap().is_some() {}
+    // The text comes back as it is, whatever can be read of it.
+    assert_eq!(session.header.sketch_metadata.take().as_deref(), Some(metadata));
     (session.header, session.events.notes().warnings)
 }
 

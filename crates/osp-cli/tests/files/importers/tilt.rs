@@ -33,7 +33,7 @@ fn a_stroke_comes_out_in_metres_and_our_axes() {
                 color: (0.25, 1.0, 0.0, 0.0),
                 normal: NormalRule::Travel,
                 thinnest: 1.0,
-                paint: Some(Box::new(Paint { scale: 3.0, ..Paint::new("Flat", 77) })),
+                paint: Some(Box::new(Paint { scale: 3.0, sketch_flags: 2, ..Paint::new("Flat", 77) })),
             },
             point(1.5, 1.0, Quat::from_xyzw(-0.5, 0.5, 0.5, 0.5), 0.25),
             // Time runs backwards and stays so; a pressure above 1 is full.

@@ -13,34 +13,14 @@ use osp::{
     view::{Projection, View},
 };
 use osp_render::Gpu;
-use osp_session::{
-    recording::{Author, Event},
-    scene::Scene,
+use osp_session::{recording::Event, scene::Scene};
+use osp_testkit::{
+    boxes::Rng,
+    events::{polygon, scene_of},
 };
-use osp_testkit::events::scene_of;
 
 const WALL: (f32, f32, f32, f32) = (0.3, 0.5, 0.2, 1.0);
 const BRIGHT: (f32, f32, f32, f32) = (1.0, 0.4, 0.9, 1.0);
-
-fn polygon(vertices: Vec<Vec3>, color: (f32, f32, f32, f32)) -> Event {
-    Event::Polygon { author: Author::SOLE, t: 0.0, stroke: None, vertices, color }
-}
-
-/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 40) as f32 / (1u32 << 24) as f32
-    }
-
-    fn range(&mut self, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit()
-    }
-}
 
 /// Draws a view of some of a scene's polygons at rest, with and without; pixels that differ in all frames together.
 fn differing(pair: &mut Pair, scene: &Scene, view: &View, ids: &[PolygonId], frames: usize) -> usize {
@@ -62,12 +42,14 @@ fn a_polygon_with_a_corner_behind_the_eye_is_drawn() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(&[
         polygon(
+            None,
             [(-2.0, -1.5), (-0.05, -1.5), (-0.05, 1.5), (-2.0, 1.5)]
                 .map(|(x, y)| Vec3::new(x, y, -2.0))
                 .to_vec(),
             WALL,
         ),
         polygon(
+            None,
             vec![Vec3::new(-2.0, -0.5, -4.0), Vec3::new(-2.0, 0.5, -4.0), Vec3::new(1.0, 0.0, 1.5)],
             BRIGHT,
         ),
@@ -106,7 +88,7 @@ fn a_group_around_the_eye_or_its_near_plane_is_not_asked_by_its_box() {
 }
 
 /// A window of any shape that looks anywhere from anywhere.
-fn any_view(random: &mut Random) -> (View, Mat3) {
+fn any_view(random: &mut Rng) -> (View, Mat3) {
     let turn = Quat::from_euler(
         glam::EulerRot::YXZ,
         random.range(-3.0, 3.0),
@@ -163,11 +145,11 @@ impl Cases {
 
 /// Before: a quadrilateral. Behind: another, whose left and right edges lie on the same lines of the picture as those of the
 /// one before. What the rasteriser makes of two such lines differs by what it snaps and rounds.
-fn same_outline(random: &mut Random, apart: Apart) -> (View, Vec<Event>) {
+fn same_outline(random: &mut Rng, apart: Apart) -> (View, Vec<Event>) {
     let (view, to_world) = any_view(random);
     let Projection { right, top, .. } = view.projection;
     // On the window at distance 1: two edges, upright within a third.
-    let edge = |x: f32, random: &mut Random| {
+    let edge = |x: f32, random: &mut Rng| {
         let at = |y: f32, x: f32| Vec2::new(x * right, y * top);
         let lean = random.range(-0.3, 0.3);
         [at(-0.8, x - lean), at(0.8, x + lean)]
@@ -194,11 +176,11 @@ fn same_outline(random: &mut Random, apart: Apart) -> (View, Vec<Event>) {
             corners
         }
     };
-    (view, vec![polygon(before, WALL), polygon(behind, BRIGHT)])
+    (view, vec![polygon(None, before, WALL), polygon(None, behind, BRIGHT)])
 }
 
 fn outlines(apart: Apart, count: usize) -> Cases {
-    let (mut random, mut cases) = (Random(1), Cases::default());
+    let (mut random, mut cases) = (Rng(1), Cases::default());
     for _ in 0..count {
         let (view, events) = same_outline(&mut random, apart);
         cases.add(view, events);
@@ -221,7 +203,7 @@ fn an_edge_whose_end_is_far_beside_the_picture_is_where_the_rasteriser_puts_it()
 #[test]
 fn an_edge_that_is_snapped_away_from_its_box_is_seen() {
     // Flat boxes: walls across an axis, seen from anywhere.
-    let (mut random, mut cases) = (Random(7), Cases::default());
+    let (mut random, mut cases) = (Rng(7), Cases::default());
     for _ in 0..200 {
         let (view, _) = any_view(&mut random);
         let center = Vec3::new(0.0, 0.0, -3.0);
@@ -231,13 +213,13 @@ fn an_edge_that_is_snapped_away_from_its_box_is_seen() {
         let quad = |parts: [(f32, f32); 4]| parts.map(|(x, y)| center + Vec3::new(x, y, 0.0)).to_vec();
         let outer = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         // What hides it has the outline of its box, and lies before it.
-        let before = quad(outer).into_iter().map(|p| eye + (p - eye) * 0.9).collect();
+        let before = quad(outer).into_iter().map(|p| eye + (p - eye) * 0.9).collect::<Vec<_>>();
         let (low, high) = (random.range(-0.9, -0.3), random.range(0.3, 0.9));
         let across = quad([(-1.0, low), (1.0, low), (1.0, high), (-1.0, high)]);
         let upright = quad([(low, -1.0), (high, -1.0), (high, 1.0), (low, 1.0)]);
-        let mut events = vec![polygon(before, WALL)];
+        let mut events = vec![polygon(None, before, WALL)];
         events.resize_with(64, || square(Vec3::splat(50.0), 0.1, WALL));
-        events.extend([polygon(across, BRIGHT), polygon(upright, BRIGHT)]);
+        events.extend([polygon(None, across, BRIGHT), polygon(None, upright, BRIGHT)]);
         cases.add(view, events);
     }
     cases.check((64, 48), QUERIES, 4);
@@ -246,7 +228,7 @@ fn an_edge_that_is_snapped_away_from_its_box_is_seen() {
 /// Of two polygons in one plane, seen straight on, which wins is a matter of rounding.
 #[test]
 fn in_one_plane_rounding_decides_and_nothing_is_left_out() {
-    let (mut random, mut cases) = (Random(3), Cases::default());
+    let (mut random, mut cases) = (Rng(3), Cases::default());
     for _ in 0..60 {
         let (view, to_world) = any_view(&mut random);
         let distance_m = random.range(0.5, 20.0);
@@ -258,8 +240,8 @@ fn in_one_plane_rounding_decides_and_nothing_is_left_out() {
             };
             (0..4).map(corner).collect::<Vec<_>>()
         };
-        let mut events = vec![polygon(quad(0.5), WALL)];
-        events.extend((0..12).map(|_| polygon(quad(0.2), BRIGHT)));
+        let mut events = vec![polygon(None, quad(0.5), WALL)];
+        events.extend((0..12).map(|_| polygon(None, quad(0.2), BRIGHT)));
         cases.add(view, events);
     }
     cases.check((161, 121), HZB, 3);
@@ -292,9 +274,9 @@ fn a_triangle_that_is_cut_at_the_border_does_not_hide_itself() {
             view.eye_in_world + view.world_from_view * (ray * away_m)
         };
         let corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]];
-        polygon(corners.map(|[x, y]| at(x, y)).to_vec(), WALL)
+        polygon(None, corners.map(|[x, y]| at(x, y)).to_vec(), WALL)
     };
-    let triangle = |corners: [[f32; 3]; 3], color| polygon(corners.map(Vec3::from).to_vec(), color);
+    let triangle = |corners: [[f32; 3]; 3], color| polygon(None, corners.map(Vec3::from).to_vec(), color);
     // All but one sample of the pixel (1919, 935) is covered by what is nearer.
     let scene = scene_of(&[
         before([100.0, 700.0], [1918.6, 1000.0], 2.0),

@@ -45,7 +45,7 @@ fn stroke(
     points: impl IntoIterator<Item = Vec3>,
 ) -> Vec<Event> {
     let (t, stroke) = (0.0, StrokeId(number));
-    let paint = Paint { brush: brush.to_owned(), seed: 7 + number, scale: 1.0, layer: 0, hidden: false };
+    let paint = Paint::new(brush, 7 + number);
     let (tool, normal, thinnest) = (Tool::Ribbon, NormalRule::Travel, 0.0);
     let paint = Some(Box::new(paint));
     let mut events =

@@ -31,7 +31,7 @@ fn environment() -> Environment {
 /// A stroke across the picture, half a metre wide, that faces +z.
 fn across(number: u32, brush: &str, middle: Vec3) -> Vec<Event> {
     let (t, stroke) = (0.0, StrokeId(number));
-    let paint = Paint { brush: brush.to_owned(), seed: number, scale: 1.0, layer: 0, hidden: false };
+    let paint = Paint::new(brush, number);
     let (tool, normal, paint) = (Tool::Ribbon, NormalRule::Travel, Some(Box::new(paint)));
     let color = (0.8, 0.8, 0.8, 1.0);
     let mut events =

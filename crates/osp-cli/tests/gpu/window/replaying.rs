@@ -1,5 +1,13 @@
-use super::desk::Desk;
+use super::desk::{Desk, OspWindow};
 use osp_testkit::shipped_session;
+
+/// Stops a session that plays.
+fn stop(window: &mut OspWindow<'_>) {
+    window.key("space");
+    window.until("a stop", |frames| {
+        frames.len() > 1 && frames[frames.len() - 1]["position"] == frames[frames.len() - 2]["position"]
+    });
+}
 
 #[test]
 fn a_recording_is_played_stopped_and_entered_anywhere() {
@@ -11,10 +19,7 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
     window.key("space");
     window.until_last("some frames played", |frame| frame["position"].as_u64() > Some(20));
     window.until_last("times of drawing", |frame| frame["drawings_measured"].as_u64() > Some(20));
-    window.key("space");
-    window.until("a stop", |frames| {
-        frames.len() > 1 && frames[frames.len() - 1]["position"] == frames[frames.len() - 2]["position"]
-    });
+    stop(&mut window);
     let (position, polygons) = (window.number("position"), window.number("polygons"));
     // Back and forth leads to the same model.
     window.key("comma");
@@ -29,23 +34,12 @@ fn a_recording_is_played_stopped_and_entered_anywhere() {
 fn a_frozen_camera_shows_what_is_left_out_and_why() {
     let Some(desk) = Desk::new() else { return };
     let recording = shipped_session("room");
-    let mut window = desk.open(&[
-        "replay",
-        &recording,
-        "--window",
-        "--paused",
-        "--pace",
-        "samples:64",
-        "--occlusion",
-        "msvbsp",
-    ]);
+    let args = ["replay", &recording, "--window", "--paused", "--pace=samples:64", "--occlusion=msvbsp"];
+    let mut window = desk.open(&args);
     window.point(590, 300);
     window.key("space");
     window.until_last("some frames played", |frame| frame["position"].as_u64() > Some(40));
-    window.key("space");
-    window.until("a stop", |frames| {
-        frames.len() > 1 && frames[frames.len() - 1]["position"] == frames[frames.len() - 2]["position"]
-    });
+    stop(&mut window);
     // On to a moment at which the head looks at a wall with much behind it.
     for _ in 0..80 {
         if window.number("occluded") > 50 {
@@ -82,16 +76,8 @@ fn a_frozen_camera_shows_what_is_left_out_and_why() {
 fn the_window_tells_what_is_found_while_drawing() {
     let Some(desk) = Desk::new() else { return };
     let recording = shipped_session("portrait");
-    let mut window = desk.open(&[
-        "replay",
-        &recording,
-        "--window",
-        "--paused",
-        "--pace",
-        "samples:1000",
-        "--occlusion",
-        "hzb",
-    ]);
+    let args = ["replay", &recording, "--window", "--paused", "--pace=samples:1000", "--occlusion=hzb"];
+    let mut window = desk.open(&args);
     window.point(590, 300);
     for position in 1..=6 {
         window.key("period");

@@ -16,13 +16,7 @@ fn what_is_hidden_is_not_there() {
     #[cfg(unix)]
     std::os::unix::fs::symlink(folder.path().join(".env"), folder.path().join("link.txt")).expect("a link");
     #[cfg(unix)]
-    assert!(
-        std::process::Command::new("mkfifo")
-            .arg(folder.path().join("pipe.txt"))
-            .status()
-            .expect("mkfifo starts")
-            .success()
-    );
+    assert!(osp_testkit::make_pipe(&folder.path().join("pipe.txt")));
     let server = Server::of(folder.path());
     for path in [
         "/.env",

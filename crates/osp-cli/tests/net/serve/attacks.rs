@@ -63,56 +63,41 @@ fn lengths_that_cannot_be_end_nothing() {
     is_well(&mut server);
 }
 
-#[test]
-fn bodies_that_never_come_keep_no_other_waiting() {
-    let folder = folder();
-    let mut server = Server::of(folder.path());
-    let address = server.address.clone();
-    let open: Vec<_> = (0..24)
-        .map(|i| {
-            let body = ["Content-Length: 1000", "Transfer-Encoding: chunked"][i % 2];
-            let mut stream = server.connect();
-            write!(stream, "POST /small.txt HTTP/1.1\r\nHost: {address}\r\n{body}\r\n\r\n").expect("sent");
-            stream
-        })
-        .collect();
-    is_well(&mut server);
-    drop(open);
+/// Connections that send this and no more, and read nothing.
+fn open(server: &Server, count: usize, sent: impl Fn(usize) -> String) -> Vec<TcpStream> {
+    let connection = |i| {
+        let mut stream = server.connect();
+        stream.write_all(sent(i).as_bytes()).expect("sent");
+        stream
+    };
+    (0..count).map(connection).collect()
 }
 
 #[test]
-fn browsers_that_read_nothing_keep_no_other_waiting() {
+fn bodies_that_never_come_and_browsers_that_read_nothing_keep_no_other_waiting() {
     let folder = folder();
     let mut server = Server::of(folder.path());
-    let address = server.address.clone();
-    let open: Vec<_> = (0..24)
-        .map(|_| {
-            let mut stream = server.connect();
-            write!(stream, "GET /large.bin HTTP/1.1\r\nHost: {address}\r\n\r\n").expect("sent");
-            stream
-        })
-        .collect();
+    let head = format!("HTTP/1.1\r\nHost: {}\r\n", server.address);
+    let bodies = ["Content-Length: 1000", "Transfer-Encoding: chunked"];
+    let waiting = open(&server, 24, |i| format!("POST /small.txt {head}{}\r\n\r\n", bodies[i % 2]));
     is_well(&mut server);
-    drop(open);
+    drop(waiting);
+    let unread = open(&server, 24, |_| format!("GET /large.bin {head}\r\n"));
+    is_well(&mut server);
+    drop(unread);
 }
 
 #[test]
 fn connections_that_do_nothing_give_their_places_back() {
     let folder = folder();
     let mut server = Server::of(folder.path());
-    let address = server.address.clone();
+    let head = format!("HTTP/1.1\r\nHost: {}\r\n", server.address);
     // More than there are places. Some send nothing, some half a head, some read nothing.
-    let mut open: Vec<_> = (0..96)
-        .map(|i| {
-            let mut stream = server.connect();
-            match i % 3 {
-                0 => {}
-                1 => write!(stream, "GET /small.txt HTTP/1.1\r\nHost: {address}\r\nX-A: ").expect("sent"),
-                _ => write!(stream, "GET /large.bin HTTP/1.1\r\nHost: {address}\r\n\r\n").expect("sent"),
-            }
-            stream
-        })
-        .collect();
+    let mut open = open(&server, 96, |i| match i % 3 {
+        0 => String::new(),
+        1 => format!("GET /small.txt {head}X-A: "),
+        _ => format!("GET /large.bin {head}\r\n"),
+    });
     is_well(&mut server);
     // The first have been ended.
     assert!(is_ended(&mut open[0]) && is_ended(&mut open[1]));

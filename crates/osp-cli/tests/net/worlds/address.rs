@@ -1,43 +1,14 @@
 //! Worlds behind an address: `osp serve` is the server.
 
-use std::{
-    io::{BufRead, BufReader},
-    path::Path,
-    process::{Child, Command, Stdio},
-    sync::Arc,
-};
+use std::sync::Arc;
 
 use glam::Vec3;
 use osp_net::world::{Flight, Missing, PackOrder, Place, World, WorldError};
 use osp_session::recording::SynthKind;
 
 use super::{Together, pack, session, walk};
-use crate::OSP;
+use crate::serve::Server;
 use osp_testkit::temp;
-
-struct Server(Child, String);
-
-impl Server {
-    fn of(folder: &Path) -> Self {
-        let mut child = Command::new(OSP.0)
-            .args(["serve", "--port", "0"])
-            .arg(folder)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().expect("its output")).read_line(&mut line).expect("a line");
-        let address = line.split_whitespace().find(|word| word.starts_with("http://"));
-        Self(child, address.expect("an address").trim_end_matches('/').to_owned())
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 #[test]
 fn a_world_behind_http_is_that_of_the_folder() {
@@ -46,7 +17,7 @@ fn a_world_behind_http_is_that_of_the_folder() {
     let parts: [(&_, &[Vec3]); 1] = [(&portrait, &[Vec3::ZERO, Vec3::Z * 30.0])];
     pack(&folder.path().join("a world"), PackOrder::Space, &parts).expect("packed");
     let server = Server::of(folder.path());
-    let address = format!("{}/a%20world", server.1);
+    let address = format!("http://{}/a%20world", server.address);
     let world = Arc::new(World::open(Place::to_read(&address).expect("an address")).expect("a world"));
     let views: Vec<_> = Flight::new(&world.bounds(), 1, None, None).step_by(30).take(20).collect();
     let expected = Together::new(&parts).seen(&views);
@@ -56,7 +27,7 @@ fn a_world_behind_http_is_that_of_the_folder() {
         assert_eq!((frame.visible, frame.fingerprint), (visible, fingerprint));
     }
     assert!(walk.counts().bytes_read > 0);
-    let none = World::open(Place::to_read(&format!("{}/none", server.1)).expect("an address"));
+    let none = World::open(Place::to_read(&format!("http://{}/none", server.address)).expect("an address"));
     assert!(matches!(none, Err(WorldError::Place { .. })), "{none:?}");
     let refused = Place::to_write(&address).map(drop).expect_err("read only").to_string();
     assert!(refused.contains("s3://"), "{refused}");

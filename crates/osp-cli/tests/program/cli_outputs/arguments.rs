@@ -9,7 +9,7 @@ use std::{
 
 use super::{assert_refused, built::has, write_session};
 use crate::OSP;
-use osp_testkit::{stderr, temp};
+use osp_testkit::{make_pipe, stderr, temp};
 
 #[test]
 fn numbers_out_of_range_are_refused_by_every_command() {
@@ -159,7 +159,7 @@ fn what_has_no_end_is_refused_wherever_a_file_is_read() {
     let folder = temp();
     let folder = folder.path();
     write_session(folder, "a.ron");
-    if !Command::new("mkfifo").arg(folder.join("pipe")).status().is_ok_and(|status| status.success()) {
+    if !make_pipe(&folder.join("pipe")) {
         eprintln!("skipped: no mkfifo");
         return;
     }
@@ -190,7 +190,7 @@ fn a_tracker_that_is_a_pipe_does_not_wait() {
     use osp_app::tracker::{Tracker, TrackerAddress, TrackerOptions};
     let folder = temp();
     let pipe = folder.path().join("pipe");
-    if !Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
+    if !make_pipe(&pipe) {
         eprintln!("skipped: no mkfifo");
         return;
     }

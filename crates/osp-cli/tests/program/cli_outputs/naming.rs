@@ -4,9 +4,9 @@ use std::fs;
 
 use osp_session::brush::{self, Brush};
 
-use super::{built::has, exporting::painted};
+use super::exporting::painted;
 use crate::OSP;
-use osp_testkit::{stderr, stdout, temp};
+use osp_testkit::{stdout, temp};
 
 #[test]
 fn info_counts_the_polygons_that_are_drawn() {
@@ -42,29 +42,6 @@ fn info_counts_the_polygons_that_are_drawn() {
     let line =
         format!("({drawn} in the model at the end {hidden} hidden {without} without area are not drawn)");
     assert!(text.contains(&line), "{line}: {text}");
-}
-
-/// Not even an administrator can make a file there.
-#[cfg(target_os = "linux")]
-#[test]
-fn an_output_that_cannot_be_made_is_named_as_the_user_did() {
-    let folder = temp();
-    super::write_session(folder.path(), "a.ron");
-    for args in [
-        &["import", "a.ron", "/proc/out.ron"][..],
-        &["export", "a.ron", "/proc/out.glb"],
-        &["replay", "a.ron", "--csv", "/proc/out.csv"],
-        &["replay", "a.ron", "--chart", "/proc/out.svg"],
-        &["bake", "a.ron", "/proc/out.pvs"],
-        &["synth", "scribble", "/proc/out.ron"],
-    ]
-    .into_iter()
-    .filter(|args| has(args))
-    {
-        let output = OSP.run_in(folder.path(), args);
-        super::assert_refused(&output, &["error: /proc/out."]);
-        assert!(!stderr(&output).contains("unfinished"), "{args:?}: {}", stderr(&output));
-    }
 }
 
 #[cfg(feature = "window")]

@@ -58,18 +58,6 @@ fn sets_are_the_same_however_many_threads_find_them() {
 }
 
 #[test]
-fn sets_replace_sets_and_nothing_else() {
-    let flat = Flat::new();
-    let bake =
-        ["bake", name(&flat.session), name(&flat.sets), "--cells", "1", "--samples", "1", "--pixels", "16"];
-    OSP.done(bake);
-    std::fs::write(&flat.sets, "Header(format: 1)\n").expect("written");
-    let refused = OSP.refused(bake);
-    assert!(refused.contains("holds a session"), "{refused}");
-    assert!(refused.contains("--force"), "{refused}");
-}
-
-#[test]
 fn sets_of_another_model_and_damaged_ones_are_refused() {
     let flat = Flat::new();
     let refused = |session: &str, sets: &Path, expected: &str| {
@@ -82,17 +70,11 @@ fn sets_of_another_model_and_damaged_ones_are_refused() {
     let bytes = std::fs::read(&flat.sets).expect("sets");
     let damaged = flat.folder.path().join("damaged.pvs");
     let session = name(&flat.session);
-    // Cut off anywhere, and with any byte of the head changed: an error, never a panic.
-    for end in [0, 5, 10, 11, 30, bytes.len() / 2, bytes.len() - 1] {
-        std::fs::write(&damaged, &bytes[..end]).expect("written");
-        let output = OSP.run(["verify", session, "--whole", "--pvs", name(&damaged), "--views", "1"]);
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{end}: {said}");
-        assert!(said.contains("byte") && said.contains("expected"), "{end}: {said}");
+    for (damage, expected) in
+        [(&bytes[..bytes.len() / 2], "byte"), (b"Header(format:1)", "begins with `osp pvs 2`")]
+    {
+        std::fs::write(&damaged, damage).expect("written");
+        refused(session, &damaged, expected);
     }
-    std::fs::write(&damaged, b"Header(format:1)").expect("written");
-    refused(session, &damaged, "begins with `osp pvs 2`");
     OSP.refused(["verify", session, "--pvs", name(&flat.sets)]);
-    let wrong_name = OSP.run(["bake", session, "sets.txt"]);
-    assert!(stderr(&wrong_name).contains("expected a name that ends in .pvs"));
 }

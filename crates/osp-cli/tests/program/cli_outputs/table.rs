@@ -9,7 +9,7 @@ use std::{
 
 use super::{built::has, names, session_text, write_session};
 use crate::OSP;
-use osp_testkit::{stderr, temp};
+use osp_testkit::{make_pipe, stderr, temp};
 
 /// A way to write a file.
 struct Way {
@@ -48,6 +48,7 @@ fn ways() -> Vec<Way> {
             true,
             true,
         ),
+        way(&["export", "in.ron", "@"], "o.glb", true, true),
         way(&["import", "in.ron", "@"], "o.ron", false, true),
         way(&["import", "in.ron", "@"], "o.ron.zst", false, true),
         way(&["synth", "scribble", "--polygons", "50", "@"], "o.ron", false, true),
@@ -100,6 +101,7 @@ impl Way {
             let said: Vec<_> = said.lines().filter(|line| !line.starts_with("drawn by ")).collect();
             assert!(said.len() == 1 && said[0].starts_with("error: "), "{about}");
             assert!(said[0].contains(out) || said[0].contains("folder"), "{about}");
+            assert!(!said[0].contains("unfinished"), "{about}");
         }
         output.status.code()
     }
@@ -168,8 +170,13 @@ fn every_output_against_everything_in_its_place() {
         fs::create_dir(&path).expect("made");
         of(way.run(folder, out, true, "a folder"), 2, "a folder");
         fs::remove_dir(&path).expect("removed");
-        // A folder that is not there.
+        // A folder that is not there, and one in which not even an administrator can make a file.
         of(way.run(folder, &format!("none/{out}"), true, "no folder"), 2, "no folder");
+        if cfg!(target_os = "linux") {
+            of(way.run(folder, &format!("/proc/{out}"), true, "no place"), 2, "no place");
+        }
+        // A name of another kind.
+        of(way.run(folder, "o.tilt", false, "another name"), 2, "another name");
         // Names of folders, and none.
         for name in [format!("{out}/"), String::new()] {
             let output = OSP.run_in(folder, way.args(&name, true));
@@ -222,7 +229,7 @@ fn a_pipe_is_written_to_directly() {
     for way in ways() {
         let path = folder.join(way.file);
         let _ = fs::remove_file(&path);
-        if !Command::new("mkfifo").arg(&path).status().is_ok_and(|status| status.success()) {
+        if !make_pipe(&path) {
             eprintln!("skipped: no mkfifo");
             return;
         }
@@ -256,6 +263,7 @@ fn a_file_on_standard_output_is_not_mixed_with_results() {
                 "o.pvs" => (b"osp pvs ", false),
                 "o.png" => (b"\x89PNG", false),
                 "o.gif" => (b"GIF89a", false),
+                "o.glb" => (b"glTF", false),
                 _ => (b"Header(", true),
             };
             assert!(output.stdout.starts_with(start), "{:?} {out}: {output:?}", way.args);

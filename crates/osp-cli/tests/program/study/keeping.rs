@@ -158,9 +158,7 @@ fn ends(folder: &Path, args: &[&str]) -> Output {
 fn a_pipe_or_a_device_is_no_file_to_add_to() {
     let folder = temp();
     sessions(folder.path(), 1);
-    let pipe = folder.path().join("pipe.ndjson");
-    let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo starts");
-    assert!(made.success());
+    assert!(osp_testkit::make_pipe(&folder.path().join("pipe.ndjson")));
     for device in ["zero", "full", "null"] {
         let link = folder.path().join(format!("{device}.ndjson"));
         std::os::unix::fs::symlink(format!("/dev/{device}"), link).expect("a link");

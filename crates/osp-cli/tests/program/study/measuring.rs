@@ -96,8 +96,7 @@ fn what_the_system_refuses_today_it_may_give_tomorrow() {
     let session = folder.path().join("in/s0.ron");
     let text = fs::read(&session).expect("a session");
     fs::remove_file(&session).expect("removed");
-    let made = std::process::Command::new("mkfifo").arg(&session).status().expect("mkfifo starts");
-    assert!(made.success());
+    assert!(osp_testkit::make_pipe(&session));
     let args = ["study", "in/s0.ron", "in/deep/s1.ron", "--out", "r.ndjson"];
     OSP.refused_in(folder.path(), args);
     let found = lines(&folder.path().join("r.ndjson"));

@@ -1,102 +1,96 @@
 //! The pictures that brushes paint with.
 
-use super::shapes;
-use crate::brush::Brush;
+use serde::Deserialize;
 
-/// A picture that brushes paint with. It is generated: `brushes.ron` and the comment of each function describe the
-/// shapes.
-#[allow(missing_docs, reason = "each is told where it is made")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Picture {
-    Taper,
-    Leaf,
-    Tent,
-    SoftTip,
-    Ink,
-    OilPaint,
-    WetPaint,
-    Gouache,
-    DryBrush,
-    VelvetInk,
-    Graphite,
-    Felt,
-    Taffy,
-    Hypercolor,
-    Light,
-    Smoke,
-    Ember,
-    Dot,
-    Bubble,
-    Stars,
-    Snow,
-    Splatter,
-    Bristles,
-    Leaves,
-    Disc,
-    Fire,
-    Paper,
-    Tape,
-    ThickPaint,
-    Charcoal,
-    Grid,
-    Feather,
-    Deckled,
-    Leaky,
-    Wing,
-    Streamer,
-    Blobs,
-    Curls,
-    Drop,
-    Triangle,
-    Fibres,
+use super::shapes;
+
+/// Defines [`Picture`]: each name, and the function of [`shapes`] that draws it.
+macro_rules! pictures {
+    ($($name:ident $shape:ident),* $(,)?) => {
+        /// A picture that brushes paint with. It is generated: `brushes.ron` and the comment of each function describe
+        /// the shapes.
+        #[allow(missing_docs, reason = "each is told where it is made")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+        pub enum Picture {
+            $($name),*
+        }
+
+        impl Picture {
+            /// All of them, each at the place of its layer.
+            pub const ALL: [Self; [$(stringify!($name)),*].len()] = [$(Self::$name),*];
+
+            /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.
+            pub fn texel(self, u: f32, v: f32) -> [f32; 4] {
+                match self {
+                    $(Self::$name => shapes::$shape(u, v).into_texel()),*
+                }
+            }
+        }
+    };
+}
+
+pictures! {
+    Taper taper,
+    Leaf leaf,
+    Tent tent,
+    SoftTip soft_tip,
+    Ink ink,
+    OilPaint oil_paint,
+    WetPaint wet_paint,
+    Gouache gouache,
+    DryBrush dry_brush,
+    VelvetInk velvet_ink,
+    Graphite graphite,
+    Felt felt,
+    Taffy taffy,
+    Hypercolor hypercolor,
+    Light light,
+    Smoke smoke,
+    Ember ember,
+    Dot dot,
+    Bubble bubble,
+    Stars stars,
+    Snow snow,
+    Splatter splatter,
+    Bristles bristles,
+    Leaves leaves,
+    Disc disc,
+    Fire fire,
+    Paper paper,
+    Tape tape,
+    ThickPaint thick_paint,
+    Charcoal charcoal,
+    Grid grid,
+    Feather feather,
+    Deckled deckled,
+    Leaky leaky,
+    Wing wing,
+    Streamer streamer,
+    Blobs blobs,
+    Curls curls,
+    Drop drop,
+    Triangle triangle,
+    Fibres fibres,
+}
+
+/// A shape: white with this alpha, or a colour.
+trait Shape {
+    fn into_texel(self) -> [f32; 4];
+}
+
+impl Shape for f32 {
+    fn into_texel(self) -> [f32; 4] {
+        [1.0, 1.0, 1.0, self]
+    }
+}
+
+impl Shape for [f32; 4] {
+    fn into_texel(self) -> [f32; 4] {
+        self
+    }
 }
 
 impl Picture {
-    /// All of them, each at the place of its layer.
-    pub const ALL: [Self; 41] = [
-        Self::Taper,
-        Self::Leaf,
-        Self::Tent,
-        Self::SoftTip,
-        Self::Ink,
-        Self::OilPaint,
-        Self::WetPaint,
-        Self::Gouache,
-        Self::DryBrush,
-        Self::VelvetInk,
-        Self::Graphite,
-        Self::Felt,
-        Self::Taffy,
-        Self::Hypercolor,
-        Self::Light,
-        Self::Smoke,
-        Self::Ember,
-        Self::Dot,
-        Self::Bubble,
-        Self::Stars,
-        Self::Snow,
-        Self::Splatter,
-        Self::Bristles,
-        Self::Leaves,
-        Self::Disc,
-        Self::Fire,
-        Self::Paper,
-        Self::Tape,
-        Self::ThickPaint,
-        Self::Charcoal,
-        Self::Grid,
-        Self::Feather,
-        Self::Deckled,
-        Self::Leaky,
-        Self::Wing,
-        Self::Streamer,
-        Self::Blobs,
-        Self::Curls,
-        Self::Drop,
-        Self::Triangle,
-        Self::Fibres,
-    ];
-
     /// Pictures with a relief, in the order of the layers that follow the pictures'.
     pub const WITH_RELIEF: [Self; 15] = [
         Self::Ink,
@@ -125,124 +119,21 @@ impl Picture {
     pub fn relief_layer(self) -> Option<usize> {
         Self::WITH_RELIEF.iter().position(|with| *with == self).map(|place| Self::ALL.len() + place)
     }
-}
-
-impl Picture {
-    /// Picture of a brush; `None` for a plain one.
-    pub fn of(brush: &Brush) -> Option<Self> {
-        Some(match brush.name.as_str() {
-            "TaperedMarker" | "TaperedFlat" | "TaperedHighlighter" | "TaperedMarker_Flat"
-            | "TaperedMarkerGeo" => Self::Taper,
-            "CelVinyl" | "TaperedHueShift" => Self::Leaf,
-            "Marker" | "Highlighter" | "Marker Geometry" => Self::Tent,
-            "SoftHighlighter" => Self::SoftTip,
-            "Ink" | "InkGeometry" => Self::Ink,
-            "OilPaint" | "Oil Paint (Geometry)" => Self::OilPaint,
-            "WetPaint" | "WetPaintGeo" => Self::WetPaint,
-            "Gouache" => Self::Gouache,
-            "DryBrush" => Self::DryBrush,
-            "VelvetInk" => Self::VelvetInk,
-            "WigglyGraphite" => Self::Graphite,
-            "Felt" => Self::Felt,
-            "Taffy" => Self::Taffy,
-            "Hypercolor" => Self::Hypercolor,
-            "Light" | "Drafting" => Self::Light,
-            "Smoke" => Self::Smoke,
-            "Embers" => Self::Ember,
-            "Dots" => Self::Dot,
-            "Bubbles" | "Rising Bubbles" => Self::Bubble,
-            "Stars" => Self::Stars,
-            "Snow" => Self::Snow,
-            "Splatter" => Self::Splatter,
-            "CoarseBristles" => Self::Bristles,
-            "Leaves" | "Leaves2" => Self::Leaves,
-            "DotMarker" => Self::Disc,
-            "Fire" | "Fire2" => Self::Fire,
-            "Paper" | "PaperGeo" => Self::Paper,
-            "DuctTape" | "DuctTapeGeometry" | "ThickGeometry" => Self::Tape,
-            "ThickPaint" => Self::ThickPaint,
-            "Charcoal" => Self::Charcoal,
-            "HyperGrid" => Self::Grid,
-            "Feather" => Self::Feather,
-            "Watercolor Paper" | "WatercolorPaperGeo" | "Marbled Rainbow" => Self::Deckled,
-            "LeakyPen" => Self::Leaky,
-            "Lacewing" => Self::Wing,
-            "Streamers" => Self::Streamer,
-            "Comet" => Self::Blobs,
-            "Wind" => Self::Curls,
-            "Rain" | "Sparks" => Self::Drop,
-            "WaveformParticles" => Self::Triangle,
-            "Guts" | "Muscle" => Self::Fibres,
-            _ => return None,
-        })
-    }
 
     /// Whether its smaller levels [keep the share of it](super::coverage) that is solid: soft smoke fades.
     pub fn keeps_coverage(self) -> bool {
         self != Self::Smoke
     }
-
-    /// Red, green, blue, alpha at a place: `u` along the stroke, `v` across, 0 to 1 each.
-    pub fn texel(self, u: f32, v: f32) -> [f32; 4] {
-        let white = |alpha: f32| [1.0, 1.0, 1.0, alpha];
-        match self {
-            Self::Taper => white(shapes::taper(u, v)),
-            Self::Leaf => white(shapes::leaf(u, v)),
-            Self::Tent => white(1.0 - 1.9 * (v - 0.5).abs()),
-            Self::SoftTip => white(shapes::soft_tip(u, v)),
-            Self::Ink => white(shapes::ink(u, v)),
-            Self::OilPaint => white(shapes::oil_paint(u, v)),
-            Self::WetPaint => white(shapes::wet_paint(u, v)),
-            Self::Gouache => white(shapes::gouache(u, v)),
-            Self::DryBrush => white(shapes::dry_brush(u, v)),
-            Self::VelvetInk => white(shapes::velvet_ink(u, v)),
-            Self::Graphite => white(shapes::graphite(u, v)),
-            Self::Felt => white(shapes::felt(u, v)),
-            Self::Taffy => white(shapes::taffy(u, v)),
-            Self::Hypercolor => shapes::hypercolor(u, v),
-            Self::Light => white(shapes::light(u, v)),
-            Self::Smoke => white(shapes::smoke(u, v)),
-            Self::Ember => white(shapes::ember(u, v)),
-            Self::Dot => shapes::dot(u, v),
-            Self::Bubble => shapes::bubble(u, v),
-            Self::Stars => white(shapes::stars(u, v)),
-            Self::Snow => white(shapes::snow(u, v)),
-            Self::Splatter => white(shapes::splatter(u, v)),
-            Self::Bristles => white(shapes::bristles(u, v)),
-            Self::Leaves => white(shapes::leaves(u, v)),
-            Self::Disc => white(shapes::disc(u, v)),
-            Self::Fire => shapes::fire(u, v),
-            Self::Paper => white(shapes::paper(u, v)),
-            Self::Tape => shapes::tape(u, v),
-            Self::ThickPaint => white(shapes::thick_paint(u, v)),
-            Self::Charcoal => white(shapes::charcoal(u, v)),
-            Self::Grid => white(shapes::grid(u, v)),
-            Self::Feather => white(shapes::feather(u, v)),
-            Self::Deckled => white(shapes::deckled(u, v)),
-            Self::Leaky => white(shapes::leaky(u, v)),
-            Self::Wing => white(shapes::wing(u, v)),
-            Self::Streamer => shapes::streamer(u, v),
-            Self::Blobs => shapes::blobs(u, v),
-            Self::Curls => white(shapes::curls(u, v)),
-            Self::Drop => white(shapes::drop(u, v)),
-            Self::Triangle => white(shapes::triangle(u, v)),
-            Self::Fibres => shapes::fibres(u, v),
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::brush::{self, Draw};
 
     #[test]
-    fn every_picture_has_the_layer_of_its_place() {
-        for (place, picture) in Picture::ALL.iter().enumerate() {
-            assert_eq!(picture.layer(), place);
-        }
+    fn brushes_with_relief_have_a_picture_with_relief() {
         for brush in brush::all().iter().filter(|brush| brush.has_normal_map) {
-            let picture = Picture::of(brush);
+            let picture = brush.picture;
             assert!(picture.is_none_or(|picture| picture.relief_layer().is_some()), "{} is flat", brush.name);
         }
     }
@@ -254,7 +145,7 @@ mod tests {
         const SIDE: usize = 8 * STEP;
         let (mut sum, mut count) = (0.0, 0);
         for brush in brush::all().iter().filter(|brush| brush.draw == Draw::Cutout) {
-            let (Some(picture), Some(along), Some(across)) = (Picture::of(brush), brush.along, brush.across)
+            let (Some(picture), Some(along), Some(across)) = (brush.picture, brush.along, brush.across)
             else {
                 continue;
             };

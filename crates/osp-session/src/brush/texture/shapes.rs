@@ -21,6 +21,11 @@ pub(super) fn taper(u: f32, v: f32) -> f32 {
     solid(on_line(&width, u) - aside(v), 0.067)
 }
 
+/// Densest in the middle.
+pub(super) fn tent(_: f32, v: f32) -> f32 {
+    1.0 - 1.9 * (v - 0.5).abs()
+}
+
 /// An outline like a leaf's.
 pub(super) fn leaf(u: f32, v: f32) -> f32 {
     let width =

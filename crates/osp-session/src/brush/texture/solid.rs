@@ -2,7 +2,7 @@
 
 use std::sync::{LazyLock, OnceLock};
 
-use super::{SIDE, picture::Picture};
+use super::SIDE;
 use crate::brush::{self, Brush, Draw, Effect, Family, Uv};
 
 /// Margin of a texel's solidity: textures are kept in 8 bits, and devices filter them roughly.
@@ -55,7 +55,7 @@ pub fn repeats(brush: &Brush) -> bool {
 }
 
 fn find(brush: &Brush) -> Option<Box<Solid>> {
-    let Some(picture) = Picture::of(brush) else { return Some(Box::new([u128::MAX; SIDE])) };
+    let Some(picture) = brush.picture else { return Some(Box::new([u128::MAX; SIDE])) };
     let place = |i: usize| (i as f32 + 0.5) / SIDE as f32;
     let mut level: Vec<f32> = (0..SIDE * SIDE)
         .map(|i| picture.texel(place(i % SIDE), place(i / SIDE))[3].clamp(0.0, 1.0))
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn what_is_solid_has_no_hole() {
         for brush in brush::all().iter().filter(|brush| brush.draw == Draw::Cutout) {
-            let Some(picture) = Picture::of(brush) else { continue };
+            let Some(picture) = brush.picture else { continue };
             for i in 0..32 {
                 let u = (i as f32 / 32.0, (i + 1) as f32 / 32.0);
                 let Some((low, high)) = solid_across(brush, u, (0.0, 1.0)) else { continue };

@@ -8,13 +8,13 @@
 
 use glam::{Quat, Vec3};
 
-/// Our position or direction for one in Unity's axes.
-pub(super) fn position_from_unity(p: Vec3) -> Vec3 {
+/// Our position or direction for one in Unity's axes, and the reverse.
+pub(crate) fn position_from_unity(p: Vec3) -> Vec3 {
     Vec3::new(p.x, p.y, -p.z)
 }
 
-/// Our rotation for one in Unity's axes. Unity's local +z becomes our local -z.
-pub(super) fn rotation_from_unity(q: Quat) -> Quat {
+/// Our rotation for one in Unity's axes, and the reverse. Unity's local +z becomes our local -z.
+pub(crate) fn rotation_from_unity(q: Quat) -> Quat {
     Quat::from_xyzw(-q.x, -q.y, q.z, q.w)
 }
 

@@ -1,6 +1,8 @@
 use std::path::Path;
 
-use super::{apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt};
+use super::{
+    apa, gltf, open_apa, open_cassie, open_gltf, open_obj, open_poses, open_tilt, tilt, tilt_layout,
+};
 use crate::recording::{OpenOptions, RecordingError, Session, input::Input};
 
 /// The formats that can be read, for an error message.
@@ -14,7 +16,7 @@ type Opener = fn(Input<'_>, &OpenOptions) -> Result<Session, RecordingError>;
 pub(in crate::recording) fn by_mark(input: Input<'_>, start: &[u8]) -> Option<Opener> {
     if input.is_folder() {
         tilt::is_tilt_folder(input).then_some(open_tilt)
-    } else if start.starts_with(tilt::MAGIC) {
+    } else if start.starts_with(tilt_layout::MAGIC) {
         Some(open_tilt)
     } else if start.starts_with(apa::MAGIC) {
         Some(open_apa)

@@ -21,7 +21,7 @@
 
 mod apa;
 mod archive;
-mod axes;
+pub(crate) mod axes;
 mod bytes;
 mod cassie;
 mod cassie_json;
@@ -33,8 +33,9 @@ mod poses;
 mod session_name;
 mod strokes;
 mod tilt;
-mod tilt_environment;
+pub(crate) mod tilt_environment;
 mod tilt_fields;
+pub(crate) mod tilt_layout;
 mod tilt_metadata;
 
 pub(super) use apa::open_apa;
@@ -46,6 +47,8 @@ pub(super) use poses::open_poses;
 pub(super) use tilt::open_tilt;
 
 use std::path::Path;
+
+pub use tilt::tilt_thumbnail;
 
 /// The other files that a session of this name is read from.
 pub fn files_beside(path: &Path) -> Vec<std::path::PathBuf> {

@@ -14,17 +14,15 @@ use super::{
     bytes::ByteReader,
     session_name::session_name,
     strokes::{OnDamage, Sample, StrokeFormat, StrokeHead, StrokeStream},
-    tilt_fields::METERS_PER_UNIT,
+    tilt_layout::{MAGIC, METERS_PER_UNIT, SKETCH_MAGIC, point_mask, stroke_mask},
     tilt_metadata::Metadata,
 };
 use crate::recording::{
     Header, Layer, Limits, NormalRule, OpenOptions, Paint, RecordingError, Session, input::Input,
 };
 
-/// The first bytes of a file.
-pub(super) const MAGIC: &[u8] = b"tilT";
-/// The first word of `data.sketch`.
-const SKETCH_MAGIC: u32 = 0xC576_A5CD;
+/// Most bytes of a thumbnail that are read. Real ones have up to 200,000.
+const MOST_THUMBNAIL_BYTES: u64 = 16 << 20;
 /// Versions of `data.sketch` that can be read: 6 may have long stroke extensions or header bytes.
 const VERSIONS: std::ops::RangeInclusive<u32> = 5..=6;
 /// Names of the two files, the usual first; sketches inside a Unity project end in `.bytes`.
@@ -77,6 +75,18 @@ pub(in crate::recording) fn open_tilt(
     };
     let stream = StrokeStream::new(format, sketch, strokes, on_damage, warnings);
     Ok(Session::new(header, "tilt", Box::new(stream), path, options))
+}
+
+/// The picture in a `.tilt` file, a PNG; none if there is none of at most 16 MiB, or the file is no `.tilt`.
+pub fn tilt_thumbnail(path: &Path) -> Option<Vec<u8>> {
+    let input = Input::on_disk(path);
+    let mut bytes = open_file(input).ok().filter(|_| path.is_file())?;
+    let mut magic = [0; MAGIC.len()];
+    bytes.fill(&mut magic, "the word `tilT`").ok().filter(|()| magic == MAGIC)?;
+    let zip_start = bytes.u16("the length of the head").ok()?;
+    let archive = Archive::open(input, zip_start.into(), OnDamage::Fail).ok()?;
+    let mut png = archive.find(&["thumbnail.png"])?.read(input, &Limits::DEFAULT).ok()?;
+    png.rest(MOST_THUMBNAIL_BYTES, "a picture of at most 16 MiB").ok()
 }
 
 /// Whether a folder is a `.tilt` in its unpacked form.
@@ -153,20 +163,6 @@ fn read_head(bytes: &mut ByteReader) -> Result<u32, RecordingError> {
     bytes.count("the number of strokes")
 }
 
-/// Bits of a stroke's mask: each of the lower half adds one word, each of the upper half a length and that many bytes.
-mod stroke_mask {
-    pub(super) const SCALE: u32 = 1;
-    pub(super) const SEED: u32 = 3;
-    pub(super) const LAYER: u32 = 4;
-    pub(super) const FIRST_LONG: u32 = 16;
-}
-
-/// Bits of a control point's mask: each adds one word.
-mod point_mask {
-    pub(super) const PRESSURE: u32 = 0;
-    pub(super) const TIME_STAMP: u32 = 1;
-}
-
 #[derive(Default)]
 struct Sketch {
     /// Names of the brushes by their numbers.
@@ -187,11 +183,14 @@ impl StrokeFormat for Sketch {
         let mask = bytes.u32("the stroke's extension mask")?;
         self.point_mask = bytes.u32("the control points' extension mask")?;
         // Strokes of files without seeds start from their numbers.
-        let (mut scale, mut seed, mut layer) = (1.0, self.strokes, 0);
+        let (mut scale, mut seed, mut layer, mut sketch_group, mut sketch_flags) =
+            (1.0, self.strokes, 0, 0, 0);
         self.strokes = self.strokes.wrapping_add(1);
         for bit in set_bits(mask) {
             match bit {
+                stroke_mask::FLAGS => sketch_flags = bytes.u32("the stroke's flags")?,
                 stroke_mask::SCALE => scale = bytes.f32("the stroke's scale")?,
+                stroke_mask::GROUP => sketch_group = bytes.u32("the stroke's group")?,
                 stroke_mask::SEED => seed = bytes.u32("the stroke's seed")?,
                 stroke_mask::LAYER => layer = bytes.u32("the stroke's layer")?,
                 stroke_mask::FIRST_LONG.. => {
@@ -204,7 +203,8 @@ impl StrokeFormat for Sketch {
         let points = bytes.count("the number of control points")?;
         let brush = self.brushes.get(brush as usize).cloned();
         let hidden = self.layers.get(layer as usize).is_some_and(|layer| layer.hidden);
-        let paint = brush.map(|brush| Box::new(Paint { brush, seed, scale, layer, hidden }));
+        let paint = |brush| Box::new(Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags });
+        let paint = brush.map(paint);
         Ok(StrokeHead { width_m: brush_size * scale * METERS_PER_UNIT, color, paint, points })
     }
 

@@ -163,6 +163,12 @@ fn in_canvas(environment: Environment, scene_from_canvas: TiltTransform) -> Envi
     }
 }
 
+/// The GUID of the preset that an environment was made from, and whether it is that preset, unchanged.
+pub(crate) fn preset_of(environment: &Environment) -> Option<(&'static str, bool)> {
+    let preset = PRESETS.iter().find(|preset| preset.name == environment.preset)?;
+    Some((&preset.guid, preset.environment() == *environment))
+}
+
 fn find(guid: &str) -> Option<&'static Preset> {
     PRESETS.iter().find(|preset| preset.guid.eq_ignore_ascii_case(guid))
 }

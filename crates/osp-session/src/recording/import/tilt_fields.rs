@@ -12,8 +12,6 @@ use super::axes;
 use crate::recording::RecordingError;
 use osp::math::rotate;
 
-/// Metres in a unit of canvas or room space.
-pub(super) const METERS_PER_UNIT: f32 = 0.1;
 /// Most characters of program and authors that go into a header, and of what a warning cites.
 pub(super) const MOST_CHARS: usize = 200;
 

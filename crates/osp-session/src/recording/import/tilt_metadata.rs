@@ -13,7 +13,8 @@ use super::{
     bytes::ByteReader,
     strokes::OnDamage,
     tilt_environment,
-    tilt_fields::{Fields, Listed, METERS_PER_UNIT, MOST_CHARS, Object, TiltTransform, mismatch, shorten},
+    tilt_fields::{Fields, Listed, MOST_CHARS, Object, TiltTransform, mismatch, shorten},
+    tilt_layout::METERS_PER_UNIT,
 };
 use crate::{
     brush,
@@ -149,7 +150,7 @@ impl Metadata {
         self.brushes.iter().map(name).collect()
     }
 
-    /// Adds source, camera, layers, light and missing contents to the header.
+    /// Adds source, camera, layers, light and missing contents to the header, and the text itself.
     pub(super) fn fill(&self, header: &mut Header, warnings: &mut Vec<String>) {
         if self.text.is_empty() {
             USUAL_PROGRAM.clone_into(&mut header.source);
@@ -166,6 +167,9 @@ impl Metadata {
             tilt_environment::read(&mut fields, scene_from_canvas, &mut header.left_out).map(Box::new);
         for (field, one, many) in MEDIA {
             header.left_out.extend(fields.read(field).and_then(|media| sentence(&media, one, many)));
+        }
+        if self.text.len() <= Header::MAX_METADATA_BYTES {
+            header.sketch_metadata = str::from_utf8(&self.text).ok().map(str::to_owned);
         }
     }
 }

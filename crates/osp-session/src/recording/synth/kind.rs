@@ -1,7 +1,4 @@
 use std::fmt;
-use std::str::FromStr;
-
-use thiserror::Error;
 
 /// The kinds of synthetic sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,21 +43,5 @@ impl SynthKind {
 impl fmt::Display for SynthKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// Error of a text that names no kind.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("expected portrait, room, scribble, brushes or class; found `{0}`")]
-pub struct ParseSynthKindError(String);
-
-impl FromStr for SynthKind {
-    type Err = ParseSynthKindError;
-
-    fn from_str(text: &str) -> Result<Self, ParseSynthKindError> {
-        Self::ALL
-            .into_iter()
-            .find(|kind| kind.name() == text)
-            .ok_or_else(|| ParseSynthKindError(text.to_owned()))
     }
 }

@@ -23,7 +23,7 @@ mod scribble;
 mod vector;
 mod volume;
 
-pub use kind::{ParseSynthKindError, SynthKind};
+pub use kind::SynthKind;
 
 use artist::{Artist, Subject};
 use volume::{CENTER, VOLUME_M};

@@ -74,6 +74,8 @@ pub(crate) fn sample_events() -> Vec<Event> {
                 scale: 0.5,
                 layer: 1,
                 hidden: true,
+                sketch_group: 5,
+                sketch_flags: 2,
             })),
         },
         Event::Point { t: 0.03, stroke, p: Vec3::new(1e-7, -0.0, 3.4e10), q, pressure: 0.8 },
@@ -199,10 +201,11 @@ pub(crate) fn event() -> impl Strategy<Value = Event> {
         Just(NormalRule::Travel),
         Just(NormalRule::Transport),
     ];
-    let paint =
-        prop::option::of(("[ -~]{0,64}", any::<u32>(), 1e-6f32..1e6, any::<u32>(), any::<bool>()).prop_map(
-            |(brush, seed, scale, layer, hidden)| Box::new(Paint { brush, seed, scale, layer, hidden }),
-        ));
+    let paint = prop::option::of(("[ -~]{0,64}", any::<[u32; 4]>(), 1e-6f32..1e6, any::<bool>()).prop_map(
+        |(brush, [seed, layer, sketch_group, sketch_flags], scale, hidden)| {
+            Box::new(Paint { brush, seed, scale, layer, hidden, sketch_group, sketch_flags })
+        },
+    ));
     let strokes = || prop::collection::vec(stroke(), 0..20);
     let group = || any::<u32>().prop_map(GroupId);
     prop_oneof![

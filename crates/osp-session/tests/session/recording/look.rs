@@ -29,6 +29,7 @@ pub(crate) fn header() -> Header {
             Layer { name: "\"two\"\n".into(), hidden: true },
         ],
         left_out: vec!["2 models (a.glb, b)".into()],
+        sketch_metadata: Some("{\"Palette\":\n []}\u{2028}".into()),
         ..Header::new("n", "s")
     }
 }
@@ -51,7 +52,7 @@ fn message(text: &str) -> String {
 #[test]
 fn light_layers_and_brushes_come_back() {
     let events = [
-        begin(1, Some(Paint { brush: "Ink".into(), seed: 7, scale: 0.5, layer: 1, hidden: true })),
+        begin(1, Some(Paint { scale: 0.5, layer: 1, hidden: true, sketch_group: 9, ..Paint::new("Ink", 7) })),
         begin(2, Some(Paint::new("Ink", 0))),
         begin(3, None),
     ];
@@ -61,12 +62,13 @@ fn light_layers_and_brushes_come_back() {
     let text = String::from_utf8(bytes).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert!(
-        lines[1].ends_with(r#"paint:(brush:"Ink",seed:7,scale:0.5,layer:1,hidden:true))"#),
+        lines[1].ends_with(r#"paint:(brush:"Ink",seed:7,scale:0.5,layer:1,hidden:true,sketch_group:9))"#),
         "{}",
         lines[1]
     );
     assert!(lines[2].ends_with(r#"paint:(brush:"Ink"))"#), "what is usual is left out: {}", lines[2]);
     assert!(!lines[3].contains("paint"), "{}", lines[3]);
+    assert!(lines[0].contains(r#"sketch_metadata:"{\"Palette\":\n []}"#), "{}", lines[0]);
     assert!(lines[0].contains(r#"layers:[(name:"one"),(name:"\"two\"\n",hidden:true)]"#), "{}", lines[0]);
 }
 

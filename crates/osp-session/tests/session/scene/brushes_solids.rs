@@ -446,8 +446,7 @@ fn a_scene_shapes_a_tube_once_a_frame() {
         recording::{Event, Paint, StrokeId},
         scene::Scene,
     };
-    let paint =
-        Some(Box::new(Paint { brush: "Lofted".to_owned(), seed: 1, scale: 1.0, layer: 0, hidden: false }));
+    let paint = Some(Box::new(Paint::new("Lofted", 1)));
     let (stroke, color) = (StrokeId(1), (1.0, 1.0, 1.0, 1.0));
     let begin =
         Begin { color, normal: NormalRule::Travel, thinnest: 0.0, paint, ..Begin::of(stroke) }.event();

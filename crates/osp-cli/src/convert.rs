@@ -1,0 +1,157 @@
+//! `osp convert`: sessions, or folders of them, in another format.
+
+use std::{io::Write, path::PathBuf};
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+
+use super::{
+    batch::{Batch, Job, every_core},
+    export::{Model, write_model},
+    import,
+    outcome::Outcome,
+    output::{complain, one_line, say},
+    outputs::{Output, Outputs},
+    played::FrameArgs,
+    reading::ReadArgs,
+    session::{OpenSession, Reader},
+};
+use osp_lab::report::thousands;
+use osp_session::{
+    export::{KeptStrokes, Objects, write_tilt},
+    output_file::OutputKind,
+    recording::import::tilt_thumbnail,
+};
+
+/// Convert a session, or all sessions of folders, to another format.
+///
+/// .tilt has what Tilt Brush and Open Brush keep: strokes with brushes, control points and pressures, layers, groups, camera
+/// and light. Erased strokes are left out, moved ones are where they were moved. A session that came from a .tilt gets back
+/// all its metadata; strokes that nobody changed come back bit for bit. What .tilt cannot keep, a line each names. This
+/// command alone writes .tilt: `osp export` writes the polygons of one frame, `osp import` every event.
+///
+/// With --to, all sessions of the folders are converted, on all cores. A target that is newer than its session is skipped, so
+/// the same command continues after an interruption. A file appears when it is whole. Errors are listed at the end, and the
+/// exit code is 2 then.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp convert edited.ron sketch.tilt
+  osp convert sketches --to glb --out models
+  osp convert sketches more/*.apa --to ron.zst
+  osp convert recordings --to tilt --out tilt")]
+pub(super) struct ConvertArgs {
+    /// The session and the file to write; with --to, sessions and folders of them.
+    #[arg(required = true, value_name = "FILE OUT|FILES_OR_FOLDERS")]
+    paths: Vec<PathBuf>,
+    /// The format: binary glTF, osp's recording, the same compressed, Tilt Brush.
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    to: Option<Format>,
+    /// The folder for the files, with the same folders below it [default: beside each session].
+    #[arg(long, value_name = "FOLDER", requires = "to")]
+    out: Option<PathBuf>,
+    /// Replace files, also newer ones, but never a session that is read.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: ReadArgs,
+}
+
+/// A format that sessions are converted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Glb,
+    Ron,
+    #[value(name = "ron.zst")]
+    RonZst,
+    Tilt,
+}
+
+impl Format {
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Glb => ".glb",
+            Self::Ron => ".ron",
+            Self::RonZst => ".ron.zst",
+            Self::Tilt => ".tilt",
+        }
+    }
+
+    fn kind(self) -> OutputKind {
+        match self {
+            Self::Glb => OutputKind::Glb,
+            Self::Ron | Self::RonZst => OutputKind::Recording,
+            Self::Tilt => OutputKind::Tilt,
+        }
+    }
+}
+
+pub(super) fn run(args: &ConvertArgs) -> anyhow::Result<Outcome> {
+    let Some(format) = args.to else { return one(args) };
+    let batch = Batch::plan(&args.paths, args.out.as_deref(), format.ending(), args.force)?;
+    batch.run(every_core(), ["converted", format.ending()], || {
+        Ok(|job: &Job| Ok(converted(args, job, format)?.remarks))
+    })
+}
+
+/// `osp convert FILE OUT`.
+fn one(args: &ConvertArgs) -> anyhow::Result<Outcome> {
+    let [source, target] = &args.paths[..] else {
+        bail!("expected a session and the file to write, or --to FORMAT; found {} paths", args.paths.len());
+    };
+    let name = target.to_string_lossy().to_ascii_lowercase();
+    let format = Format::value_variants().iter().find(|format| name.ends_with(format.ending()));
+    let Some(&format) = format else {
+        bail!("{}: expected a name that ends in .glb, .ron, .ron.zst or .tilt", target.display());
+    };
+    let Model { line, remarks } =
+        converted(args, &Job { source: source.clone(), target: target.clone() }, format)?;
+    remarks.iter().for_each(|remark| complain(&format!("warning: {remark}")));
+    say(&format!("{}: {line}", one_line(&target.to_string_lossy())))?;
+    Ok(Outcome::Done)
+}
+
+/// Writes one session.
+fn converted(args: &ConvertArgs, job: &Job, format: Format) -> anyhow::Result<Model> {
+    let mut outputs = Outputs::new(args.force).reads([&job.source]);
+    let output = outputs.add("OUT", &job.target, format.kind())?;
+    match format {
+        Format::Glb => {
+            let session = FrameArgs::end_of(job.source.clone(), args.reading);
+            write_model(&session, Objects::Layers, &output)
+        }
+        Format::Ron | Format::RonZst => {
+            let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;
+            let (counts, bytes) = import::convert(&mut session, output, args.reading.lenient)?;
+            Ok(model(&session, counts.text(), bytes, Vec::new()))
+        }
+        Format::Tilt => sketch(args, job, &output),
+    }
+}
+
+/// Writes the strokes of a session as a `.tilt`.
+fn sketch(args: &ConvertArgs, job: &Job, output: &Output) -> anyhow::Result<Model> {
+    let mut session = OpenSession::read_by(Reader::Here, &job.source, &args.reading)?;
+    let mut kept = KeptStrokes::default();
+    for event in session.by_ref() {
+        kept.note(&event.map_err(|error| import::explain(&error, args.reading.lenient))?);
+    }
+    // The picture of a sketch is right as long as nobody has changed the sketch.
+    let thumbnail = tilt_thumbnail(&job.source);
+    let mut file = output.create()?;
+    let named = || output.path().display().to_string();
+    let counts = write_tilt(&kept, &session.header, thumbnail.as_deref(), &mut file).with_context(named)?;
+    file.flush().with_context(named)?;
+    let bytes = output.commit(file)?;
+    let line = format!("{} strokes, {} points", thousands(counts.strokes), thousands(counts.points));
+    Ok(model(&session, line, bytes, counts.notes))
+}
+
+fn model(session: &OpenSession, line: String, bytes: Option<u64>, mut remarks: Vec<String>) -> Model {
+    let notes = session.notes();
+    remarks.extend(notes.warnings.iter().cloned());
+    if notes.skipped > 0 {
+        remarks.push(format!("{} damaged pieces were skipped", thousands(notes.skipped)));
+    }
+    let bytes = bytes.map_or_else(String::new, |bytes| format!("; {} bytes", thousands(bytes)));
+    Model { line: format!("{line}{bytes}"), remarks }
+}

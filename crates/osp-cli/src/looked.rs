@@ -1,0 +1,49 @@
+//! A session that is read to its end before it is played.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::{reading::ReadArgs, session::OpenSession};
+use osp::math::{rotate, unit};
+use osp_session::{
+    recording::{Event, Header, Pace, RecordingError},
+    replay::{ArtistSide, Summary, summarize},
+    scene::Scene,
+};
+
+/// Contents of a session.
+#[cfg_attr(not(any(feature = "bench", feature = "render")), allow(dead_code, reason = "nothing is drawn"))]
+pub(super) struct Looked {
+    pub(super) header: Header,
+    pub(super) summary: Summary,
+    /// The finished model.
+    pub(super) model: Scene,
+    /// Direction from the model to the eye: that of the session's own camera, else the artist's first side.
+    pub(super) backwards: Option<Vec3>,
+}
+
+impl Looked {
+    /// Reads a file, and prints the warnings.
+    pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace) -> anyhow::Result<Self> {
+        let mut session = OpenSession::open(file, reading)?.counted();
+        let (looked, read) = Self::of(session.header.clone(), &mut session, pace);
+        session.warn();
+        read?;
+        Ok(looked)
+    }
+
+    /// Takes the events of an open session.
+    pub(super) fn of(
+        header: Header,
+        events: impl Iterator<Item = Result<Event, RecordingError>>,
+        pace: Pace,
+    ) -> (Self, Result<(), RecordingError>) {
+        let mut artist = ArtistSide::default();
+        let events = events.inspect(|event| event.iter().for_each(|event| artist.note(event)));
+        let (summary, model, read) = summarize(events, pace);
+        let of_camera = header.camera.map(|camera| rotate(unit(camera.q), Vec3::Z));
+        let backwards = of_camera.or_else(|| artist.backwards());
+        (Self { header, summary, model, backwards }, read)
+    }
+}

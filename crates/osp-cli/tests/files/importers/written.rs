@@ -1,0 +1,263 @@
+//! `.tilt` files that osp writes: read again, they have what the session had.
+
+use std::path::{Path, PathBuf};
+
+use glam::{Quat, Vec3};
+use osp_session::{
+    export::{KeptStrokes, TiltCounts, write_tilt},
+    recording::{
+        Author, Event, GroupId, Header, Layer, NormalRule, OpenOptions, Paint, StrokeId, SynthKind, Tool,
+        Transform, open, synthesize,
+    },
+};
+use zip::CompressionMethod;
+
+use super::files::{Bytes, METADATA, layer_stroke, raw_points, read_sound, sketch, small_tilt, tilt, write};
+
+/// The events, in words that tell every bit: `==` on floats does not (-0.0).
+fn bits(events: &[Event]) -> Vec<String> {
+    events.iter().map(|event| format!("{event:?}")).collect()
+}
+
+fn written(folder: &Path, name: &str, header: &Header, events: &[Event]) -> (PathBuf, TiltCounts) {
+    let mut kept = KeptStrokes::default();
+    events.iter().for_each(|event| kept.note(event));
+    let mut bytes = Vec::new();
+    let counts = write_tilt(&kept, header, Some(b"PNG"), &mut bytes).unwrap();
+    (write(folder, name, &bytes), counts)
+}
+
+/// All of a sound session.
+fn whole(path: &Path) -> (Header, Vec<Event>) {
+    let mut session = open(path, &OpenOptions::default()).unwrap();
+    let events = session.by_ref().map(|event| event.unwrap()).collect();
+    (session.header, events)
+}
+
+/// Reads a sketch, writes it, reads that; both headers and lists of events.
+fn there_and_back(folder: &Path, path: &Path) -> [(Header, Vec<Event>); 2] {
+    let (header, events) = whole(path);
+    let (again, counts) = written(folder, "again.tilt", &header, &events);
+    assert_eq!(counts.notes, [""; 0], "{}", path.display());
+    let (mut header_again, events_again) = whole(&again);
+    header_again.name.clone_from(&header.name);
+    [(header, events), (header_again, events_again)]
+}
+
+/// A stroke of mask 0x1f, as Open Brush writes it.
+fn grouped(brush: u32, flags: u32, group: u32, seed: u32) -> Bytes {
+    let head = Bytes::default().u32s(&[brush]).f32s(&[0.1, 0.7, 0.3, 0.9, 0.0123]).u32s(&[0x1f, 3]);
+    let head = head.u32s(&[flags]).f32s(&[1.7]).u32s(&[group, seed, 1, 2]);
+    let point = |x: f32, ms: u32| {
+        let place = [x, -0.0, 1.0e-3 * x, 0.1, -0.7, 0.1, 0.7, 0.31];
+        Bytes::default().f32s(&place).u32s(&[ms])
+    };
+    head.append(&point(12.345_678, 4_000_000_001)).append(&point(-987.654, 3))
+}
+
+#[test]
+fn a_sketch_comes_back_with_every_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let strokes = [
+        layer_stroke(0, [0.1, 0.2, 0.3, 1.0], 0.5, 2.0, &raw_points(40, [1.0, 2.0, 3.0], 1000)),
+        grouped(1, 2, 7, u32::MAX),
+        layer_stroke(1, [1.0, 0.0, 0.5, 0.25], 0.031, 0.3, &raw_points(9, [-70.1, 0.3, 1.0e5], 10)),
+        grouped(2, 0, 7, 0),
+        layer_stroke(0, [1.0; 4], 1.0, 1.0, &[]),
+    ];
+    // An older brush with the GUID of old, and one that nobody knows.
+    let guids = r#""2d35bcf0-e4d8-452c-97b1-3311be063130","79168f10-6961-464a-8be1-57ed364c5600","00000000-e4d8-452c-97b1-3311be063130""#;
+    let metadata = METADATA.replace("\"2d35bcf0-e4d8-452c-97b1-3311be063130\"", guids).replacen(
+        '{',
+        "{\"Palette\":{\"Colors\":[[1,2,3,255]]},",
+        1,
+    );
+    let sketch = sketch(5, &strokes).0;
+    let bytes =
+        tilt(&[("data.sketch", &sketch), ("metadata.json", metadata.as_bytes())], CompressionMethod::Stored);
+    let path = write(folder.path(), "a.tilt", &bytes);
+    let [(header, events), (header_again, events_again)] = there_and_back(folder.path(), &path);
+    assert_eq!(bits(&events), bits(&events_again));
+    let paint = |event: &Event| if let Event::Begin { paint, .. } = event { paint.clone() } else { None };
+    let paints: Vec<Paint> = events_again.iter().filter_map(|event| Some(*paint(event)?)).collect();
+    assert_eq!((paints[1].sketch_group, paints[1].sketch_flags, paints[1].seed), (7, 2, u32::MAX));
+    assert_eq!((paints[1].brush.as_str(), paints[1].layer, paints[1].hidden), ("CoarseBristles", 1, true));
+    let text = header_again.sketch_metadata.clone().unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        json,
+        serde_json::from_str::<serde_json::Value>(&metadata).unwrap(),
+        "palette, media, all of it"
+    );
+    let without = |header: Header| Header { sketch_metadata: None, ..header };
+    assert_eq!(without(header), without(header_again));
+    // The container is the one that the programs write.
+    let bytes = std::fs::read(folder.path().join("again.tilt")).unwrap();
+    assert_eq!(
+        bytes[..20],
+        Bytes::default().text("tilT").u16(16).u16(1).u32s(&[0, 0]).text("PK\x03\x04").0[..]
+    );
+    let mut zip = zip::ZipArchive::new(std::io::Cursor::new(&bytes[16..])).unwrap();
+    for (at, name) in ["thumbnail.png", "data.sketch", "metadata.json"].into_iter().enumerate() {
+        let entry = zip.by_index(at).unwrap();
+        assert_eq!((&*entry.name().unwrap(), entry.compression()), (name, CompressionMethod::Stored));
+    }
+}
+
+#[test]
+fn edits_of_the_session_are_in_the_sketch() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), "a.tilt", &small_tilt(CompressionMethod::Stored));
+    let mut events = read_sound(&path);
+    let header = open(&path, &OpenOptions::default()).unwrap().header;
+    let (author, t) = (Author::SOLE, 9.0);
+    let turn = Quat::from_xyzw(0.0, 0.5_f32.sqrt(), 0.0, 0.5_f32.sqrt());
+    let to = Transform { p: Vec3::new(1.0, 0.0, 0.0), q: turn, s: 2.0 };
+    let new = |stroke, paint: Option<Paint>, tool| Event::Begin {
+        author,
+        t,
+        stroke: StrokeId(stroke),
+        tool,
+        width: 0.02,
+        color: (1.0, 0.0, 0.0, 1.0),
+        normal: NormalRule::LocalX,
+        thinnest: 0.5,
+        paint: paint.map(Box::new),
+    };
+    let point = |stroke, x: f32| Event::Point {
+        t: 9.5,
+        stroke: StrokeId(stroke),
+        p: Vec3::new(x, 0.0, 0.0),
+        q: Quat::IDENTITY,
+        pressure: 0.5,
+    };
+    let end = |stroke| Event::End { t, stroke: StrokeId(stroke) };
+    events.extend([
+        Event::Erase { author, t, stroke: StrokeId(0) },
+        Event::Group { author, t, group: GroupId(4), strokes: vec![StrokeId(1)], parent: None, name: None },
+        Event::Place { author, t, group: GroupId(4), to },
+        new(10, Some(Paint::new("Ink", 5)), Tool::Ribbon),
+        // Two hands at once.
+        new(11, None, Tool::Ribbon),
+        point(10, 1.0),
+        point(11, 5.0),
+        point(10, 1.5),
+        point(11, 6.0),
+        end(10),
+        end(11),
+        new(12, None, Tool::Tube),
+        point(12, 2.0),
+        end(12),
+        Event::Undo { author, t },
+        Event::Move { author, t, strokes: vec![StrokeId(10)], by: Vec3::Y },
+        Event::Layer {
+            author,
+            t,
+            layer: 1,
+            name: Some("Lines".to_owned()),
+            hidden: Some(false),
+            locked: Some(true),
+            mine: None,
+        },
+        Event::Assign { author, t, layer: 1, strokes: vec![StrokeId(2)] },
+        Event::Head { author, t, p: Vec3::ZERO, q: Quat::IDENTITY },
+        Event::Polygon {
+            author,
+            t,
+            stroke: None,
+            vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            color: (1.0, 1.0, 1.0, 1.0),
+        },
+    ]);
+    let (again, counts) = written(folder.path(), "edited.tilt", &header, &events);
+    assert_eq!((counts.strokes, counts.points), (4, 11));
+    let notes = [
+        "1 stroke without a brush of Tilt Brush is written with the brush Flat",
+        "1 polygon that no stroke drew is left out: .tilt has no place for it",
+        "1 recorded pose of a head is left out: .tilt has no place for it",
+    ];
+    assert_eq!(counts.notes, notes);
+    let back = read_sound(&again);
+    let begins: Vec<(f32, Paint)> = back
+        .iter()
+        .filter_map(|event| match event {
+            Event::Begin { width, paint: Some(paint), .. } => Some((*width, (**paint).clone())),
+            _ => None,
+        })
+        .collect();
+    let brushes: Vec<(&str, u32)> =
+        begins.iter().map(|(_, paint)| (paint.brush.as_str(), paint.layer)).collect();
+    assert_eq!(brushes, [("Flat", 0), ("Flat", 1), ("Ink", 0), ("Flat", 0)]);
+    // The placed one is twice as wide, turned by a quarter about +y, and in a group of its own.
+    assert_eq!((begins[0].0, begins[0].1.scale, begins[0].1.sketch_group), (0.5 * 2.0 * 0.1 * 2.0, 4.0, 1));
+    let places: Vec<(f64, Vec3)> = back
+        .iter()
+        .filter_map(|event| if let Event::Point { t, p, .. } = event { Some((*t, *p)) } else { None })
+        .collect();
+    assert!(places[0].1.abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1.0e-6), "{:?}", places[0]);
+    assert_eq!(places[7], (9.5, Vec3::new(1.0, 1.0, 0.0)), "the moved one");
+    // The plain one lies as it lay: the tracker's x axis, its normal, is where a brush has the way it looks.
+    let Some(Event::Point { q, .. }) = back.iter().rev().find(|event| matches!(event, Event::Point { .. }))
+    else {
+        panic!("a point")
+    };
+    let looks = *q * Vec3::NEG_Z;
+    assert!(looks.dot(Vec3::X).abs() < 1.0e-6 && looks.is_normalized(), "across the travel along x: {looks}");
+    let header = open(&again, &OpenOptions::default()).unwrap().header;
+    let layer = |name: &str| Layer { name: name.to_owned(), hidden: false };
+    assert_eq!(header.layers, [layer("Main Canvas"), layer("Lines")]);
+    assert!(header.sketch_metadata.unwrap().contains(r#""Locked":true"#));
+}
+
+#[test]
+fn a_session_of_ours_becomes_a_sketch_with_its_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut ours = synthesize(SynthKind::Brushes, 20_000, 1);
+    let events: Vec<Event> = ours.by_ref().map(|event| event.unwrap()).collect();
+    let before = ours.header;
+    let (path, _) = written(folder.path(), "ours.tilt", &before, &events);
+    let session = open(&path, &OpenOptions::default()).unwrap();
+    let (camera, before) = (session.header.camera.unwrap(), before.camera.unwrap());
+    assert!(camera.p.abs_diff_eq(before.p, 1.0e-5) && camera.q.abs_diff_eq(before.q, 1.0e-6));
+    // A sketch that was written once comes back with every bit.
+    let [(_, first), (_, second)] = there_and_back(folder.path(), &path);
+    assert!(first.len() > 1000);
+    assert_eq!(bits(&first), bits(&second));
+    // And each number is the nearest that the format has.
+    let points = |events: &[Event]| -> Vec<(f64, Vec3)> {
+        let point = |event: &Event| if let Event::Point { t, p, .. } = event { Some((*t, *p)) } else { None };
+        events.iter().filter_map(point).collect()
+    };
+    let (before, after) = (points(&events), points(&first));
+    assert_eq!(before.len(), after.len());
+    for ((t, p), (t_after, p_after)) in before.into_iter().zip(after) {
+        assert!((t - t_after).abs() <= 0.0005 && p.abs_diff_eq(p_after, 1.0e-6), "{p} {p_after}");
+    }
+}
+
+#[test]
+fn real_sketches_come_back_with_every_bit() {
+    let Some(corpus) = std::env::var_os("OSP_CORPUS").map(PathBuf::from) else {
+        eprintln!("skipped: OSP_CORPUS is not set");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = 0;
+    for part in ["tilt", "brushes"] {
+        for entry in std::fs::read_dir(corpus.join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|ending| ending != "tilt") {
+                continue;
+            }
+            let [(header, events), (header_again, events_again)] = there_and_back(folder.path(), &path);
+            assert_eq!(events.len(), events_again.len(), "{}", path.display());
+            for (event, again) in events.iter().zip(&events_again) {
+                assert_eq!(format!("{event:?}"), format!("{again:?}"), "{}", path.display());
+            }
+            let without = |header: Header| Header { sketch_metadata: None, ..header };
+            assert_eq!(without(header), without(header_again), "{}", path.display());
+            files += 1;
+        }
+    }
+    assert!(files > 30, "{files} sketches");
+}

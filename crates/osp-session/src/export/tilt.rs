@@ -1,0 +1,169 @@
+//! Tilt Brush (Google, 2016) and Open Brush `.tilt`: a 16-byte head and a zip. See [`recording::import`] for its reader.
+//!
+//! [`recording::import`]: crate::recording::import
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io::{Cursor, Write},
+};
+
+use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+
+use super::{
+    gltf::ExportError,
+    kept_strokes::KeptStrokes,
+    tilt_metadata::{Brushes, Layers, metadata},
+    tilt_stroke::{Place, TiltStroke},
+};
+use crate::recording::{
+    GroupId, Header,
+    import::tilt_layout::{MAGIC, SKETCH_MAGIC},
+};
+
+/// Bytes of the head before the zip.
+const HEAD_BYTES: u16 = 16;
+/// Version of the head, and of `data.sketch`: those that Tilt Brush itself writes.
+const HEAD_VERSION: u16 = 1;
+const SKETCH_VERSION: u32 = 5;
+/// Room that the zip's own heads and directory, and the metadata, may need.
+const ZIP_ROOM_BYTES: u64 = 1 << 25;
+
+/// Counts of a written sketch.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TiltCounts {
+    /// Strokes.
+    pub strokes: u64,
+    /// Control points.
+    pub points: u64,
+    /// What the session has and the file has not, or has otherwise, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
+///
+/// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that was
+/// read from a `.tilt` gets back all its metadata, and every stroke that was not changed is read again bit for bit.
+/// The `thumbnail` is a PNG, if there is one.
+///
+/// Numbers are rounded where the session is from elsewhere: positions to the nearest decimetre number of 24 bits,
+/// times to milliseconds. The whole file is in memory: 36 bytes a control point.
+///
+/// # Errors
+/// The output fails, or the sketch does not fit the format.
+pub fn write_tilt(
+    kept: &KeptStrokes,
+    header: &Header,
+    thumbnail: Option<&[u8]>,
+    mut out: impl Write,
+) -> Result<TiltCounts, ExportError> {
+    let mut counts = TiltCounts::default();
+    let mut stand_ins = BTreeMap::<&str, u64>::new();
+    let mut lost = 0;
+    let mut strokes = Vec::new();
+    for (stroke, motion) in kept.iter() {
+        let Some(ready) = TiltStroke::new(stroke, motion) else {
+            lost += 1;
+            continue;
+        };
+        if let Some(name) = ready.stand_in {
+            *stand_ins.entry(name).or_default() += 1;
+        }
+        strokes.push((stroke.id, ready));
+    }
+    let used: BTreeSet<u32> =
+        strokes.iter().filter_map(|(id, _)| Some(kept.scene().stroke(*id)?.layer())).collect();
+    let layers = Layers::new(header, kept.scene(), &used);
+    let mut brushes = Brushes::of(header);
+    let taken = strokes.iter().filter_map(|(_, stroke)| Some(stroke.paint()?.sketch_group)).collect();
+    let mut groups = SketchGroups { taken, given: BTreeMap::new(), last: 0 };
+    let mut sketch: Vec<u8> = Vec::new();
+    let head = [SKETCH_MAGIC, SKETCH_VERSION, 0, 0, strokes.len() as u32];
+    sketch.extend(head.iter().flat_map(|word| word.to_le_bytes()));
+    for (id, stroke) in &strokes {
+        let Some(state) = kept.scene().stroke(*id) else { continue };
+        // Groups of the format are flat: strokes that move together are selected together.
+        let group = match kept.scene().groups_of(state).last() {
+            Some(outermost) => groups.number(*outermost),
+            None => stroke.paint().map_or(0, |paint| paint.sketch_group),
+        };
+        let place = Place { brush: brushes.place(stroke.guid), layer: layers.place(state.layer()), group };
+        stroke.write(&place, &mut sketch);
+        counts.strokes += 1;
+        counts.points += stroke.point_count() as u64;
+        let bytes = sketch.len() as u64 + ZIP_ROOM_BYTES;
+        if u32::try_from(bytes).is_err() {
+            return Err(ExportError::TooLarge(bytes));
+        }
+    }
+    let (metadata, rewritten) = metadata(header, kept.scene(), brushes, &layers);
+    counts.notes = notes(kept, lost, &stand_ins);
+    counts.notes.extend(rewritten);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::with_capacity(sketch.len() + 4096)));
+    let thumbnail = thumbnail.map(|png| ("thumbnail.png", png));
+    let files = [("data.sketch", sketch.as_slice()), ("metadata.json", metadata.as_bytes())];
+    for (name, bytes) in thumbnail.into_iter().chain(files) {
+        // The programs write their files so, and some of their tools read no others.
+        let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        zip.start_file(name, stored).map_err(std::io::Error::from)?;
+        zip.write_all(bytes)?;
+    }
+    let zip = zip.finish().map_err(std::io::Error::from)?.into_inner();
+    out.write_all(MAGIC)?;
+    out.write_all(&HEAD_BYTES.to_le_bytes())?;
+    out.write_all(&HEAD_VERSION.to_le_bytes())?;
+    out.write_all(&[0; 8])?;
+    out.write_all(&zip)?;
+    out.flush()?;
+    Ok(counts)
+}
+
+/// Numbers of groups: those of the sketch that was read stay, the session's own get others.
+struct SketchGroups {
+    taken: BTreeSet<u32>,
+    given: BTreeMap<GroupId, u32>,
+    last: u32,
+}
+
+impl SketchGroups {
+    fn number(&mut self, group: GroupId) -> u32 {
+        *self.given.entry(group).or_insert_with(|| {
+            // There are fewer strokes than numbers.
+            while self.last == 0 || self.taken.contains(&self.last) {
+                self.last = self.last.wrapping_add(1);
+            }
+            self.taken.insert(self.last);
+            self.last
+        })
+    }
+}
+
+/// What is missing in the file, or other than in the session.
+fn notes(kept: &KeptStrokes, lost: u64, stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
+    let many = |count: u64, one: &str, many: &str| match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {many}"),
+    };
+    let mut notes = Vec::new();
+    for (name, &count) in stand_ins {
+        let strokes = many(
+            count,
+            "stroke without a brush of Tilt Brush is",
+            "strokes without a brush of Tilt Brush are",
+        );
+        notes.push(format!("{strokes} written with the brush {name}"));
+    }
+    let polygons = kept.finished_polygons();
+    let left_out = [
+        (polygons, "polygon that no stroke drew", "polygons that no stroke drew"),
+        (lost, "stroke at infinity or shrunk to a point", "strokes at infinity or shrunk to a point"),
+        (kept.heads(), "recorded pose of a head", "recorded poses of a head"),
+        (kept.scene().views().len() as u64, "remembered view", "remembered views"),
+    ];
+    for (count, one, several) in left_out {
+        if count > 0 {
+            let is = if count == 1 { "is" } else { "are" };
+            notes.push(format!("{} {is} left out: .tilt has no place for it", many(count, one, several)));
+        }
+    }
+    notes
+}

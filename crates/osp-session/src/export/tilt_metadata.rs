@@ -1,0 +1,208 @@
+//! `metadata.json` of a `.tilt`: as it was read, or made from the session's header.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::{Quat, Vec3};
+use serde_json::{Map, Value, json};
+
+use crate::{
+    brush,
+    recording::{
+        Camera, Header,
+        import::{axes, tilt_environment::preset_of, tilt_layout::METERS_PER_UNIT},
+    },
+    scene::Scene,
+};
+
+/// Vertical field of view of a thumbnail, degrees: the format has no number for it.
+const THUMBNAIL_FOV_DEGREES: f32 = 80.0;
+/// Largest number of a layer up to which layers without strokes stay, so that the numbers stay.
+const MOST_LAYERS: u32 = 1000;
+
+/// The table of brushes: the GUIDs that were read, and those that came.
+pub(super) struct Brushes {
+    guids: Vec<String>,
+    places: HashMap<String, u32>,
+}
+
+impl Brushes {
+    pub(super) fn of(header: &Header) -> Self {
+        let read = fields_read(header).and_then(|fields| match fields.get("BrushIndex") {
+            Some(Value::Array(guids)) => guids.iter().map(|guid| Some(guid.as_str()?.to_owned())).collect(),
+            _ => None,
+        });
+        let guids: Vec<String> = read.unwrap_or_default();
+        let mut places = HashMap::new();
+        for (guid, at) in guids.iter().zip(0..) {
+            places.entry(guid.clone()).or_insert(at);
+        }
+        // A GUID of an older brush stands for the one that replaced it, unless the table has both.
+        for (guid, at) in guids.iter().zip(0..) {
+            if let Some(brush) = brush::find(guid) {
+                places.entry(brush.guid.clone()).or_insert(at);
+            }
+        }
+        Self { guids, places }
+    }
+
+    /// Place of a brush in the table.
+    pub(super) fn place(&mut self, guid: &str) -> u32 {
+        if let Some(&at) = self.places.get(guid) {
+            return at;
+        }
+        let at = self.guids.len() as u32;
+        self.guids.push(guid.to_owned());
+        self.places.insert(guid.to_owned(), at);
+        at
+    }
+}
+
+/// The layers of a session at its end.
+pub(super) struct Layers {
+    /// Places by the session's numbers.
+    places: BTreeMap<u32, u32>,
+    states: Vec<LayerNow>,
+    /// A single layer that nobody named or changed needs no table.
+    is_plain: bool,
+}
+
+/// Name, whether it differs from the one that was read, and whether the layer is hidden, locked.
+struct LayerNow {
+    name: String,
+    is_renamed: bool,
+    is_hidden: bool,
+    is_locked: bool,
+}
+
+impl Layers {
+    /// Of a session whose strokes are on the layers `used`.
+    pub(super) fn new(header: &Header, scene: &Scene, used: &BTreeSet<u32>) -> Self {
+        let named = header.layers.len() as u32;
+        let mut numbers: BTreeSet<u32> = (0..named).chain(scene.layer_states().keys().copied()).collect();
+        numbers.extend(used);
+        if let Some(&last) = numbers.last().filter(|last| **last < MOST_LAYERS) {
+            numbers.extend(0..last);
+        }
+        let states = numbers.iter().map(|&number| {
+            let read = header.layers.get(number as usize);
+            let now = scene.layer_states().get(&number);
+            let name = now.and_then(|now| now.name.clone()).or(read.map(|read| read.name.clone()));
+            LayerNow {
+                is_renamed: now.is_some_and(|now| now.name.is_some()),
+                name: name.unwrap_or_else(|| match number {
+                    0 => "Main Canvas".to_owned(),
+                    _ => format!("Layer {number}"),
+                }),
+                is_hidden: now.and_then(|now| now.hidden).or(read.map(|read| read.hidden)) == Some(true),
+                is_locked: scene.is_locked(number),
+            }
+        });
+        Self {
+            states: states.collect(),
+            is_plain: named == 0 && scene.layer_states().is_empty() && numbers.iter().all(|&n| n == 0),
+            places: numbers.into_iter().zip(0..).collect(),
+        }
+    }
+
+    /// Place of one of the layers.
+    pub(super) fn place(&self, number: u32) -> u32 {
+        self.places.get(&number).copied().unwrap_or(0)
+    }
+
+    /// Puts the layers into a table; entries that are there keep what else they have.
+    fn fill(&self, fields: &mut Map<String, Value>) {
+        if self.is_plain {
+            return;
+        }
+        let read = match fields.remove("Layers") {
+            Some(Value::Array(read)) => read,
+            _ => Vec::new(),
+        };
+        let mut read = read.into_iter();
+        let layers = self.states.iter().map(|state| {
+            let mut layer = match read.next() {
+                Some(Value::Object(layer)) => layer,
+                _ => Map::new(),
+            };
+            // A reader may have shortened a name.
+            if state.is_renamed || !layer.contains_key("Name") {
+                layer.insert("Name".to_owned(), state.name.as_str().into());
+            }
+            layer.insert("Visible".to_owned(), (!state.is_hidden).into());
+            if state.is_locked || layer.contains_key("Locked") {
+                layer.insert("Locked".to_owned(), state.is_locked.into());
+            }
+            Value::Object(layer)
+        });
+        let mut layers: Vec<Value> = layers.collect();
+        layers.extend(read);
+        fields.insert("Layers".to_owned(), layers.into());
+    }
+}
+
+/// The text of the metadata, and what of the header is not in it, a line each.
+pub(super) fn metadata(
+    header: &Header,
+    scene: &Scene,
+    brushes: Brushes,
+    layers: &Layers,
+) -> (String, Vec<String>) {
+    let (mut fields, notes) = match fields_read(header) {
+        Some(fields) => (fields, Vec::new()),
+        None => fields_made(header, scene),
+    };
+    fields.insert("BrushIndex".to_owned(), brushes.guids.into());
+    layers.fill(&mut fields);
+    (Value::Object(fields).to_string(), notes)
+}
+
+/// The metadata of the sketch that the session comes from.
+fn fields_read(header: &Header) -> Option<Map<String, Value>> {
+    serde_json::from_str(header.sketch_metadata.as_deref()?).ok()
+}
+
+/// Metadata of a session that comes from elsewhere: room, scene and canvas are one space.
+fn fields_made(header: &Header, scene: &Scene) -> (Map<String, Value>, Vec<String>) {
+    let mut fields = Map::new();
+    let mut notes = Vec::new();
+    let mut put = |name: &str, value: Value| _ = fields.insert(name.to_owned(), value);
+    put("ApplicationName", "osp".into());
+    put("ApplicationVersion", env!("CARGO_PKG_VERSION").into());
+    put("SchemaVersion", 2.into());
+    let mut authors: Vec<&str> = Vec::new();
+    for (_, info) in scene.authors().filter(|(_, info)| !info.name.is_empty()) {
+        if !authors.contains(&info.name.as_str()) {
+            authors.push(&info.name);
+        }
+    }
+    if !authors.is_empty() {
+        put("Authors", json!(authors));
+    }
+    put("SceneTransformInRoomSpace", transform(Vec3::ZERO, Quat::IDENTITY));
+    if let Some(Camera { p, q, fov_degrees, .. }) = header.camera {
+        put("ThumbnailCameraTransformInRoomSpace", transform(p, q));
+        if fov_degrees != THUMBNAIL_FOV_DEGREES {
+            notes.push(format!(
+                "the camera's field of view of {fov_degrees} degrees is left out: .tilt has no place for it"
+            ));
+        }
+    }
+    if let Some(environment) = &header.environment {
+        let preset = preset_of(environment);
+        if let Some((guid, _)) = preset {
+            put("EnvironmentPreset", guid.into());
+        }
+        if preset.is_none_or(|(_, is_unchanged)| !is_unchanged) {
+            notes.push(
+                "changes of light and background are left out: the session has no .tilt metadata".to_owned(),
+            );
+        }
+    }
+    (fields, notes)
+}
+
+/// A pose of ours as the format has it: position in units, rotation, scale, in Unity's axes.
+fn transform(p: Vec3, q: Quat) -> Value {
+    let p = axes::position_from_unity(p / METERS_PER_UNIT);
+    json!([p.to_array(), axes::rotation_from_unity(q).to_array(), 1.0])
+}

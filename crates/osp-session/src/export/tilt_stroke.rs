@@ -1,0 +1,209 @@
+//! A stroke in the terms of a `.tilt`: decimetres, Unity's axes, a brush of Tilt Brush.
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::kept_strokes::{KeptPoint, KeptStroke};
+use crate::{
+    brush::{self, Brush},
+    recording::{
+        Motion, NormalRule, Paint, Tool,
+        import::{
+            axes,
+            tilt_layout::{METERS_PER_UNIT, point_mask, stroke_mask},
+        },
+    },
+    stroke::{Sample, frame},
+};
+use osp::math::{COORDINATE_LIMIT_M, TOLERANCE_M, unit};
+
+/// The brushes that come nearest to a stroke without one: a ribbon, a tube, and the hull of a wall's corners.
+const PLAIN: [(Tool, &str); 3] = [(Tool::Ribbon, "Flat"), (Tool::Tube, "Wire"), (Tool::Wall, "MatteHull")];
+
+/// Units in the last place around the nearest number in which a factor's inverse is looked for: two products round by
+/// one each, and a unit before them is up to two after them.
+const INVERSE_REACH: u32 = 8;
+
+/// A stroke that is ready to be written.
+pub(super) struct TiltStroke<'s> {
+    stroke: &'s KeptStroke,
+    motion: Motion,
+    /// GUID of its brush.
+    pub(super) guid: &'s str,
+    /// Name of the brush that stands for a missing one.
+    pub(super) stand_in: Option<&'static str>,
+    /// Brush of a stroke without one: it decides how pressures become widths.
+    plain: Option<&'static Brush>,
+    size_units: f32,
+    scale: f32,
+}
+
+/// A stroke's place among those of a file.
+pub(super) struct Place {
+    /// Place in the table of brushes.
+    pub(super) brush: u32,
+    pub(super) layer: u32,
+    /// 0 for none.
+    pub(super) group: u32,
+}
+
+impl<'s> TiltStroke<'s> {
+    /// `None` if the format has no number for its width or a point: it was shrunk to a point, or is too far away.
+    pub(super) fn new(stroke: &'s KeptStroke, motion: Motion) -> Option<Self> {
+        let paint = stroke.paint.as_deref();
+        let named = paint.map_or("", |paint| &paint.brush);
+        let known = brush::find(named);
+        let plain = match known {
+            None if !is_guid(named) => {
+                PLAIN.iter().find(|(tool, _)| *tool == stroke.tool).and_then(|(_, name)| brush::find(name))
+            }
+            _ => None,
+        };
+        let guid = known.or(plain).map_or(named, |brush| &brush.guid);
+        let (mut width_m, mut scale) = (stroke.width_m, paint.map_or(1.0, |paint| paint.scale));
+        if motion != Motion::STAY {
+            (width_m, scale) = (width_m * motion.to.s, scale * motion.to.s);
+        }
+        let size_units = unscaled(width_m, scale);
+        let is_sound = size_units.is_finite() && scale > 0.0 && scale.is_finite();
+        let stand_in = plain.map(|brush| brush.name.as_str());
+        let this = Self { stroke, motion, guid, stand_in, plain, size_units, scale };
+        let is_near = |p: Vec3| p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M;
+        (is_sound && stroke.points.iter().all(|point| is_near(this.moved(point).p))).then_some(this)
+    }
+
+    pub(super) fn paint(&self) -> Option<&'s Paint> {
+        self.stroke.paint.as_deref()
+    }
+
+    pub(super) fn point_count(&self) -> usize {
+        self.stroke.points.len()
+    }
+
+    /// Appends it as `data.sketch` holds it.
+    pub(super) fn write(&self, place: &Place, out: &mut Vec<u8>) {
+        let paint = self.paint();
+        let seed = paint.map_or(0, |paint| paint.seed);
+        let flags = paint.map_or(0, |paint| paint.sketch_flags);
+        let (r, g, b, a) = self.stroke.color;
+        let mut words = vec![place.brush];
+        words.extend([r, g, b, a, self.size_units].map(f32::to_bits));
+        let bit = |bit: u32| 1 << bit;
+        let group = if place.group == 0 { 0 } else { bit(stroke_mask::GROUP) };
+        let mask = bit(stroke_mask::FLAGS) | bit(stroke_mask::SCALE) | group;
+        words.push(mask | bit(stroke_mask::SEED) | bit(stroke_mask::LAYER));
+        words.push(bit(point_mask::PRESSURE) | bit(point_mask::TIME_STAMP));
+        words.extend([flags, self.scale.to_bits()]);
+        words.extend((place.group != 0).then_some(place.group));
+        words.extend([seed, place.layer, self.stroke.points.len() as u32]);
+        let points = match self.plain {
+            Some(brush) => self.plain_points(brush),
+            None => self.stroke.points.clone(),
+        };
+        for point in &points {
+            let KeptPoint { t, p, q, pressure } = self.moved(point);
+            let p = axes::position_from_unity(p).to_array().map(|x| unscaled(x, 1.0));
+            let q = axes::rotation_from_unity(q).to_array();
+            words.extend(p.into_iter().chain(q).chain([pressure]).map(f32::to_bits));
+            // A cast ends at the least and the greatest number.
+            words.push((t * 1000.0).round() as u32);
+        }
+        out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    }
+
+    /// A point in the world. A stroke that was not moved keeps every bit.
+    fn moved(&self, point: &KeptPoint) -> KeptPoint {
+        if self.motion == Motion::STAY {
+            return *point;
+        }
+        KeptPoint { p: self.motion.point(point.p), q: self.motion.orientation(point.q), ..*point }
+    }
+
+    /// The points of a stroke without a brush, for the brush that stands in: the tracker looks along the ribbon's normal,
+    /// and pressures give the same widths, as far as the brush has them.
+    fn plain_points(&self, brush: &Brush) -> Vec<KeptPoint> {
+        let points = &self.stroke.points;
+        let least = brush.pressure_size_min;
+        let mut side = None;
+        let mut turned = |at: usize| {
+            let point = points[at];
+            let steps = [(at.checked_sub(1), Some(at)), (Some(at), Some(at + 1))];
+            let step = steps.into_iter().find_map(|(from, to)| {
+                let step = points.get(to?)?.p - points.get(from?)?.p;
+                (step.length() > TOLERANCE_M).then(|| step.normalize_or_zero())
+            });
+            let Some(travel) = step.filter(|step| *step != Vec3::ZERO) else { return point.q };
+            let sample = Sample { position: point.p, orientation: unit(point.q), pressure: point.pressure };
+            let width = frame::side(self.stroke.normal, &sample, travel, side);
+            side = Some(width);
+            // Local x, y and z in the world: the tracker looks along -z.
+            let normal = width.cross(travel).normalize_or_zero();
+            if normal == Vec3::ZERO {
+                return point.q;
+            }
+            let right = travel.cross(-normal).normalize_or_zero();
+            Quat::from_mat3(&Mat3::from_cols(right, travel, -normal))
+        };
+        let pressure = |pressure: f32| {
+            let size = self.stroke.thinnest + (1.0 - self.stroke.thinnest) * pressure.clamp(0.0, 1.0);
+            if least < 1.0 { ((size - least) / (1.0 - least)).clamp(0.0, 1.0) } else { pressure }
+        };
+        let is_ribbon = self.stroke.tool == Tool::Ribbon && self.stroke.normal != NormalRule::Travel;
+        (0..points.len())
+            .map(|at| KeptPoint {
+                q: if is_ribbon { turned(at) } else { points[at].q },
+                pressure: pressure(points[at].pressure),
+                ..points[at]
+            })
+            .collect()
+    }
+}
+
+/// Whether a brush is named by a GUID, as a program names one that this crate does not know.
+fn is_guid(name: &str) -> bool {
+    let is_hyphen = |at: usize| [8, 13, 18, 23].contains(&at);
+    let is_part =
+        |(at, byte): (usize, u8)| if is_hyphen(at) { byte == b'-' } else { byte.is_ascii_hexdigit() };
+    name.len() == 36 && name.bytes().enumerate().all(is_part)
+}
+
+/// The number of units that a reader scales to these metres, bit for bit if there is one, else the nearest.
+fn unscaled(meters: f32, scale: f32) -> f32 {
+    let nearest = (f64::from(meters) / f64::from(METERS_PER_UNIT) / f64::from(scale)) as f32;
+    let reads = |units: &f32| (units * scale * METERS_PER_UNIT).to_bits() == meters.to_bits();
+    let (mut below, mut above) = (nearest, nearest);
+    for _ in 0..=INVERSE_REACH {
+        if let Some(found) = [below, above].into_iter().find(reads) {
+            return found;
+        }
+        (below, above) = (below.next_down(), above.next_up());
+    }
+    nearest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_that_were_read_come_back_to_the_same_metres() {
+        let mut units = 1.0e-6_f32;
+        while units < 1.0e6 {
+            for scale in [1.0, 0.37, 2.0, 11.3] {
+                for units in [units, -units, units.next_up()] {
+                    let meters = units * scale * METERS_PER_UNIT;
+                    let back = unscaled(meters, scale) * scale * METERS_PER_UNIT;
+                    assert_eq!(back.to_bits(), meters.to_bits(), "{units} x {scale}");
+                }
+            }
+            units *= 1.0173;
+        }
+        assert_eq!(unscaled(-0.0, 1.0).to_bits(), (-0.0_f32).to_bits());
+    }
+
+    #[test]
+    fn guids_are_told_from_names() {
+        assert!(is_guid("2d35bcf0-e4d8-452c-97b1-3311be063130"));
+        assert!(!is_guid("Flat") && !is_guid("2d35bcf0-e4d8-452c-97b1-3311be06313x"));
+        assert!(!is_guid("2d35bcf0xe4d8-452c-97b1-3311be063130"));
+    }
+}

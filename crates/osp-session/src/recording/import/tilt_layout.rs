@@ -1,0 +1,24 @@
+//! Numbers of the `.tilt` format that its reader and its writer share.
+
+/// The first bytes of a file.
+pub(crate) const MAGIC: &[u8] = b"tilT";
+/// The first word of `data.sketch`.
+pub(crate) const SKETCH_MAGIC: u32 = 0xC576_A5CD;
+/// Metres in a unit of canvas or room space.
+pub(crate) const METERS_PER_UNIT: f32 = 0.1;
+
+/// Bits of a stroke's mask: each of the lower half adds one word, each of the upper half a length and that many bytes.
+pub(crate) mod stroke_mask {
+    pub(crate) const FLAGS: u32 = 0;
+    pub(crate) const SCALE: u32 = 1;
+    pub(crate) const GROUP: u32 = 2;
+    pub(crate) const SEED: u32 = 3;
+    pub(crate) const LAYER: u32 = 4;
+    pub(crate) const FIRST_LONG: u32 = 16;
+}
+
+/// Bits of a control point's mask: each adds one word.
+pub(crate) mod point_mask {
+    pub(crate) const PRESSURE: u32 = 0;
+    pub(crate) const TIME_STAMP: u32 = 1;
+}
