@@ -140,8 +140,7 @@ pub fn main_bounds(scene: &Scene, bounds: &Aabb) -> Aabb {
     let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
     let room = 0.5 * (high - low).max_element();
     let main = Aabb { min: bounds.min.max(low - room), max: bounds.max.min(high + room) };
-    // A box without extent, or an inverted one, is useless: polygons may be larger than the distances between their
-    // centres.
+    // The box of the centres may have no extent, and polygons may be larger than it: then all of `bounds` is shown.
     if room > 0.0 && main.min.cmple(main.max).all() { main } else { *bounds }
 }
 
@@ -224,8 +223,7 @@ impl CameraPath {
     }
 
     fn orbit(&self, frame: u64) -> View {
-        // 1 / sin(30 degrees) = 2 radii put the whole bounding sphere into a 60 degree view; 1.9 radii crop only its
-        // rim.
+        // From 1 / sin(30 degrees) = 2 radii the whole bounding sphere fits into a 60 degree view.
         let eye = self.center + (Self::on_circle(frame) + Vec3::Y * 0.3) * (1.9 * self.radius_m);
         let projection = self.projection(FOV_DEGREES, 1.0e-3 * self.radius_m, eye);
         View::look_at(eye, self.center, projection)

@@ -163,8 +163,8 @@ impl<I: Iterator<Item = Result<Event, RecordingError>>> Replay<I> {
         }
         let count = self.lanes.len();
         for turn in 0..count {
-            // Each frame begins with a different lane, so that no lane always runs first after the reader, when caches
-            // are cold.
+            // Each frame begins with a different lane, so that no lane always starts with the caches as the reader left
+            // them.
             let at = (turn + moment.frame as usize) % count;
             let (scene, changes) = (self.player.scene(), self.player.changes());
             let applying = self.player.applying();
