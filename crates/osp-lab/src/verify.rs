@@ -10,8 +10,8 @@ use osp::{
     frame::StageClock,
     index::{DrawList, SpatialIndex},
     occlusion::{
-        BuildCounts, CullConfig, CullCounts, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller,
-        PoolConfig, PreviousFrameOccluders, SelectConfig, SelectCounts, Soundness, ViewInput, ViewOcclusion,
+        CullConfig, OccluderPool, Occlusion, OcclusionConfig, OcclusionCuller, PoolConfig,
+        PreviousFrameOccluders, SelectConfig, Soundness, ViewInput, ViewOcclusion,
     },
     polygon::{Change, Geometry, PolygonId, VisibleBlocks},
     view::{View, ViewWindow},
@@ -98,12 +98,14 @@ pub struct Totals {
     pub drawn: u64,
     /// Polygons that it left more than once, or that are not in the view.
     pub misreported: u64,
-    /// Counts of the tests of nodes and polygons.
-    pub cull: CullCounts,
-    /// Counts of the choice of occluders.
-    pub select: SelectCounts,
-    /// Counts of building the culler.
-    pub build: BuildCounts,
+    /// Occluders used.
+    pub occluders: u64,
+    /// Nodes of the culler, or tiles that are covered.
+    pub planes: u64,
+    /// Nodes tested.
+    pub node_tests: u64,
+    /// Polygons tested.
+    pub polygon_tests: u64,
     /// Choosing occluders, nanoseconds.
     pub select_ns: u64,
     /// Building the culler, nanoseconds.
@@ -163,8 +165,6 @@ impl Trial {
 pub struct ViewTotals {
     /// Views verified.
     pub views: u64,
-    /// Views with a degenerate projection, which are left out.
-    pub unusable: u64,
     /// Polygons in the frustum.
     pub in_view: u64,
     /// Visible polygons among them.
@@ -308,10 +308,8 @@ impl Verifier {
 
     /// Verifies one view: finds the truth, then runs every method.
     pub fn look(&mut self, scene: &Scene, view: &View) {
-        let Some(window) = view.window() else {
-            self.views.unusable += 1;
-            return;
-        };
+        // A degenerate projection shows nothing.
+        let Some(window) = view.window() else { return };
         self.index.commit();
         let frustum = view.frustum();
         fastest(&self.clock, self.config.repeats, &mut self.views.frustum_ns, &mut || {
@@ -366,7 +364,10 @@ impl Verifier {
                     let cull = look.fastest(&mut totals.query_ns, cull);
                     self.drawn.clear();
                     self.drawn.extend(left.ids());
-                    totals.add_counts(&select, &build, &cull);
+                    totals.occluders += u64::from(select.chosen);
+                    totals.planes += u64::from(build.nodes);
+                    totals.node_tests += cull.node_tests;
+                    totals.polygon_tests += cull.polygon_tests;
                     totals.add(look.number, &self.drawn, &mut self.truth, &self.in_view);
                 }
                 Means::Last(last) => {
@@ -407,11 +408,6 @@ impl Verifier {
     /// The sums over the views that do not depend on a method.
     pub fn views(&self) -> &ViewTotals {
         &self.views
-    }
-
-    /// The candidates.
-    pub fn pool(&self) -> &OccluderPool {
-        &self.pool
     }
 }
 
@@ -461,10 +457,9 @@ impl Look<'_> {
                 counts
             };
             let counts = self.fastest(&mut totals.query_ns, cull);
-            totals.select.chosen += counts.occluders as u32;
-            totals.build.occluders += counts.occluders as u32;
-            totals.build.nodes += counts.tiles as u32;
-            totals.cull.polygon_tests += counts.tests;
+            totals.occluders += counts.occluders as u64;
+            totals.planes += counts.tiles as u64;
+            totals.polygon_tests += counts.tests;
             totals.add(self.number, &list(left), truth, self.in_view);
         }
     }
@@ -509,26 +504,6 @@ impl Totals {
         self.first_false = frame.first_false;
         self.false_culls += frame.false_culls;
         self.misreported += frame.misreported;
-    }
-
-    fn add_counts(&mut self, select: &SelectCounts, build: &BuildCounts, cull: &CullCounts) {
-        self.select.candidates += select.candidates;
-        self.select.seen += select.seen;
-        self.select.measured += select.measured;
-        self.select.covered += select.covered;
-        self.select.chosen += select.chosen;
-        self.build.occluders += build.occluders;
-        self.build.nodes += build.nodes;
-        self.build.depth = self.build.depth.max(build.depth);
-        self.build.pieces += build.pieces;
-        self.build.left_out += build.left_out;
-        self.cull.node_tests += cull.node_tests;
-        self.cull.hidden += cull.hidden;
-        self.cull.unoccluded += cull.unoccluded;
-        self.cull.polygon_tests += cull.polygon_tests;
-        self.cull.hidden_polygons += cull.hidden_polygons;
-        self.cull.skipped += cull.skipped;
-        self.cull.steps += cull.steps;
     }
 }
 

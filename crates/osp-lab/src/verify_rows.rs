@@ -43,15 +43,14 @@ impl Verifier {
         }
         for trial in self.trials() {
             let totals = trial.totals();
-            let mean = |count: u32| totals.mean(u64::from(count));
             let us = |ns: u64| totals.mean(ns) / 1000.0;
             let mut figures = rows.of(PART, recording, trial.row_name());
-            figures.value("used", "", mean(totals.select.chosen));
+            figures.value("used", "", totals.mean(totals.occluders));
             found(&mut figures, totals);
             figures
-                .value("nodes_tested", "1/view", totals.mean(totals.cull.node_tests))
-                .value("polygons_tested", "1/view", totals.mean(totals.cull.polygon_tests))
-                .value("planes", "", mean(totals.build.nodes))
+                .value("nodes_tested", "1/view", totals.mean(totals.node_tests))
+                .value("polygons_tested", "1/view", totals.mean(totals.polygon_tests))
+                .value("planes", "", totals.mean(totals.planes))
                 .value("select", "us", us(totals.select_ns))
                 .value("build", "us", us(totals.build_ns))
                 .value("query", "us", us(totals.query_ns));

@@ -243,6 +243,6 @@ fn what_was_visible_last_is_compared_with_the_truth() {
         // What the first frame has drawn hides most in the next ones, where each view is a jump from the last.
         assert!(totals.hidden_culled_percent() > least, "{}", totals.hidden_culled_percent());
         assert_eq!((totals.views, totals.misreported), (3, 0));
-        assert!(totals.build.occluders > 0 && totals.build.nodes > 0 && totals.cull.polygon_tests > 0);
+        assert!(totals.occluders > 0 && totals.planes > 0 && totals.polygon_tests > 0);
     }
 }

@@ -5,7 +5,7 @@ use std::{
     str::FromStr,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicBool, Ordering},
         mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
     },
     thread::{self, JoinHandle},
@@ -121,37 +121,31 @@ pub struct Counts {
 
 #[derive(Debug, Default)]
 struct Shared {
-    messages: AtomicU64,
-    malformed: AtomicU64,
-    dropped: AtomicU64,
-    refused: AtomicU64,
-    lost: AtomicU64,
-    /// One more than the number of the sender's last frame; 0 before the first.
-    last_frame: AtomicU64,
-    has_given_up: AtomicBool,
+    tally: Mutex<Tally>,
     is_over: AtomicBool,
-    unknown: Mutex<UnknownBrushes>,
     /// Whether `wake` was called since the last [`Tracker::take`].
     is_woken: AtomicBool,
 }
 
-/// Unknown brushes that a tracker has chosen.
 #[derive(Debug, Default)]
-struct UnknownBrushes {
-    names: Vec<String>,
-    /// Number of them that have been reported.
+struct Tally {
+    counts: Counts,
+    /// One more than the number of the sender's last frame; 0 before the first.
+    last_frame: u64,
+    /// Unknown brushes that the tracker has chosen, and how many of them have been reported.
+    unknown: Vec<String>,
     told: usize,
 }
 
 impl Shared {
-    fn unknown(&self) -> MutexGuard<'_, UnknownBrushes> {
-        // The list is whole whatever the holder did.
-        self.unknown.lock().unwrap_or_else(PoisonError::into_inner)
+    fn tally(&self) -> MutexGuard<'_, Tally> {
+        // It is whole whatever the holder did.
+        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn note_unknown(&self, name: &str) {
         let name = &name[..name.floor_char_boundary(Paint::MAX_NAME_BYTES)];
-        let names = &mut self.unknown().names;
+        let names = &mut self.tally().unknown;
         if names.len() < MOST_UNKNOWN_BRUSHES && !names.iter().any(|known| known == name) {
             names.push(name.to_owned());
         }
@@ -206,9 +200,9 @@ impl Tracker {
                 let (door, z_up) = (Door::new(options.clone()), options.z_up);
                 builder.spawn(move || output.listen(&socket, door, z_up)).map_err(failed(name))
             }
-            TrackerAddress::StandardInput => builder
-                .spawn(move || _ = output.read_lines(io::stdin(), AtEnd::Stop))
-                .map_err(failed("-".to_owned())),
+            TrackerAddress::StandardInput => {
+                builder.spawn(move || _ = output.read_lines(io::stdin())).map_err(failed("-".to_owned()))
+            }
             TrackerAddress::File(path) => {
                 let name = path.display().to_string();
                 let file = open_regular(path).map_err(failed(name.clone()))?;
@@ -243,23 +237,15 @@ impl Tracker {
 
     /// The unknown brushes that messages have chosen since the last call; each is named once.
     pub fn unknown_brushes(&self) -> Vec<String> {
-        let mut unknown = self.shared.unknown();
-        let told = unknown.told;
-        unknown.told = unknown.names.len();
-        unknown.names[told..].to_vec()
+        let mut tally = self.shared.tally();
+        let told = tally.told;
+        tally.told = tally.unknown.len();
+        tally.unknown[told..].to_vec()
     }
 
     /// The counts so far.
     pub fn counts(&self) -> Counts {
-        Counts {
-            messages: self.shared.messages.load(Ordering::Relaxed),
-            malformed: self.shared.malformed.load(Ordering::Relaxed),
-            dropped: self.shared.dropped.load(Ordering::Relaxed),
-            refused: self.shared.refused.load(Ordering::Relaxed),
-            lost: (self.shared.last_frame.load(Ordering::Relaxed) > 0)
-                .then(|| self.shared.lost.load(Ordering::Relaxed)),
-            has_given_up: self.shared.has_given_up.load(Ordering::Relaxed),
-        }
+        self.shared.tally().counts
     }
 }
 
@@ -271,13 +257,6 @@ impl Drop for Tracker {
             let _ = thread.join();
         }
     }
-}
-
-/// Behaviour of a reader at the end of a stream.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum AtEnd {
-    Stop,
-    Wait,
 }
 
 /// Why reading lines has ended.
@@ -302,7 +281,7 @@ impl Output {
 
     /// Queues a message of a socket, if there is room: later messages are newer.
     fn pass_on(&self, from: SocketAddr, message: Message) {
-        self.shared.messages.fetch_add(1, Ordering::Relaxed);
+        self.shared.tally().counts.messages += 1;
         if self.sender.try_send(Came { at: Instant::now(), from: Some(from), message }).is_err() {
             self.note_dropped(1);
         }
@@ -310,7 +289,7 @@ impl Output {
 
     /// Queues a message of a stream, once there is room: all of it is a drawing, and the stream can wait.
     fn pass_on_patiently(&self, message: Message) {
-        self.shared.messages.fetch_add(1, Ordering::Relaxed);
+        self.shared.tally().counts.messages += 1;
         let mut heard = Came { at: Instant::now(), from: None, message };
         while let Err(TrySendError::Full(back)) = self.sender.try_send(heard) {
             if self.is_over() {
@@ -322,11 +301,11 @@ impl Output {
     }
 
     fn note_malformed(&self, count: u64) {
-        self.shared.malformed.fetch_add(count, Ordering::Relaxed);
+        self.shared.tally().counts.malformed += count;
     }
 
     fn note_dropped(&self, count: u64) {
-        self.shared.dropped.fetch_add(count, Ordering::Relaxed);
+        self.shared.tally().counts.dropped += count;
     }
 
     /// Counts the frames between the last one and this. A late frame no longer counts as lost; a restarted sender adds
@@ -336,17 +315,18 @@ impl Output {
         const MOST_LOST: u64 = 100_000;
         /// A sender that is farther behind has restarted.
         const LATE: u64 = 1000;
-        let Shared { lost, last_frame, .. } = &*self.shared;
-        let (next, expected) = (u64::from(number) + 1, last_frame.load(Ordering::Relaxed));
-        if next <= expected && expected - next < LATE {
-            // It was counted as lost when a later one came.
-            let _ = lost.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |lost| lost.checked_sub(1));
-            return;
-        }
-        last_frame.store(next, Ordering::Relaxed);
+        let mut tally = self.shared.tally();
+        let (next, expected) = (u64::from(number) + 1, tally.last_frame);
+        let lost = tally.counts.lost.unwrap_or(0);
         let missing = next.saturating_sub(expected + 1);
-        if expected > 0 && missing <= MOST_LOST {
-            lost.fetch_add(missing, Ordering::Relaxed);
+        tally.counts.lost = Some(match next {
+            // It was counted as lost when a later one came.
+            _ if next <= expected && expected - next < LATE => lost.saturating_sub(1),
+            _ if expected > 0 && missing <= MOST_LOST => lost + missing,
+            _ => lost,
+        });
+        if next > expected || expected - next >= LATE {
+            tally.last_frame = next;
         }
     }
 
@@ -368,7 +348,7 @@ impl Output {
             match door.admit(from, packet, now) {
                 Admission::Read => {}
                 Admission::Refused => {
-                    self.shared.refused.fetch_add(1, Ordering::Relaxed);
+                    self.shared.tally().counts.refused += 1;
                     continue;
                 }
                 Admission::TooMany => {
@@ -410,7 +390,7 @@ impl Output {
 
     fn tail(&self, mut file: File, path: &std::path::Path) {
         // A log that was started again is shorter than the part read so far: it is read from its beginning.
-        while self.read_lines(&mut file, AtEnd::Wait) == LinesEnd::Shorter {
+        while self.read_lines(&mut file) == LinesEnd::Shorter {
             let rewound = file.seek(SeekFrom::Start(0)).is_ok();
             if !rewound || !path.exists() {
                 return;
@@ -426,8 +406,8 @@ impl Output {
         }
     }
 
-    /// Reads lines until the end, or (waiting) until the file has become shorter.
-    fn read_lines(&self, stream: impl Read + MaybeSized, at_end: AtEnd) -> LinesEnd {
+    /// Reads lines until the end. A file that has a size may grow, until it has become shorter.
+    fn read_lines(&self, stream: impl Read + MaybeSized) -> LinesEnd {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         let mut consumed = 0u64;
@@ -449,14 +429,14 @@ impl Output {
                 self.wake();
             } else if unbroken > MAX_UNBROKEN_BYTES {
                 self.note_malformed(1);
-                self.shared.has_given_up.store(true, Ordering::Relaxed);
+                self.shared.tally().counts.has_given_up = true;
                 self.wake();
                 return LinesEnd::Over;
             } else if line.len() as u64 == MAX_LINE_BYTES {
                 line.clear();
             } else if read == 0 {
-                match at_end {
-                    AtEnd::Stop => {
+                match reader.get_ref().size() {
+                    None => {
                         if let Ok(text) = str::from_utf8(&line)
                             && unbroken <= MAX_LINE_BYTES
                         {
@@ -465,12 +445,8 @@ impl Output {
                         }
                         return LinesEnd::Over;
                     }
-                    AtEnd::Wait => {
-                        if reader.get_ref().size().is_some_and(|size| size < consumed) {
-                            return LinesEnd::Shorter;
-                        }
-                        thread::sleep(NAP);
-                    }
+                    Some(size) if size < consumed => return LinesEnd::Shorter,
+                    Some(_) => thread::sleep(NAP),
                 }
             }
         }

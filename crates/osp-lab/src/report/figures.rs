@@ -119,13 +119,7 @@ mod tests {
         for &(frame, us) in frames {
             let cull = Stage { ns: us * 1000, allocations: 0 };
             let record = FrameRecord { frame, cull, ..FrameRecord::default() };
-            run.add(&LaneFrame {
-                record,
-                in_view: 0,
-                drawn: 0,
-                fingerprinting: Stage::default(),
-                catches_up: false,
-            });
+            run.add(&LaneFrame { record, in_view: 0, drawn: 0, catches_up: false });
         }
         run
     }

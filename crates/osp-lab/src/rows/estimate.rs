@@ -14,8 +14,6 @@ pub struct Estimate {
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
-    /// Values that went in.
-    pub values: usize,
 }
 
 impl Estimate {
@@ -25,13 +23,13 @@ impl Estimate {
         let (n, &first, &last) = (values.len(), values.first()?, values.last()?);
         let median = f64::midpoint(values[(n - 1) / 2], values[n / 2]);
         if n < 6 {
-            return Some(Self { median, low: first, high: last, values: n });
+            return Some(Self { median, low: first, high: last });
         }
         // The number of values below the true median is binomial with p = 1/2.
         let (middle, spread) = (n as f64 / 2.0, Z_95 * (n as f64).sqrt() / 2.0);
         let low = (middle - spread).floor().max(1.0) as usize - 1;
         let high = (middle + spread).ceil().min(n as f64 - 1.0) as usize;
-        Some(Self { median, low: values[low], high: values[high], values: n })
+        Some(Self { median, low: values[low], high: values[high] })
     }
 }
 
@@ -49,11 +47,11 @@ mod tests {
     fn the_interval_is_that_of_the_order_statistics() {
         assert_eq!(Estimate::of(&mut []), None);
         let of = |n: usize| Estimate::of(&mut (1..=n).rev().map(|i| i as f64).collect::<Vec<_>>());
-        let estimate = |median, low, high, values| Some(Estimate { median, low, high, values });
-        assert_eq!(of(1), estimate(1.0, 1.0, 1.0, 1));
-        assert_eq!(of(4), estimate(2.5, 1.0, 4.0, 4));
+        let estimate = |median, low, high| Some(Estimate { median, low, high });
+        assert_eq!(of(1), estimate(1.0, 1.0, 1.0));
+        assert_eq!(of(4), estimate(2.5, 1.0, 4.0));
         // Tables of the binomial distribution give the 40th and the 61st of 100 values.
-        assert_eq!(of(100), estimate(50.5, 40.0, 61.0, 100));
+        assert_eq!(of(100), estimate(50.5, 40.0, 61.0));
     }
 
     #[test]

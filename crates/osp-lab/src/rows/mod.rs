@@ -177,7 +177,7 @@ impl Figures<'_> {
 
     /// The median of some values with its interval; nothing for no value.
     pub fn median(&mut self, figure: &str, unit: &'static str, mut values: Vec<f64>) -> &mut Self {
-        if let Some(Estimate { median, low, high, .. }) = Estimate::of(&mut values) {
+        if let Some(Estimate { median, low, high }) = Estimate::of(&mut values) {
             self.push(figure, unit, median, Some((low, high)));
         }
         self

@@ -91,12 +91,13 @@ impl Lane {
             true => fingerprint_of_views(self.pipeline.draw_lists().iter().map(VisibleBlocks::ids)),
             false => in_view,
         };
+        // Fingerprints are not a stage of the frame, because the window does not compute them.
         let fingerprinting = self.pipeline.clock().since(start);
         // A frame that catches up costs no budget, so every part has at least one measured frame.
         if !catches_up {
             self.spent_ns += applying.ns + record.total_ns() + fingerprinting.ns;
         }
-        Some(LaneFrame { record, in_view, drawn, fingerprinting, catches_up })
+        Some(LaneFrame { record, in_view, drawn, catches_up })
     }
 }
 
@@ -109,8 +110,6 @@ pub struct LaneFrame {
     pub in_view: u64,
     /// Fingerprint of the drawn polygons.
     pub drawn: u64,
-    /// Time for the fingerprints. It is not a stage of the frame, because the window does not compute fingerprints.
-    pub fingerprinting: Stage,
     /// Whether the lane had skipped frames before: this frame's times include those frames, its visible set does not.
     pub catches_up: bool,
 }
