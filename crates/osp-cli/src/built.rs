@@ -104,6 +104,7 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["pack"], &[], Feature::Worlds),
     (&["render"], &[], Feature::Render),
     (&["film"], &[], Feature::Render),
+    (&["thumbs"], &[], Feature::Render),
     (&["rig", "monitors"], &[], Feature::Window),
     (&["serve"], &[], Feature::Serve),
     (&["sketch"], &[], Feature::Window),

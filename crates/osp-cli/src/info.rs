@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::{
     author_rows::{self, AuthorRow, AuthorRows},
     brush_rows::{self, BrushRow, Plain},
+    cost::Cost,
     outcome::Outcome,
     output::{one_line, say},
     polygon_tally::PolygonTally,
@@ -18,7 +19,7 @@ use osp::math::Aabb;
 use osp_lab::report::thousands;
 use osp_session::{
     recording::{Environment, Header, Layer, Pace},
-    replay::{Summary, summarize},
+    replay::{ArtistSide, Summary, still_view, summarize},
     scene::GroupNode,
 };
 
@@ -27,13 +28,23 @@ use osp_session::{
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   osp info recordings/room.ron
-  osp info sketch.tilt --json")]
+  osp info sketch.tilt --json
+  osp info sketch.tilt --cost
+  osp info sketch.tilt --cost --budget-triangles 300000")]
 pub(super) struct InfoArgs {
     /// The session: .ron, .ron.zst, .tilt, .apa, CASSIE .json, .poses, .obj, .obj.gz, .glb or .gltf.
     file: PathBuf,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    /// Also print what makes the sketch heavy: triangles and vertices of each brush, blended paint, and the strokes with most
+    /// triangles. Blended paint is measured as layers over a pixel of the artist's view, on average: each one is shaded.
+    #[arg(long)]
+    cost: bool,
+    /// The triangles that a headset may draw in a frame. The default is the lower number of Meta's guidelines for Quest 2,
+    /// 750,000 to 1,000,000.
+    #[arg(long, value_name = "N", requires = "cost", default_value_t = 750_000, value_parser = clap::value_parser!(u64).range(1..))]
+    budget_triangles: u64,
     #[command(flatten)]
     reading: ReadArgs,
 }
@@ -78,6 +89,8 @@ struct JsonInfo<'a> {
     authors: &'a [AuthorRow],
     skipped: u64,
     warnings: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost: Option<&'a Cost>,
 }
 
 #[derive(Serialize)]
@@ -116,23 +129,40 @@ fn corners(bounds: &Aabb) -> Option<[[f32; 3]; 2]> {
     (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
 }
 
+/// What was found in a session.
+struct Contents {
+    summary: Summary,
+    tally: PolygonTally,
+    brushes: Vec<BrushRow>,
+    groups: Vec<GroupNode>,
+    authors: Vec<AuthorRow>,
+    cost: Option<Cost>,
+}
+
 pub(super) fn run(args: &InfoArgs) -> anyhow::Result<Outcome> {
     let mut session = OpenSession::open(&args.file, &args.reading)?.counted();
     let (mut plain, mut authors) = (Plain::default(), AuthorRows::default());
+    let mut artist = ArtistSide::default();
     let events = session.by_ref().inspect(|event| {
         if let Ok(event) = event {
             plain.note(event);
             authors.note(event);
+            artist.note(event);
         }
     });
     let (summary, mut scene, outcome) = summarize(events, Pace::Samples(1));
-    let (brushes, tally, groups) = (plain.rows(&scene), PolygonTally::of(&scene), scene.group_tree());
-    let authors = authors.finish();
+    let cost = args.cost.then(|| {
+        let view = still_view(&scene, &summary.bounds, session.header.camera, artist.backwards(), 1.0);
+        Cost::of(&scene, &view, args.budget_triangles)
+    });
+    let (brushes, tally) = (plain.rows(&scene), PolygonTally::of(&scene));
+    let (groups, authors) = (scene.group_tree(), authors.finish());
     session.warn();
+    let contents = Contents { summary, tally, brushes, groups, authors, cost };
     if args.json {
-        say(&json(args, &session, &summary, tally, &brushes, &groups, &authors)?)?;
+        say(&json(args, &session, &contents)?)?;
     } else {
-        say(&text(args, &session, &summary, tally, &brushes, &groups, &authors))?;
+        say(&text(args, &session, &contents))?;
     }
     // The part that was read is shown all the same.
     outcome?;
@@ -143,15 +173,8 @@ fn duration_secs(summary: &Summary) -> f64 {
     summary.time_span_secs.map_or(0.0, |(first, last)| last - first)
 }
 
-fn json(
-    args: &InfoArgs,
-    session: &OpenSession,
-    s: &Summary,
-    tally: PolygonTally,
-    brushes: &[BrushRow],
-    groups: &[GroupNode],
-    authors: &[AuthorRow],
-) -> anyhow::Result<String> {
+fn json(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> anyhow::Result<String> {
+    let Contents { summary: s, tally, brushes, groups, authors, cost } = contents;
     let (counts, header) = (s.counts, &session.header);
     let info = JsonInfo {
         recording: args.file.display().to_string(),
@@ -188,19 +211,13 @@ fn json(
         authors,
         skipped: session.notes().skipped,
         warnings: &session.notes().warnings,
+        cost: cost.as_ref(),
     };
     Ok(serde_json::to_string(&info)?)
 }
 
-fn text(
-    args: &InfoArgs,
-    session: &OpenSession,
-    s: &Summary,
-    tally: PolygonTally,
-    brushes: &[BrushRow],
-    groups: &[GroupNode],
-    authors: &[AuthorRow],
-) -> String {
+fn text(args: &InfoArgs, session: &OpenSession, contents: &Contents) -> String {
+    let Contents { summary: s, tally, brushes, groups, authors, cost } = contents;
     let counts = s.counts;
     let mut lines = vec![one_line(&args.file.to_string_lossy()).into_owned()];
     let mut line = |name: &str, value: String| lines.push(format!("  {name:<11} {value}"));
@@ -213,7 +230,7 @@ fn text(
     }
     line("strokes", strokes(counts.strokes, counts.erased_strokes, at_end(brushes, s)));
     line("points", thousands(counts.points));
-    line("polygons", polygons(counts.polygons, tally));
+    line("polygons", polygons(counts.polygons, *tally));
     line(
         "edits",
         format!(
@@ -262,6 +279,7 @@ fn text(
     if !brushes.is_empty() {
         lines.push(brush_rows::table(brushes));
     }
+    lines.extend(cost.iter().flat_map(Cost::lines));
     lines.join("\n")
 }
 

@@ -42,6 +42,7 @@ mod bench_paper_args;
 mod charts;
 mod completions;
 mod convert;
+mod cost;
 #[cfg(feature = "bench")]
 mod draw_index;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
@@ -119,6 +120,10 @@ mod study;
 mod study_contents;
 mod study_lines;
 mod synth;
+#[cfg(feature = "render")]
+mod thumbs;
+#[cfg_attr(not(feature = "render"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod thumbs_args;
 #[cfg(feature = "window")]
 mod tracker;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "options of commands that this build lacks"))]
@@ -179,6 +184,7 @@ const EXAMPLES: &str = "Examples:
   osp verify recordings/room.ron
   osp render recordings/room.ron room.png
   osp film sketch.tilt film.gif
+  osp thumbs sketches --out thumbs
   osp bake recordings/room.ron room.pvs
   osp pack recordings/*.ron --out sketches.world
   osp sketch.tilt         opens the window, as does osp sketch
@@ -209,6 +215,7 @@ enum Command {
     Synth(synth::SynthArgs),
     Render(Box<render_args::RenderArgs>),
     Film(film_args::FilmArgs),
+    Thumbs(thumbs_args::ThumbsArgs),
     Verify(verify::VerifyArgs),
     Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
@@ -253,6 +260,7 @@ impl Command {
             Self::Synth(args) => synth::run(args),
             Self::Render(args) => of_feature!("render", render::run, args),
             Self::Film(args) => of_feature!("render", film::run, args),
+            Self::Thumbs(args) => of_feature!("render", thumbs::run, args),
             Self::Verify(args) => verify::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Rig(args) => rig::run(args),

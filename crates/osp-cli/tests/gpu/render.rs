@@ -20,5 +20,6 @@ mod rigs;
 mod scenes;
 mod shadows;
 mod stale;
+mod thumbs;
 mod unseen;
 mod wgsl_grammar;

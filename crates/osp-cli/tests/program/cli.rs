@@ -321,9 +321,20 @@ fn an_empty_session_is_no_error() {
 
 #[test]
 fn every_command_has_examples_in_its_help() {
-    for command in
-        ["replay", "info", "import", "synth", "bench", "draw-index", "film", "race", "pick", "query"]
-    {
+    for command in [
+        "replay",
+        "info",
+        "import",
+        "convert",
+        "synth",
+        "bench",
+        "draw-index",
+        "film",
+        "thumbs",
+        "race",
+        "pick",
+        "query",
+    ] {
         let said = OSP.done([command, "--help"]);
         assert!(
             said.contains(
@@ -506,6 +517,7 @@ fn a_build_that_lacks_something_names_it_and_the_command_that_builds_it() {
         (&["send", session, "--to", "127.0.0.1:1"], "osp send", "window", window),
         (&["render", session, "a.png"], "osp render", "render", render),
         (&["film", session, "a.gif"], "osp film", "render", render),
+        (&["thumbs", session], "osp thumbs", "render", render),
         (&["pack", session, "--out", "w"], "osp pack", "worlds", worlds),
         (&["join", "nats://127.0.0.1/a"], "osp join", "live", live),
         (&["wall", "--hub", "nats://127.0.0.1/a", "--rig", "cave4"], "osp wall", "live", live),

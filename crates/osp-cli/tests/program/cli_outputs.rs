@@ -6,6 +6,7 @@ mod arguments;
 pub(super) mod built;
 mod command;
 mod converting;
+mod cost;
 #[cfg(feature = "bench")]
 mod draw_index;
 mod export_times;

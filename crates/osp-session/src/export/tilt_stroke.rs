@@ -16,8 +16,16 @@ use crate::{
 };
 use osp::math::{COORDINATE_LIMIT_M, TOLERANCE_M, unit};
 
-/// The brushes that come nearest to a stroke without one: a ribbon, a tube, and the hull of a wall's corners.
-const PLAIN: [(Tool, &str); 3] = [(Tool::Ribbon, "Flat"), (Tool::Tube, "Wire"), (Tool::Wall, "MatteHull")];
+/// The brush that comes nearest to a stroke without one: a ribbon, whose width may follow the pressure; a tube; the hull of
+/// a wall's corners.
+fn stand_in(stroke: &KeptStroke) -> Option<&'static Brush> {
+    brush::find(match stroke.tool {
+        Tool::Ribbon if stroke.thinnest < 1.0 => "Marker",
+        Tool::Ribbon => "Flat",
+        Tool::Tube => "Wire",
+        Tool::Wall => "MatteHull",
+    })
+}
 
 /// Units in the last place around the nearest number in which a factor's inverse is looked for: two products round by
 /// one each, and a unit before them is up to two after them.
@@ -52,12 +60,7 @@ impl<'s> TiltStroke<'s> {
         let paint = stroke.paint.as_deref();
         let named = paint.map_or("", |paint| &paint.brush);
         let known = brush::find(named);
-        let plain = match known {
-            None if !is_guid(named) => {
-                PLAIN.iter().find(|(tool, _)| *tool == stroke.tool).and_then(|(_, name)| brush::find(name))
-            }
-            _ => None,
-        };
+        let plain = if known.is_none() && !is_guid(named) { stand_in(stroke) } else { None };
         let guid = known.or(plain).map_or(named, |brush| &brush.guid);
         let (mut width_m, mut scale) = (stroke.width_m, paint.map_or(1.0, |paint| paint.scale));
         if motion != Motion::STAY {

@@ -168,6 +168,22 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
+/// The view for a picture of a whole session: that of its own camera, else a view of the model's
+/// [main part](main_bounds) from the direction `backwards`. `bounds` are those of the session. O(polygons).
+pub fn still_view(
+    scene: &Scene,
+    bounds: &Aabb,
+    camera: Option<Camera>,
+    backwards: Option<Vec3>,
+    aspect: f32,
+) -> View {
+    if camera.is_none() {
+        return whole_view(&main_bounds(scene, bounds), backwards, aspect);
+    }
+    // A moment without a head pose, which would take precedence over the session's own camera.
+    CameraPath::new(CameraChoice::Auto, camera, bounds).view(&Moment::default()).with_aspect(aspect)
+}
+
 /// The camera of a replay: the view at every frame.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPath {

@@ -11,7 +11,7 @@ mod rig_path;
 mod root_cube;
 mod summary;
 
-pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, main_bounds, whole_view};
+pub use camera::{ArtistSide, CameraChoice, CameraPath, Moment, main_bounds, still_view, whole_view};
 pub use fingerprint::{SessionFingerprint, SetFingerprint, fingerprint_of_frame, fingerprint_of_views};
 pub use lanes::{Budget, Lane, LaneFrame, Replay, STRETCHES, stretch_of_frame};
 pub use player::{Player, SessionState};

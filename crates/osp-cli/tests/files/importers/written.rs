@@ -172,7 +172,7 @@ fn edits_of_the_session_are_in_the_sketch() {
     let (again, counts) = written(folder.path(), "edited.tilt", &header, &events);
     assert_eq!((counts.strokes, counts.points), (4, 11));
     let notes = [
-        "1 stroke without a brush of Tilt Brush is written with the brush Flat",
+        "1 stroke without a brush of Tilt Brush is written with the brush Marker",
         "1 polygon that no stroke drew is left out: .tilt has no place for it",
         "1 recorded pose of a head is left out: .tilt has no place for it",
     ];
@@ -187,7 +187,7 @@ fn edits_of_the_session_are_in_the_sketch() {
         .collect();
     let brushes: Vec<(&str, u32)> =
         begins.iter().map(|(_, paint)| (paint.brush.as_str(), paint.layer)).collect();
-    assert_eq!(brushes, [("Flat", 0), ("Flat", 1), ("Ink", 0), ("Flat", 0)]);
+    assert_eq!(brushes, [("Flat", 0), ("Flat", 1), ("Ink", 0), ("Marker", 0)]);
     // The placed one is twice as wide, turned by a quarter about +y, and in a group of its own.
     assert_eq!((begins[0].0, begins[0].1.scale, begins[0].1.sketch_group), (0.5 * 2.0 * 0.1 * 2.0, 4.0, 1));
     let places: Vec<(f64, Vec3)> = back
@@ -196,11 +196,14 @@ fn edits_of_the_session_are_in_the_sketch() {
         .collect();
     assert!(places[0].1.abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1.0e-6), "{:?}", places[0]);
     assert_eq!(places[7], (9.5, Vec3::new(1.0, 1.0, 0.0)), "the moved one");
-    // The plain one lies as it lay: the tracker's x axis, its normal, is where a brush has the way it looks.
-    let Some(Event::Point { q, .. }) = back.iter().rev().find(|event| matches!(event, Event::Point { .. }))
+    // The plain one lies as it lay: the tracker's x axis, its normal, is where a brush has the way it looks. At half the
+    // pressure it has three quarters of its width; Marker has a tenth at none.
+    let Some(Event::Point { q, pressure, .. }) =
+        back.iter().rev().find(|event| matches!(event, Event::Point { .. }))
     else {
         panic!("a point")
     };
+    assert!((pressure - 0.65 / 0.9).abs() < 1.0e-6, "{pressure}");
     let looks = *q * Vec3::NEG_Z;
     assert!(looks.dot(Vec3::X).abs() < 1.0e-6 && looks.is_normalized(), "across the travel along x: {looks}");
     let header = open(&again, &OpenOptions::default()).unwrap().header;

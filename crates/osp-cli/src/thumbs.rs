@@ -1,0 +1,55 @@
+//! `osp thumbs`: a picture of each session.
+
+use std::sync::Arc;
+
+use super::{
+    batch::{Batch, Job},
+    outcome::Outcome,
+    output::complain,
+    outputs::Outputs,
+    render_args::MOMENT_S,
+    session::OpenSession,
+    thumbs_args::ThumbsArgs,
+};
+use osp::polygon::{Change, VisibleBlocks};
+use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
+use osp_session::{
+    output_file::OutputKind,
+    recording::Pace,
+    replay::{ArtistSide, still_view, summarize},
+};
+
+pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
+    // Beside a session a file of the same name may be a picture that its artist made.
+    let ending = if args.out.is_some() { ".png" } else { ".thumb.png" };
+    let batch = Batch::plan(&args.files, args.out.as_deref(), ending, args.force)?;
+    batch.run(1, ["drawn", ending], || {
+        let gpu = Arc::new(Gpu::headless()?);
+        complain(&format!("drawn by {}", gpu.name()));
+        Ok(move |job: &Job| draw(args, job, &gpu))
+    })
+}
+
+/// Draws one session; returns the reader's remarks.
+fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<String>> {
+    let mut outputs = Outputs::new(args.force).reads([&job.source]);
+    let output = outputs.add("--out", &job.target, OutputKind::Png)?;
+    let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
+    let mut artist = ArtistSide::default();
+    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
+    let (summary, scene, read) = summarize(events, Pace::Samples(16));
+    read?;
+    let header = &session.header;
+    let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
+    let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
+    drawer.set_environment(header.environment.as_deref());
+    drawer.set_time(MOMENT_S);
+    let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
+    drawer.follow(&changes);
+    let polygons: VisibleBlocks = scene.visible_ids().collect();
+    let view = still_view(&scene, &summary.bounds, header.camera, artist.backwards(), drawer.aspect());
+    drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
+    output.check()?;
+    drawer.image()?.write_png(output.path())?;
+    Ok(session.notes().warnings.clone())
+}
