@@ -4,9 +4,9 @@ use super::wishes::Wishes;
 use crate::{command::Command, layers::LayerChoice, studio::Studio};
 use osp_session::recording::Author;
 
-/// Most authors that the list shows.
+/// Largest number of authors in the list.
 const MOST_SHOWN: usize = 100;
-/// Most bytes of a name that are shown.
+/// Largest number of bytes of a name that are shown.
 const MOST_BYTES: usize = 40;
 
 /// The authors of a shared session, with their colours; nothing for a session without authors.

@@ -1,4 +1,4 @@
-//! The dialog that finds the tracker's place in the room: three corners of a screen are touched with the hand.
+//! The dialog that calibrates the tracker: the user touches three corners of a screen with the tracked hand.
 
 use egui::{Align2, ComboBox, Context, Window};
 use glam::Vec3;
@@ -10,11 +10,11 @@ use osp_session::{
     rig::{Calibration, RoomFromTracker, Screen},
 };
 
-/// Age in seconds from which a pose is shown as lost.
+/// Age from which a pose is shown as lost, seconds.
 pub(super) const LOST_SECS: f32 = 0.5;
-/// The corners in the order in which they are touched.
+/// The corners, in the order in which they are touched.
 const CORNERS: [&str; 3] = ["lower left", "lower right", "upper left"];
-/// Largest error, metres, that counts as good.
+/// Largest error that counts as good, metres.
 const GOOD_M: f32 = 0.01;
 
 #[derive(Debug, Default)]
@@ -22,7 +22,7 @@ pub(super) struct Calibrating {
     screen: usize,
     /// The hand that touches the corners: the first hand with a pose.
     hand: Option<u8>,
-    /// In the tracker's space.
+    /// The touched points in tracker space.
     points: Vec<Vec3>,
 }
 
@@ -102,7 +102,7 @@ impl Calibrating {
         is_open && !is_done
     }
 
-    /// The transform by the three points, once all are measured.
+    /// The transform computed from the three points, once all are measured.
     fn found(&self, screen: &Screen) -> Option<Result<Calibration, &'static str>> {
         let points: [Vec3; 3] = self.points.as_slice().try_into().ok()?;
         let places = [screen.lower_left, screen.lower_right, screen.upper_left];
@@ -110,7 +110,7 @@ impl Calibrating {
     }
 }
 
-/// Shows the result; returns whether the user has accepted it.
+/// Shows the result. Returns whether the user has accepted it.
 fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
     let error = format!("The points fit the corners to {:.0} mm.", found.error_m * 1000.0);
     match found.error_m <= GOOD_M {
