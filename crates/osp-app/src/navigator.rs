@@ -113,17 +113,18 @@ impl Navigator {
         self.distance_m = (self.distance_m * 0.88f32.powf(steps)).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Changes the distance as two fingers do: `by` is the ratio of their distances.
+    /// Changes the distance by a pinch of two fingers; `by` is the ratio of the fingers' distances.
     pub fn spread(&mut self, by: f32) {
         self.distance_m = (self.distance_m / by).clamp(DISTANCES_M.0, DISTANCES_M.1);
     }
 
-    /// Moves the eye and the centre of the view. `by` is in view space (right, up, back), in distances to the centre.
+    /// Moves the eye and the centre of the view. `by` is in view space (right, up, back), in units of the distance to
+    /// the centre.
     pub fn fly(&mut self, by: Vec3) {
         self.target += rotate(self.world_from_view(), by) * self.distance_m;
     }
 
-    /// Turns the eye to a point.
+    /// Rotates the camera towards a point.
     pub fn look_at(&mut self, point: Vec3) {
         let eye = self.eye();
         let back = eye - point;
@@ -137,7 +138,7 @@ impl Navigator {
         }
     }
 
-    /// Steps back until the whole box is in view.
+    /// Moves the camera back until the whole box is in view.
     pub fn show_all(&mut self, bounds: &Aabb) {
         if bounds.is_empty() || !bounds.is_valid() {
             return;
@@ -147,13 +148,13 @@ impl Navigator {
         self.distance_m = (radius_m * 2.0).clamp(DISTANCES_M.0, DISTANCES_M.1).max(0.2);
     }
 
-    /// Goes to a view whose centre is at this distance from the eye.
+    /// Goes to a view whose centre is at `distance_m` from the eye.
     pub fn go_to_from(&mut self, eye: Vec3, world_from_view: Quat, distance_m: f32) {
         self.distance_m = distance_m.clamp(DISTANCES_M.0, DISTANCES_M.1);
         self.go_to(eye, world_from_view);
     }
 
-    /// Goes to a view; the distance to the centre stays.
+    /// Goes to a view; the distance to the centre does not change.
     pub fn go_to(&mut self, eye: Vec3, world_from_view: Quat) {
         let back = rotate(world_from_view, Vec3::Z);
         self.yaw = back.x.atan2(back.z);
@@ -162,7 +163,7 @@ impl Navigator {
     }
 }
 
-/// Metres that a pixel covers at this distance along the view, on a window this many pixels high.
+/// Size of a pixel at this distance along the view, metres, in a window of `height_px` pixels height.
 pub(super) fn pixel_m(view: &View, distance_m: f32, height_px: f32) -> f32 {
     (view.projection.top - view.projection.bottom) * distance_m / height_px.max(1.0)
 }

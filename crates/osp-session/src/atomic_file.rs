@@ -146,7 +146,7 @@ impl AtomicFile {
     /// Like [`AtomicFile::commit`], but never replaces a file: a target that exists by now is an error.
     ///
     /// # Errors
-    /// Those of [`AtomicFile::commit`], or the target exists.
+    /// The errors of [`AtomicFile::commit`], or the target exists.
     pub fn commit_new(self) -> io::Result<Option<u64>> {
         self.finish(|unfinished, target| unfinished.persist_noclobber(target))
     }

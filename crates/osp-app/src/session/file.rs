@@ -83,7 +83,7 @@ impl Session {
     /// Like [`Session::open`], with options.
     ///
     /// # Errors
-    /// Those of [`Session::open`]. Read-only or as a copy, the session may be open in another window.
+    /// The errors of [`Session::open`]. Read-only or as a copy, the session may be open in another window.
     pub fn open_as(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<(Self, Opened), OpenError> {
         Self::open_watched(path, autosaves, how, &|_| true)
     }
@@ -91,7 +91,7 @@ impl Session {
     /// Like [`Session::open_as`], with progress: calls `go_on` regularly with the number of events read.
     ///
     /// # Errors
-    /// Those of [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
+    /// The errors of [`Session::open_as`], or [`OpenError::Cancelled`] if `go_on` returned `false`.
     pub fn open_watched(
         path: &Path,
         autosaves: &Autosaves,
@@ -112,7 +112,7 @@ impl Session {
     /// Begins to open a session like [`Session::open_as`]. The caller then reads the events.
     ///
     /// # Errors
-    /// Those of [`Session::open_as`].
+    /// The errors of [`Session::open_as`].
     pub(crate) fn start(path: &Path, autosaves: &Autosaves, how: Opening) -> Result<Started, OpenError> {
         let may_begin = how.access == Access::Write && is_ron(path);
         let is_new = match fs::metadata(path) {

@@ -102,7 +102,7 @@ impl SessionReader {
     /// number of events read.
     ///
     /// # Errors
-    /// Those of [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
+    /// The errors of [`SessionReader::step`], or an error of kind `Interrupted` if `go_on` returned `false`.
     pub(super) fn read(mut self, go_on: &dyn Fn(u64) -> bool) -> Result<(Session, Opened), RecordingError> {
         match self.read_all(go_on) {
             Ok(()) => self.finish(),

@@ -35,7 +35,7 @@ impl Session {
     /// Like [`Session::to_play`], with options for the reader.
     ///
     /// # Errors
-    /// Those of [`Session::to_play`].
+    /// The errors of [`Session::to_play`].
     pub fn to_play_with(
         path: &Path,
         pace: Pace,
