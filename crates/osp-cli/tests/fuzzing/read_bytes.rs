@@ -1,6 +1,6 @@
 //! A file of any format with anything in it: read to the end or to one error that names the file and the place, with
-//! bounded memory; a lenient reader gives at least what a strict one gives; and every event can be written and read
-//! again.
+//! bounded memory; a lenient reader gives at least what a strict one gives; every event can be written and read again;
+//! and every session can be written as a sketch that a strict reader reads.
 
 use std::{
     io::Write as _,
@@ -8,8 +8,12 @@ use std::{
 };
 
 use super::scratch;
-use osp_session::recording::{
-    Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter, open,
+use osp_session::{
+    export::{KeptStrokes, write_tilt},
+    recording::{
+        Event, EventSource as _, Flush, Header, Notes, OpenOptions, RecordingError, RonReader, RonWriter,
+        open, open_bytes,
+    },
 };
 use osp_testkit::peak_of;
 use zip::{CompressionMethod, write::SimpleFileOptions};
@@ -121,6 +125,7 @@ pub fn run(data: &[u8]) {
         assert!(!lenient.notes.warnings.is_empty() || lenient.notes.skipped > 0, "{name}: nothing was said");
     }
     write_again(&lenient.events);
+    write_sketch(&path, &lenient.events);
 }
 
 fn file(name: &str, packing: Packing, data: &[u8]) -> PathBuf {
@@ -185,4 +190,18 @@ fn write_again(events: &[Event]) {
     for event in events {
         assert_eq!(reader.next_event().expect("what was written is read").as_ref(), Some(event));
     }
+}
+
+/// As a sketch, the strokes that are left come back.
+fn write_sketch(path: &Path, events: &[Event]) {
+    let Ok(session) = open(path, &OpenOptions::LENIENT) else { return };
+    let mut kept = KeptStrokes::default();
+    events.iter().take(2000).for_each(|event| kept.note(event));
+    let mut bytes = Vec::new();
+    let counts = write_tilt(&kept, &session.header, None, &mut bytes).expect("memory");
+    let again = open_bytes("again.tilt", bytes, &OpenOptions::default()).expect("a sketch of our own");
+    let events: Vec<Event> = again.map(|event| event.expect("what was written is read")).collect();
+    let strokes = events.iter().filter(|event| matches!(event, Event::Begin { .. })).count();
+    let points = events.iter().filter(|event| matches!(event, Event::Point { .. })).count();
+    assert_eq!((strokes as u64, points as u64), (counts.strokes, counts.points));
 }

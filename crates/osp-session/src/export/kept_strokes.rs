@@ -105,3 +105,80 @@ impl KeptStrokes {
         there.map(|stroke| u64::from(stroke.polygon_count())).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Author, GroupId, SynthKind, Transform, synthesize, synthesize_class};
+
+    /// Edits of every kind about the strokes of a session, some taken back.
+    fn edits(strokes: &[StrokeId]) -> Vec<Event> {
+        let (author, t) = (Author::SOLE, 1.0e4);
+        let turn = Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);
+        let place = |s| Transform { p: Vec3::new(0.1, 0.2, 0.3), q: turn, s };
+        let group = |group, strokes: &[StrokeId], parent| Event::Group {
+            author,
+            t,
+            group: GroupId(group),
+            strokes: strokes.to_vec(),
+            parent,
+            name: None,
+        };
+        let parts: Vec<&[StrokeId]> = strokes.chunks(strokes.len().div_ceil(4)).collect();
+        vec![
+            Event::Erase { author, t, stroke: strokes[0] },
+            Event::Move { author, t, strokes: parts[0].to_vec(), by: Vec3::X },
+            Event::Undo { author, t },
+            Event::Move { author, t, strokes: parts[1].to_vec(), by: Vec3::Y },
+            group(1, parts[2], None),
+            group(2, parts[1], Some(GroupId(1))),
+            Event::Place { author, t, group: GroupId(1), to: place(2.0) },
+            Event::Place { author, t, group: GroupId(2), to: place(0.5) },
+            Event::Move { author, t, strokes: parts[1].to_vec(), by: Vec3::Z },
+            Event::Assign { author, t, layer: 3, strokes: parts[2].to_vec() },
+            Event::Layer { author, t, layer: 3, name: None, hidden: Some(true), locked: None, mine: None },
+            Event::Erase { author, t, stroke: strokes[1] },
+            Event::Erase { author, t, stroke: strokes[2] },
+            Event::Undo { author, t },
+        ]
+    }
+
+    #[test]
+    fn strokes_without_polygons_have_the_state_that_the_scene_gives_them() {
+        for session in [
+            synthesize(SynthKind::Scribble, 3_000, 1),
+            synthesize(SynthKind::Room, 3_000, 2),
+            synthesize_class(3, 3_000, 3),
+        ] {
+            let mut events: Vec<Event> = session.map(|event| event.expect("a sound event")).collect();
+            let begun = events.iter().filter_map(|event| match event {
+                Event::Begin { stroke, .. } => Some(*stroke),
+                _ => None,
+            });
+            events.extend(edits(&begun.collect::<Vec<_>>()));
+            // A second beginning and a point after the end change nothing.
+            let again: Vec<Event> = events.iter().take(40).cloned().collect();
+            events.extend(again.into_iter().filter(|event| !matches!(event, Event::Join { .. })));
+            let (mut kept, mut scene) = (KeptStrokes::default(), Scene::new());
+            for event in &events {
+                kept.note(event);
+                scene.apply(event, &mut Vec::new());
+            }
+            assert!(kept.strokes.len() > 8);
+            for stroke in &kept.strokes {
+                // None: it is out of reach of undo.
+                let state = |scene: &Scene| {
+                    let state = scene.stroke(stroke.id)?;
+                    let seen = (state.is_taken_away(), state.is_hidden(), state.layer(), state.offset());
+                    Some((seen, scene.groups_of(state), scene.world_from_stroke(stroke.id)))
+                };
+                assert_eq!(state(&kept.scene), state(&scene), "{:?}", stroke.id);
+                if let Some(whole) = scene.stroke(stroke.id) {
+                    assert_eq!(stroke.points.len() as u32, whole.point_count());
+                }
+            }
+            let there = scene.strokes().iter().filter(|s| s.id().is_some() && !s.is_taken_away()).count();
+            assert_eq!(kept.iter().count(), there);
+        }
+    }
+}

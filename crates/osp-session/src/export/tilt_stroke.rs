@@ -67,10 +67,13 @@ impl<'s> TiltStroke<'s> {
             (width_m, scale) = (width_m * motion.to.s, scale * motion.to.s);
         }
         let size_units = unscaled(width_m, scale);
-        let is_sound = size_units.is_finite() && scale > 0.0 && scale.is_finite();
+        let is_sound = (0.0..COORDINATE_LIMIT_M).contains(&width_m)
+            && size_units.is_finite()
+            && scale > 0.0
+            && scale <= COORDINATE_LIMIT_M;
         let stand_in = plain.map(|brush| brush.name.as_str());
         let this = Self { stroke, motion, guid, stand_in, plain, size_units, scale };
-        let is_near = |p: Vec3| p.is_finite() && p.abs().max_element() <= COORDINATE_LIMIT_M;
+        let is_near = |p: Vec3| p.is_finite() && p.abs().max_element() < COORDINATE_LIMIT_M;
         (is_sound && stroke.points.iter().all(|point| is_near(this.moved(point).p))).then_some(this)
     }
 
