@@ -1,4 +1,4 @@
-//! Many sessions, a file for each: finished files are skipped, errors are listed at the end.
+//! Work on many sessions, with one output file for each. Skips finished files and lists the errors at the end.
 
 use std::{
     collections::HashMap,
@@ -26,7 +26,7 @@ use osp_session::{
     recording::import::files_beside,
 };
 
-/// Endings of sessions; a target has its own ending in their place. Longer ones come first.
+/// File endings of sessions. A target gets its own ending in their place. Longer endings come first.
 const ENDINGS: [&str; 11] =
     [".ron.zst", ".poses.gz", ".obj.gz", ".ron", ".tilt", ".apa", ".json", ".poses", ".obj", ".glb", ".gltf"];
 
@@ -37,22 +37,24 @@ pub(super) struct Job {
     pub(super) target: PathBuf,
 }
 
-/// The work on the sessions of a command line.
+/// The work on the sessions that a command line names.
 #[derive(Debug)]
 pub(super) struct Batch {
     jobs: Vec<Job>,
-    /// Targets that are newer than their sessions.
+    /// Number of targets that are newer than their sessions.
     finished: usize,
-    /// Sessions that are of the target's kind already.
+    /// Number of sessions that already have the target's format.
     same: usize,
 }
 
 impl Batch {
-    /// The sessions that are named, and those of the folders that are. Targets get `ending` and lie beside the sessions, or
-    /// below `out` as the sessions lie below their folders. With `force`, finished ones are made again.
+    /// Plans the work on the named sessions, and on the sessions in the named folders.
+    ///
+    /// Targets get `ending`. A target lies beside its session. With `out`, it lies below `out` in the same place that
+    /// its session has below its folder. With `force`, finished targets are made again.
     ///
     /// # Errors
-    /// A path leads nowhere, there is no session, or two sessions would have one target.
+    /// A path leads nowhere, there is no session, or two sessions would have the same target.
     pub(super) fn plan(
         paths: &[PathBuf],
         out: Option<&Path>,
@@ -60,7 +62,7 @@ impl Batch {
         force: bool,
     ) -> anyhow::Result<Self> {
         let mut found = sessions(paths, Part::WHOLE)?;
-        // What a former run wrote into a folder below the sessions is no session to work on.
+        // A former run wrote the files in a folder below the sessions, so they are no sessions to work on.
         let is_below = |out: &&Path| {
             paths.iter().any(|path| path.is_dir() && lies_in(out, path) && !is_same_file(out, path))
         };
@@ -78,7 +80,7 @@ impl Batch {
         }
         for job in &mut jobs {
             let short = named(&job.target, ending);
-            // Two sessions may differ in their endings only.
+            // Two sessions may differ only in their endings.
             job.target = if sharing[&short] == 1 { short } else { with(&job.target, ending) };
         }
         let mut targets = HashMap::<&Path, &Path>::new();
@@ -96,8 +98,8 @@ impl Batch {
         Ok(Self { finished: all - jobs.len(), jobs, same })
     }
 
-    /// Does the work on so many threads; each gets its own `worker`, which returns remarks. `done` and `kind` are words for
-    /// the last line. Errors are listed before it.
+    /// Does the work on `threads` threads. Each gets its own `worker`, which returns remarks. `done` and `kind` are
+    /// words for the last line. Errors are listed before it.
     pub(super) fn run<W: FnMut(&Job) -> anyhow::Result<Vec<String>>>(
         self,
         threads: usize,
@@ -156,7 +158,7 @@ impl Batch {
     }
 }
 
-/// As many threads as there are cores.
+/// Returns the number of cores, or 1 if it is unknown.
 pub(super) fn every_core() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
@@ -175,7 +177,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(ending))
 }
 
-/// Where a session's name goes: beside it, or below `out`.
+/// Returns the place of a session's target, still with the session's name: beside the session, or below `out`.
 fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
     let Some(out) = out else { return session.to_owned() };
     let below = paths.iter().filter(|path| path.is_dir()).find_map(|path| session.strip_prefix(path).ok());
@@ -183,22 +185,22 @@ fn place_of(paths: &[PathBuf], session: &Path, out: Option<&Path>) -> PathBuf {
     out.join(below.unwrap_or_else(|| Path::new(session.file_name().unwrap_or(session.as_os_str()))))
 }
 
-/// The name with `ending` in place of a session's ending.
+/// Returns the path with `ending` in place of the session's ending.
 fn named(path: &Path, ending: &str) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // An ending is ASCII, so its length is that of the name's part, whatever its case.
+    // An ending is ASCII, so it has the same length as that part of the name, in upper or lower case.
     let own = ENDINGS.iter().find(|own| has_ending(path, own) && name.len() > own.len());
     path.with_file_name(format!("{}{ending}", &name[..name.len() - own.map_or(0, |own| own.len())]))
 }
 
-/// The whole name, and `ending`.
+/// Returns the path with `ending` appended to the whole name.
 fn with(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(ending);
     path.with_file_name(name)
 }
 
-/// Whether a target is at least as new as all files of its session. A target appears whole, or not at all.
+/// Whether a target is at least as new as all files of its session. A target appears whole or not at all.
 fn is_finished(job: &Job) -> bool {
     let changed = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
     let parts = || -> Option<SystemTime> {

@@ -20,10 +20,10 @@ use osp_lab::report::{
 use osp_rivals::{Bsp, BspConfig, IndexKind};
 use osp_session::{output_file::OutputKind, replay::Moment, scene::Scene};
 
-/// Planes that are drawn at most.
+/// Largest number of planes that are drawn.
 const MOST_PLANES: usize = 2000;
 
-/// The planes of a tree along the polygons' planes.
+/// Returns the planes of a tree that cuts along the planes of the polygons.
 fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
     let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
     let mut bounds = Aabb::EMPTY;
@@ -40,7 +40,7 @@ fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
     Ok(outlines)
 }
 
-/// Distance at which a ray meets the first polygon.
+/// Returns the distance to the first polygon that a ray hits.
 fn first_hit(index: &dyn SpatialIndex, scene: &Scene, ray: &Ray) -> Option<f32> {
     let hit = index.ray_nearest(ray, f32::INFINITY, &mut |id| scene.polygon(id).meet(ray));
     hit.map(|(_, t)| t)

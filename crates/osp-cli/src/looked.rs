@@ -19,12 +19,12 @@ pub(super) struct Looked {
     pub(super) summary: Summary,
     /// The finished model.
     pub(super) model: Scene,
-    /// Direction from the model to the eye: that of the session's own camera, else the artist's first side.
+    /// Direction from the model to the eye: of the session's own camera, else of the artist's first side.
     pub(super) backwards: Option<Vec3>,
 }
 
 impl Looked {
-    /// Reads a file, and prints the warnings.
+    /// Reads a file and prints the warnings.
     pub(super) fn at(file: &Path, reading: &ReadArgs, pace: Pace) -> anyhow::Result<Self> {
         let mut session = OpenSession::open(file, reading)?.counted();
         let (looked, read) = Self::of(session.header.clone(), &mut session, pace);
@@ -33,7 +33,7 @@ impl Looked {
         Ok(looked)
     }
 
-    /// Takes the events of an open session.
+    /// Reads the events of an open session.
     pub(super) fn of(
         header: Header,
         events: impl Iterator<Item = Result<Event, RecordingError>>,

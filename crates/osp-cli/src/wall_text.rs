@@ -15,7 +15,7 @@ fn times(times: &Times) -> String {
     format!("p50 {}, p99 {}, longest {} ms", ms(*p50_us), ms(*p99_us), ms(*max_us))
 }
 
-/// The table of a wall.
+/// Returns the table of a wall.
 pub(super) fn text(report: &WallReport) -> String {
     let mut lines = vec![format!(
         "{} on {}: {:.1} frames a second (at most {}), {} frames; {} events, {} polygons",
@@ -80,7 +80,7 @@ fn row(node: &NodeReport) -> [String; 9] {
     ]
 }
 
-/// The final report of a node.
+/// Returns the final report of a node.
 pub(super) fn counts_text(counts: &NodeCounts) -> String {
     format!("{} frames, {} events of the session", thousands(counts.frames), thousands(counts.events))
 }
