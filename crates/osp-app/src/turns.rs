@@ -32,7 +32,8 @@ impl Turns {
         self.ended = Some(Instant::now());
     }
 
-    /// The duration of the next turn: that of the last frame, within limits. So slow frames have long turns.
+    /// Returns the duration of the next turn, which is the duration of the last frame, within limits. So slow frames
+    /// have long turns.
     pub(crate) fn next(&self, now: Instant) -> Duration {
         let frame = self.ended.map_or(Duration::ZERO, |ended| now.saturating_duration_since(ended));
         frame.clamp(self.least, self.least * MOST_TURNS)

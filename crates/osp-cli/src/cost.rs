@@ -23,7 +23,7 @@ pub(super) struct Cost {
     triangles: u64,
     vertices: u64,
     budget_triangles: u64,
-    /// Number of blended triangles: those of brushes that add light, and those of transparent paint.
+    /// Number of blended triangles, which belong to brushes that add light, or to transparent paint.
     blended_triangles: u64,
     /// Average number of blended polygons over a pixel of the artist's view. The headset shades each of them, because
     /// none hides another.

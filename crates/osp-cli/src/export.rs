@@ -45,7 +45,7 @@ pub(super) struct ExportArgs {
     /// The model to write, .glb.
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// What becomes an object of the file.
+    /// Parts of the session that become objects of the file.
     #[arg(long, value_enum, default_value_t = ObjectsArg::Layers)]
     objects: ObjectsArg,
     /// Let the model replace a file of another kind, but never the session.

@@ -19,7 +19,7 @@ pub(super) struct Looked {
     pub(super) summary: Summary,
     /// The finished model.
     pub(super) model: Scene,
-    /// Direction from the model to the eye: of the session's own camera, else of the artist's first side.
+    /// Direction from the model to the eye of the session's own camera, else to the artist's first side.
     pub(super) backwards: Option<Vec3>,
 }
 

@@ -49,8 +49,8 @@ impl FromStr for Part {
     }
 }
 
-/// Returns the named sessions and the sessions in the named folders, sorted by path. Of these it returns only the given
-/// part.
+/// Returns the named sessions and the sessions in the named folders, sorted by path. Leaves out the sessions of other
+/// parts.
 pub(super) fn sessions(paths: &[PathBuf], part: Part) -> anyhow::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {

@@ -24,7 +24,7 @@ struct Trial {
     drawer: Offscreen,
     totals: Totals,
     counts: DrawnCounts,
-    /// Sums over the views: of the medians of their frames, and of their means.
+    /// Sum over the views of the medians of their frames, and sum of their means.
     draw_ns: u64,
     draw_mean_ns: u64,
     passes: PassTimes,

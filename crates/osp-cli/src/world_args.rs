@@ -29,8 +29,8 @@ const NOT_OF_WORLDS: [&str; 15] = [
 #[derive(Args, Clone, Debug)]
 pub(super) struct WorldArgs {
     /// Fly through a world that `osp pack` has made, instead of playing sessions: a folder, or (feature `worlds-cloud`)
-    /// an http://, https:// or s3:// address. Of the other options, only --camera, --pace, --csv, --json and the
-    /// options of worlds apply.
+    /// an http://, https:// or s3:// address. The only other options that apply are --camera, --pace, --csv, --json and
+    /// the options of worlds.
     #[arg(long, value_name = "DIR|URL", conflicts_with_all = NOT_OF_WORLDS)]
     pub(super) world: Option<String>,
     /// With --world: bytes that blocks may take in memory; k, M and G stand for 2^10, 2^20 and 2^30.

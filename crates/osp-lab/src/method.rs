@@ -6,7 +6,7 @@ use osp::{
 use osp_render::GpuOcclusion;
 use osp_rivals::RivalOcclusion;
 
-/// Every occlusion culling method of a frame: those of the culler, of the rivals and of the renderer.
+/// Every occlusion culling method of a frame: methods of the culler, of the rivals and of the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Method {
     /// A method of the culler.

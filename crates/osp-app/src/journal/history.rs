@@ -180,8 +180,8 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Adds an event, and the line that it was read from. A very long line is not kept, but written anew, because it
-    /// may consist of a comment, which no limit counts.
+    /// Adds an event, and the line that it was read from. A very long line is not kept, but written again from its
+    /// event: it may consist of a comment, to which no limit applies.
     pub(crate) fn push(&mut self, event: Event, line: Option<&str>) {
         self.events.push(event);
         self.bytes += line.map_or(0, str::len);

@@ -21,8 +21,8 @@
 //! `transport`.
 //!
 //! In OSC, the messages have the addresses `/osp/head`, `/osp/hand`, `/osp/brush`, `/osp/erase`, `/osp/undo`,
-//! `/osp/redo`, with the numbers as floats (the hand as integer, tool and normal as strings), alone or in bundles. A
-//! key is `/osp/key` with a string, the first message of a bundle.
+//! `/osp/redo`, alone or in bundles. Their numbers are floats, but the hand is an integer, and tool and normal are
+//! strings. A key is `/osp/key` with a string, the first message of a bundle.
 //!
 //! Packets of ART's DTrack (ASCII) are accepted on the same socket: body 0 is the head, Flysticks are the hands, and a
 //! hand draws while the first button is pressed ([`parse_dtrack`]).

@@ -125,8 +125,8 @@ impl Watch {
         [self.head.rate(now), self.hands.get(&self.last_hand).map_or(0.0, |hand| hand.rate(now))]
     }
 
-    /// Median time from the arrival of the first pose to the submission of the picture that shows it, without the
-    /// delays of the tracker and the display.
+    /// Median time from the arrival of the first pose to the submission of the picture that shows it. The delays of the
+    /// tracker and the display are not included.
     pub fn latency(&self) -> Option<Duration> {
         let mut sorted: Vec<Duration> = self.latencies.iter().copied().collect();
         sorted.sort_unstable();

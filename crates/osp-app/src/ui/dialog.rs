@@ -12,8 +12,8 @@ use super::wishes::{ALARM, Ask};
 use crate::{command::Command, studio::Studio};
 use osp_session::platform::fs;
 
-/// Whether the system's dialog asks before a file is replaced. The dialogs of Windows and macOS do. For a desktop
-/// portal this is unknown, and one question too many is better than a lost file.
+/// Whether the system's dialog requires a confirmation before a file is replaced. The dialogs of Windows and macOS do.
+/// For a desktop portal this is unknown, and one question too many is better than a lost file.
 const ASKS_ITSELF: bool = cfg!(any(windows, target_os = "macos"));
 
 impl Ask {

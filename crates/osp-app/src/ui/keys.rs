@@ -38,7 +38,7 @@ pub(super) const TURN_RIGHT: Command = Command::Alter(Altering::Turn(-15.0));
 pub(super) const LARGER: Command = Command::Alter(Altering::Scale(1.1));
 pub(super) const SMALLER: Command = Command::Alter(Altering::Scale(1.0 / 1.1));
 
-/// All shortcuts. Those with more modifiers come first, so that the same key without them does not match first.
+/// All shortcuts. Shortcuts with more modifiers come first, so that the same key without them does not match first.
 pub static SHORTCUTS: &[Shortcut] = &[
     command_shift_key(Key::Z, "redo", Action::Do(Command::Redo)),
     command_shift_key(Key::S, "save as", Action::AskSaveAs),

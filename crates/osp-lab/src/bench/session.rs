@@ -153,7 +153,8 @@ fn us(ns: u64) -> f64 {
 
 /// Selects the same number of frames, evenly spaced, from every part of the session. Without this, the median of a slow
 /// index would be that of early frames, because such an index is measured on fewer late frames. An eighth of the parts
-/// may have fewer frames, all of which are selected, because one disturbance of the machine can use up a part's budget.
+/// may have fewer frames, because one disturbance of the machine can use up a part's budget. All frames of such a part
+/// are selected.
 fn balanced(records: &[FrameRecord], frames: u64) -> Vec<FrameRecord> {
     if records.len() as u64 == frames {
         return records.to_vec();

@@ -22,7 +22,7 @@ use crate::recording::{
 
 /// Bytes of the head before the zip.
 const HEAD_BYTES: u16 = 16;
-/// Version of the head, and of `data.sketch`: those that Tilt Brush itself writes.
+/// Version of the head, and version of `data.sketch`. Tilt Brush writes the same ones.
 const HEAD_VERSION: u16 = 1;
 const SKETCH_VERSION: u32 = 5;
 /// Room that the zip's own heads and directory, and the metadata, may need.
@@ -35,15 +35,15 @@ pub struct TiltCounts {
     pub strokes: u64,
     /// Control points.
     pub points: u64,
-    /// What the session has and the file has not, or has otherwise, a line each.
+    /// One line for each kind of data that the file lacks or holds in another form.
     pub notes: Vec<String>,
 }
 
 /// Writes the strokes that a session has at its end as a `.tilt`, with layers, groups, camera and light.
 ///
 /// Erased and undone strokes are left out; moved and grouped ones are where the session has them. A session that was
-/// read from a `.tilt` gets back all its metadata, and every stroke that was not changed is read again bit for bit.
-/// The `thumbnail` is a PNG, if there is one.
+/// read from a `.tilt` gets all its metadata back. An unchanged stroke is written bit for bit as it was. The
+/// `thumbnail` is a PNG, if there is one.
 ///
 /// Numbers are rounded where the session is from elsewhere: positions to the nearest decimetre number of 24 bits,
 /// times to milliseconds. The whole file is in memory: 36 bytes a control point.
@@ -117,7 +117,7 @@ pub fn write_tilt(
     Ok(counts)
 }
 
-/// Numbers of groups: those of the sketch that was read stay, the session's own get others.
+/// Numbers of groups. Groups that came from a sketch keep their numbers; the session's other groups get free ones.
 struct SketchGroups {
     taken: BTreeSet<u32>,
     given: BTreeMap<GroupId, u32>,
@@ -137,7 +137,7 @@ impl SketchGroups {
     }
 }
 
-/// What is missing in the file, or other than in the session.
+/// Returns one line for each kind of data that the file lacks or holds in another form.
 fn notes(kept: &KeptStrokes, lost: u64, stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),

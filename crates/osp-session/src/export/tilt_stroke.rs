@@ -164,7 +164,7 @@ impl<'s> TiltStroke<'s> {
     }
 }
 
-/// Whether a brush is named by a GUID, as a program names one that this crate does not know.
+/// Whether the name of a brush is a GUID, which is the name of a brush that this crate lacks.
 fn is_guid(name: &str) -> bool {
     let is_hyphen = |at: usize| [8, 13, 18, 23].contains(&at);
     let is_part =

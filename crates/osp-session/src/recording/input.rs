@@ -11,8 +11,8 @@ use crate::{
     small_file::open_regular,
 };
 
-/// Files in memory, by name, for sessions that are not on a disk, for example a file that was dropped on a web page or
-/// received over a network.
+/// Files in memory, by name, for sessions that are not on a disk. An example is a file that was dropped on a web page
+/// or received over a network.
 ///
 /// Some formats consist of several files: CASSIE's `raw_data/NAME.json` and `sketch_history/NAME.json`, a `.gltf` and
 /// its buffers, an unpacked `.tilt`. These files refer to each other by their names, as in folders.

@@ -1,4 +1,4 @@
-//! A fast parser for head poses and control points in the form that this crate writes; nearly all lines of a recording
+//! A fast parser for head poses and control points in the form that this crate writes. Nearly all lines of a recording
 //! are of these kinds.
 //!
 //! A general RON parser copies every number and looks up every field name; this parser expects the fields in their

@@ -168,8 +168,8 @@ pub fn whole_view(bounds: &Aabb, backwards: Option<Vec3>, aspect: f32) -> View {
     View { eye_in_world: eye, projection: Projection { far_m, ..projection }, ..towards }
 }
 
-/// The view for a picture of a whole session: that of its own camera, else a view of the model's
-/// [main part](main_bounds) from the direction `backwards`. `bounds` are those of the session. O(polygons).
+/// Returns the view for a picture of a whole session: the view of its own camera, else a view of the model's [main
+/// part](main_bounds) from the direction `backwards`. `bounds` are those of the session. O(polygons).
 pub fn still_view(
     scene: &Scene,
     bounds: &Aabb,

@@ -280,8 +280,8 @@ impl Groups {
         self.note_moved(group);
     }
 
-    /// Updates heights: a child of `group` had the height `was` (`None` if it was not a child) and has the height `is`
-    /// (`None` if it is none any more).
+    /// Updates heights after a child of `group` has changed from height `was` to height `is`. `None` means that it was
+    /// or is not a child.
     fn follow_height(&mut self, mut group: usize, mut was: Option<usize>, mut is: Option<usize>) {
         loop {
             self.steps += 1;

@@ -19,7 +19,7 @@
 //!
 //! # Several authors
 //! Undo and redo are [each author's own](crate::recording::Author): the model results from all edits that are not
-//! undone, in the order of the session. Moves add up. Of several groupings, placements or layers of a stroke or group,
+//! undone, in the order of the session. Moves add up. If a stroke or group has several groupings, placements or layers,
 //! the last counts. A stroke is erased as long as any author's erasure of it is active. So no author undoes another
 //! author's edit. When an author leaves, all edits of the author become permanent. If undoing a grouping would create a
 //! cycle of groups, the later grouping sets no parent. A permanent edit precedes all others.

@@ -63,8 +63,8 @@ pub struct SceneWork {
     pub group_steps: u64,
     /// Number of polygons that were transformed again.
     pub displaced: u64,
-    /// Number of all other visits: events, strokes that edits list, arrangements that undo and redo visit, strokes of a
-    /// layer, and polygons that become visible or invisible or are transformed again.
+    /// Number of all other visits: events, strokes that edits list, arrangements that undo and redo visit, and strokes
+    /// of a layer. Polygons that become visible or invisible or are transformed again count, too.
     pub looked_at: u64,
 }
 

@@ -367,8 +367,8 @@ impl QuadStripBuilder {
         }
     }
 
-    /// Repaints segments whose texture spans their whole length. Of the last segment, which will change again, it
-    /// usually repaints only the end.
+    /// Repaints segments whose texture spans their whole length. The last segment will change again, so usually only
+    /// its end is repainted.
     fn repaint_stretched(&mut self, out: &mut Vec<(u32, Surface)>) -> usize {
         let last_first = if self.is_finished { self.quads.len() } else { self.kept - self.in_segment };
         let (closed, open) = self.quads.split_at(last_first);

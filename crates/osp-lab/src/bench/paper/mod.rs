@@ -1,8 +1,8 @@
 //! The experiments of the OSP paper (section 4, Figs. 19 to 23), as printed and with osp's versions.
 //!
-//! The trees and the occluders are the paper's: single polygons ranked by equation (1), nodes tested by their sphere or
-//! their eight corners, and all polygons drawn of a node that the frustum intersects (Fig. 6). Methods that cull
-//! visible polygons are used only here and in `osp verify`, and the tables mark them.
+//! The trees and the occluders are the paper's. Occluders are single polygons, ranked by equation (1). Nodes are tested
+//! by their sphere or their eight corners. All polygons of a node that the frustum intersects are drawn (Fig. 6).
+//! Methods that cull visible polygons are used only here and in `osp verify`, and the tables mark them.
 
 mod cubes;
 mod drawing;

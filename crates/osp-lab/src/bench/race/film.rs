@@ -26,7 +26,7 @@ const FAINT: RGBColor = RGBColor(160, 166, 176);
 const IN_TIME: RGBColor = RGBColor(77, 148, 255);
 const LATE: RGBColor = RGBColor(255, 82, 62);
 
-/// Sizes in pixels: of a structure's pane, of the model in the pane, and of the lines of text below all panes.
+/// Sizes in pixels: a structure's pane, the model in the pane, and the lines of text below all panes.
 const PANE: (u32, u32) = (480, 360);
 const MODEL: (u32, u32) = (280, 176);
 const FOOT_HEIGHT: u32 = 68;

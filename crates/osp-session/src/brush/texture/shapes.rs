@@ -34,8 +34,8 @@ pub(super) fn leaf(u: f32, v: f32) -> f32 {
     solid(on_line(&width, u) - aside(v), 0.52)
 }
 
-/// A plump drop of light. The constants are the widths at which its alpha is 1, one half and nearly 0, as fractions of
-/// the full width, and the brightness of its centre line.
+/// A plump drop of light. The constants are the widths at which its alpha is 1, one half and nearly 0, and the
+/// brightness of its centre line. Widths are fractions of the full width.
 pub(super) fn soft_tip(u: f32, v: f32) -> f32 {
     const MIDDLE: [(f32, f32); 10] = [
         (0.0, 0.0),

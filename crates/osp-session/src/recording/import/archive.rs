@@ -1,8 +1,8 @@
 //! The zip archive inside a `.tilt` file.
 //!
-//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself, because an entry of
-//! that crate borrows its archive, so a stream of events could not own it. A file whose end is missing has no central
-//! directory. A lenient reader then finds the entries by their local headers, from the start of the file.
+//! The `zip` crate reads the central directory. The entry's bytes are read from the file itself: an entry of that crate
+//! borrows its archive, so a stream of events could not own it. A file whose end is missing has no central directory. A
+//! lenient reader then finds the entries by their local headers, from the start of the file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 

@@ -1,6 +1,6 @@
 //! Conversions of axes, and the products of rotations that they need.
 //!
-//! Unity's axes are left-handed: +x right, +y up, +z forward. Those of osp are right-handed with -z forward, so the
+//! Unity's axes are left-handed: +x right, +y up, +z forward. The axes of osp are right-handed with -z forward, so the
 //! conversion is the mirror z → -z. A mirrored rotation keeps its angle. Its axis is a pseudovector: the z component
 //! stays, and the x and y components change sign.
 //!

@@ -10,9 +10,9 @@
 //! | [`open_obj`] | Wavefront `.obj` and `.obj.gz`: finished polygons | |
 //! | [`open_gltf`] | glTF 2.0 `.glb` and `.gltf`: finished polygons in nested groups | |
 //!
-//! All readers but those of CASSIE and glTF decode a stream and hold only the current stroke or line in memory (an
-//! `.obj` also its vertices). Readers do not allocate by the counts that a file states, so memory grows only with the
-//! bytes that were read.
+//! All readers except those of CASSIE and glTF decode a stream. They hold only the current stroke or line in memory,
+//! for an `.obj` also its vertices. Readers do not allocate by the counts that a file states, so memory grows only with
+//! the bytes that were read.
 //!
 //! # Damage
 //! A reader returns the events before the damage, then one error with the byte or line and the expected form. A lenient

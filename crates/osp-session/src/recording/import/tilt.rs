@@ -3,8 +3,8 @@
 //!
 //! `data.sketch` holds the strokes: little-endian, controller poses in canvas space, decimetres, Unity's axes.
 //! `metadata.json` holds brushes, layers, light and the view of the thumbnail. A program that lacks a stroke's brush
-//! draws a ribbon of constant width, because the effect of pressure is a property of the brush and not in the file.
-//! Strokes keep the order of the file, whatever their times.
+//! draws a ribbon of constant width: the effect of pressure is a property of the brush and not in the file. Strokes
+//! keep the order of the file, whatever their times.
 
 use std::io::{BufReader, Read};
 use std::path::Path;

@@ -145,7 +145,7 @@ impl Nodes {
     }
 }
 
-/// The roots: those of the file's default scene, or all nodes without a parent.
+/// Returns the roots of the file's default scene, or all nodes without a parent.
 fn roots(file: &File) -> Vec<usize> {
     let number = file.root.scene.map_or(0, |scene| scene.value());
     if let Some(scene) = file.root.scenes.get(number) {
