@@ -46,7 +46,7 @@ fn check<T>(pointer: *const T, count: usize, name: &str) -> Outcome<()> {
 /// The handle is NULL, misaligned, or of an object that lives for `'a`.
 pub(crate) unsafe fn object<'a, T>(handle: *const T, name: &str) -> Outcome<&'a T> {
     check(handle, 1, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     Ok(unsafe { &*handle })
 }
 
@@ -56,7 +56,7 @@ pub(crate) unsafe fn object<'a, T>(handle: *const T, name: &str) -> Outcome<&'a 
 /// See the module.
 pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T> {
     check(pointer, 1, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     Ok(unsafe { pointer.read() })
 }
 
@@ -66,7 +66,7 @@ pub(crate) unsafe fn value<T: Copy>(pointer: *const T, name: &str) -> Outcome<T>
 /// See the module.
 pub(crate) unsafe fn numbers<T: Copy, const N: usize>(pointer: *const T, name: &str) -> Outcome<[T; N]> {
     check(pointer, N, name)?;
-    // SAFETY: checked as far as it can be; the rest is the caller's part. An array is aligned as its numbers are.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest. An array is aligned as its numbers are.
     Ok(unsafe { pointer.cast::<[T; N]>().read() })
 }
 
@@ -93,7 +93,7 @@ pub(crate) unsafe fn list<T: Copy>(
         let message = format!("{name}: no memory for {count} values");
         return Err(Failure::new(OspStatus::TooMany, message));
     }
-    // SAFETY: checked as far as it can be; the rest is the caller's part.
+    // SAFETY: this is checked as far as possible; the caller guarantees the rest.
     copy.extend_from_slice(unsafe { std::slice::from_raw_parts(pointer, count) });
     Ok(copy)
 }
@@ -163,7 +163,7 @@ impl<T: Copy> Answer<T> {
         count: *mut usize,
         name: &'static str,
     ) -> Outcome<Self> {
-        // SAFETY: the caller's part.
+        // SAFETY: the caller guarantees this.
         let answer =
             unsafe { Self { count: Out::new(count, "count")?, list: OutList::new(list, room, name)?, name } };
         answer.count.set(0);
@@ -202,7 +202,7 @@ pub(crate) unsafe fn free<T>(handle: *mut T, name: &str) -> Outcome<()> {
         return Ok(());
     }
     check(handle, 1, name)?;
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     drop(unsafe { Box::from_raw(handle) });
     Ok(())
 }

@@ -71,7 +71,7 @@ pub unsafe extern "C" fn osp_camera_f32(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers::<f32, 16>(clip_from_world, "clip_from_world")?) };
         fill(matrix.map(f64::from), depth, &out)
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn osp_camera_f64(
     camera: *mut OspCamera,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (out, matrix) =
             unsafe { (Out::new(camera, "camera")?, numbers(clip_from_world, "clip_from_world")?) };
         fill(matrix, depth, &out)
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn osp_camera_ray(
     direction: *mut f32,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands. Three numbers are aligned as one is.
+        // SAFETY: the caller guarantees this, as the header requires. Three numbers are aligned as one is.
         let (camera, origin, direction) = unsafe {
             (
                 value(camera, "camera")?,

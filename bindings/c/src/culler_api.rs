@@ -21,7 +21,7 @@ const MOST: usize = OSP_MAX_OBJECTS as usize;
 /// # Safety
 /// See [`object`].
 unsafe fn culler<'a>(culler: *const OspCuller) -> Outcome<&'a Guarded<Culler<u64>>> {
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     unsafe { object(culler, "culler") }.map(|culler| &culler.0)
 }
 
@@ -30,7 +30,7 @@ unsafe fn culler<'a>(culler: *const OspCuller) -> Outcome<&'a Guarded<Culler<u64
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_new(culler: *mut *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let out = unsafe { Out::new(culler, "culler") }?;
         out.set(std::ptr::null_mut());
         give(OspCuller(Guarded::new(Culler::new())), &out);
@@ -42,7 +42,7 @@ pub unsafe extern "C" fn osp_culler_new(culler: *mut *mut OspCuller) -> OspStatu
 /// with it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_free(culler: *mut OspCuller) -> OspStatus {
-    // SAFETY: the caller guarantees it, as the header demands.
+    // SAFETY: the caller guarantees this, as the header requires.
     border(|| unsafe { free(culler, "culler") })
 }
 
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn osp_culler_set(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys, boxes) = unsafe {
             (self::culler(culler)?, list(keys, count, MOST, "keys")?, list(boxes, count, MOST, "boxes")?)
         };
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn osp_culler_remove(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys) = unsafe { (self::culler(culler)?, list(keys, count, MOST, "keys")?) };
         let mut culler = culler.change()?;
         keys.iter().for_each(|&key| culler.remove(key));
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn osp_culler_remove(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_clear(culler: *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         *unsafe { self::culler(culler) }?.change()? = Culler::new();
         Ok(())
     })
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn osp_culler_set_layers(
     count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, keys, layers) = unsafe {
             (self::culler(culler)?, list(keys, count, MOST, "keys")?, list(layers, count, MOST, "layers")?)
         };
@@ -123,7 +123,7 @@ unsafe fn set_occluder(
 ) -> Outcome<()> {
     let occluder =
         occluder.map_err(|why| Failure::new(OspStatus::InvalidOccluder, format!("occluder: {why}")))?;
-    // SAFETY: the caller's part.
+    // SAFETY: the caller guarantees this.
     unsafe { self::culler(culler) }?.change()?.set_occluder(key, occluder);
     Ok(())
 }
@@ -141,9 +141,9 @@ pub unsafe extern "C" fn osp_culler_set_occluder_quad(
     corners: *const f32,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let corners = unsafe { numbers::<[f32; 3], 4>(corners.cast(), "corners") }?;
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::quad(corners)) }
     })
 }
@@ -156,9 +156,9 @@ pub unsafe extern "C" fn osp_culler_set_occluder_box(
     bounds: *const OspBox,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let bounds = unsafe { value(bounds, "bounds") }?;
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::cuboid(bounds.corners())) }
     })
 }
@@ -175,12 +175,12 @@ pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
     triangle_count: usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands. Three numbers are aligned as one is.
+        // SAFETY: the caller guarantees this, as the header requires. Three numbers are aligned as one is.
         let (vertices, triangles) = unsafe {
             let vertices = list::<[f32; 3]>(vertices.cast(), vertex_count, 3 * MOST, "vertices")?;
             (vertices, list::<[u32; 3]>(indices.cast(), triangle_count, MOST, "indices")?)
         };
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { set_occluder(culler, key, Occluder::mesh(&vertices, triangles.as_flattened())) }
     })
 }
@@ -189,7 +189,7 @@ pub unsafe extern "C" fn osp_culler_set_occluder_mesh(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key: u64) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { self::culler(culler) }?.change()?.remove_occluder(key);
         Ok(())
     })
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn osp_culler_remove_occluder(culler: *mut OspCuller, key:
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_commit(culler: *mut OspCuller) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         unsafe { self::culler(culler) }?.change()?.commit();
         Ok(())
     })
@@ -209,7 +209,7 @@ pub unsafe extern "C" fn osp_culler_commit(culler: *mut OspCuller) -> OspStatus 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn osp_culler_count(culler: *const OspCuller, count: *mut usize) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, count) = unsafe { (self::culler(culler)?, Out::new(count, "count")?) };
         count.set(culler.read()?.len());
         Ok(())
@@ -224,7 +224,7 @@ pub unsafe extern "C" fn osp_culler_box(
     bounds: *mut OspBox,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, out) = unsafe { (self::culler(culler)?, Out::new(bounds, "bounds")?) };
         let Some([min, max]) = culler.read()?.bounds(key) else {
             return Err(Failure::new(OspStatus::UnknownKey, format!("key {key}: no object has it")));
@@ -245,7 +245,7 @@ pub unsafe extern "C" fn osp_culler_cull(
     seen: *mut OspSeen,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, cameras, out) = unsafe {
             let room = if seen.is_null() { 0 } else { camera_count };
             let cameras = list(cameras, camera_count, OSP_MAX_CAMERAS as usize, "cameras")?;
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn osp_culler_visible(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler) = unsafe { (Answer::new(keys, room, count, "keys")?, self::culler(culler)?) };
         let culler = culler.read()?;
         let frame = culler.frame();
@@ -297,7 +297,7 @@ pub unsafe extern "C" fn osp_culler_are_hidden(
     hidden: *mut u8,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (culler, camera, boxes, out) = unsafe {
             let out = OutList::new(hidden, count, "hidden")?;
             (self::culler(culler)?, value(camera, "camera")?, list(boxes, count, MOST, "boxes")?, out)
@@ -318,7 +318,7 @@ pub unsafe extern "C" fn osp_culler_refused(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler) =
             unsafe { (Answer::new(refused, room, count, "refused")?, self::culler(culler)?) };
         answer.write(
@@ -337,7 +337,7 @@ pub unsafe extern "C" fn osp_culler_in_box(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, bounds) = unsafe {
             (Answer::new(keys, room, count, "keys")?, self::culler(culler)?, value(bounds, "bounds")?)
         };
@@ -356,7 +356,7 @@ pub unsafe extern "C" fn osp_culler_in_sphere(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, center) = unsafe {
             (Answer::new(keys, room, count, "keys")?, self::culler(culler)?, numbers(center, "center")?)
         };
@@ -379,7 +379,7 @@ pub unsafe extern "C" fn osp_culler_on_ray(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, origin, direction) = unsafe {
             let answer = Answer::new(hits, room, count, "hits")?;
             (answer, self::culler(culler)?, numbers(origin, "origin")?, numbers(direction, "direction")?)
@@ -401,7 +401,7 @@ pub unsafe extern "C" fn osp_culler_nearest(
     count: *mut usize,
 ) -> OspStatus {
     border(|| {
-        // SAFETY: the caller guarantees it, as the header demands.
+        // SAFETY: the caller guarantees this, as the header requires.
         let (answer, culler, point) = unsafe {
             (Answer::new(hits, room, count, "hits")?, self::culler(culler)?, numbers(point, "point")?)
         };
