@@ -1,4 +1,4 @@
-// Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It needs nothing of Babylon but the scene it is given.
+// Culls the meshes of a Babylon.js scene. See README.md and babylon.d.ts. It uses no part of Babylon except the scene.
 
 import { Osp } from "./index.js";
 import { roundDown, roundUp } from "./outward.js";
@@ -54,7 +54,7 @@ export class SceneCuller {
     this.#scene.onDisposeObservable.remove(this.#observer);
     this.#observer = null;
     TAKEN.delete(this.#scene);
-    // Where somebody has put another function over ours, that one stays, and ours only hands on.
+    // If somebody has replaced our function, theirs stays, and ours only calls the original.
     if (this.#scene.getActiveMeshCandidates === this.#finder) this.#scene.getActiveMeshCandidates = this.#candidatesBefore;
     this.#candidates.data.length = 0;
     this.#osp.free();
@@ -147,7 +147,7 @@ export class SceneCuller {
       if (ids.moved.length > 0) this.#osp.update(Uint32Array.from(ids.moved), this.#boxesOf(ids.moved));
       if (ids.came.length > 0) this.#osp.insert(Uint32Array.from(ids.came), this.#boxesOf(ids.came));
     } catch (error) {
-      // The boxes that were noted are not those of the index: the next frame notes them anew.
+      // The stored boxes are not those of the index, so the next frame stores them again.
       for (const id of [...ids.moved, ...ids.came]) this.#boxes[BOX * id] = NaN;
       throw error;
     }

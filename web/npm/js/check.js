@@ -1,4 +1,4 @@
-// What arguments have to be, before any number of them is looked at.
+// Checks of arguments, before any of their numbers is used.
 
 const nameOf = (value) =>
   value === null || value === undefined ? String(value) : (value[Symbol.toStringTag] ?? value.constructor?.name ?? typeof value);

@@ -1,4 +1,5 @@
-// Objects with keys of the caller's that come, move and go, and what each camera sees of them. See README.md and index.d.ts.
+// Objects with keys from the caller, which can be added, moved and removed, and the objects that each camera sees. See
+// README.md and index.d.ts.
 
 import { Culler as Core } from "../wasm/osp_culling.js";
 import { number, numbers, typed } from "./check.js";

@@ -1,4 +1,4 @@
-// An index of boxes that come, move and go at any time. See README.md and index.d.ts.
+// An index of boxes, which can be added, moved and removed at any time. See README.md and index.d.ts.
 
 import { Index, kernel as kernelName } from "../wasm/osp_culling.js";
 import { boxesOf, isWebgl, number, numbers, typed } from "./check.js";

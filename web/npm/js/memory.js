@@ -1,4 +1,4 @@
-// The module and its memory. Its memory moves when it grows, so a view of it is made for each access and never kept.
+// The module and its memory. The memory moves when it grows, so a new view of it is made for each access.
 
 import { initSync } from "../wasm/osp_culling.js";
 import { moduleBeside } from "#load";
@@ -14,7 +14,7 @@ let pending = null;
  */
 export function init(source) {
   pending ??= load(source).catch((error) => {
-    // So that it may be tried again.
+    // After an error, the load may be tried again.
     pending = null;
     throw error;
   });

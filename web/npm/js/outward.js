@@ -1,4 +1,4 @@
-// Numbers of double precision as boxes of single precision that hold them.
+// Rounds numbers of double precision outwards to boxes of single precision.
 
 const single = new Float32Array(1);
 const bits = new Int32Array(single.buffer);

@@ -66,7 +66,7 @@ export class BatchedMeshCuller {
     this.#file();
     const mesh = this.#mesh;
     mesh.updateWorldMatrix(true, false);
-    // All answers first: after an exception everything is as the last frame left it.
+    // All results come first, so that after an exception the state is that of the last frame.
     const answers = cameras.map((camera) => this.#inViewOf(camera));
     this.#frame += 1;
     let count = 0;
@@ -94,7 +94,7 @@ export class BatchedMeshCuller {
     if (this.#before === null) return;
     TAKEN.delete(this.#mesh);
     for (const [name, { follower, own }] of this.#followers) {
-      // Where somebody has put another method over ours, that one stays, and ours only hands on.
+      // If somebody has replaced our method, theirs stays, and ours only calls the original.
       if (this.#mesh[name] !== follower) continue;
       if (own) Object.defineProperty(this.#mesh, name, own);
       else delete this.#mesh[name];
@@ -231,7 +231,7 @@ export class BatchedMeshCuller {
   #boxOf(id) {
     const mesh = this.#mesh;
     const bounds = mesh.getBoundingBoxAt(mesh.getGeometryIdAt(id), this.#box);
-    // three.js takes instances of geometries that it does not have.
+    // three.js allows instances of geometries that do not exist.
     if (bounds === null) return null;
     const { min, max } = bounds;
     const m = mesh.getMatrixAt(id, this.#matrix).elements;
@@ -259,7 +259,7 @@ export class BatchedMeshCuller {
   #hideUnseen(id) {
     const isShown = PRESENT | FILED | SHOWN;
     if ((this.#state[id] & isShown) === isShown && this.#seen[id] !== this.#frame) this.#show(id, false);
-    // Without a box nobody knows where it is: it is drawn.
+    // Without a box the instance's place is unknown, so it is drawn.
     if ((this.#state[id] & (PRESENT | FILED | SHOWN)) === PRESENT) this.#show(id, true);
   }
 }
