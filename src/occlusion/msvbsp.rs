@@ -121,6 +121,11 @@ impl Msvbsp {
         }
     }
 
+    /// The tree as it was last built.
+    pub fn tree(&self) -> &ShadowTree {
+        &self.tree
+    }
+
     fn leaf(&mut self, task: &Task) {
         self.tree.set(task.link, Child::leaf(task.caps));
     }

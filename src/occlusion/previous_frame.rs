@@ -8,6 +8,8 @@
 //!
 //! The picture ([`super::coverage`]) counts only pixels that a surface covers wholly, so that nothing visible is culled.
 
+use glam::DVec3;
+
 use super::{
     CoverageBuffer, CullConfig, Soundness, ViewInput, coverage::Surfaces, culler::OcclusionCuller,
     view_occlusion::remove_hidden,
@@ -47,13 +49,33 @@ const MOST_RESERVED: usize = 1 << 17;
 /// Largest number of changed polygons that are read in a frame.
 const MOST_READS: u32 = 1 << 14;
 
-/// A polygon that was visible in the last frame is tested separately in one of this number of frames.
-const TESTED_EVERY: usize = 4;
+/// A polygon that was visible in the last frame most often is so in this one: it is tested in one of this many frames. A
+/// polygon that was no occluder because there are too many is compared with the others as often.
+const TURNS: usize = 4;
+
+/// A view has jumped if the eye has moved by more than this share of the mean distance of its occluders, or turned by more
+/// than the angle with this cosine: 6 degrees.
+const JUMP: f64 = 0.1;
+const JUMP_COSINE: f64 = 0.9945;
+
+/// A view's eye.
+#[derive(Clone, Copy, Debug)]
+struct Eye {
+    eye_in_world: DVec3,
+    forward: DVec3,
+    /// Mean distance of the occluders.
+    occluders_m: f64,
+}
 
 /// The state of a view after its last frame.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     frame: usize,
+    eye: Option<Eye>,
+    /// Whether the view has jumped: then polygons are not left for later turns.
+    has_jumped: bool,
+    /// Whether there were more occluders than [`PreviousFrameOccluders::MOST_OCCLUDERS`].
+    is_full: bool,
     /// The block at which the next frame begins to fill useless polygons again.
     again_from: usize,
     /// Hidden polygons in the frustum.
@@ -62,16 +84,34 @@ struct Seen {
     drawn: VisibleBlocks,
     /// Drawn polygons that hid nothing when they were filled last.
     useless: VisibleBlocks,
+    /// Filled polygons.
+    filled: VisibleBlocks,
 }
 
 impl Seen {
     fn with_capacity(polygons: usize) -> Self {
         let set = || VisibleBlocks::with_capacity(polygons);
-        Self { frame: 0, again_from: 0, hidden: set(), drawn: set(), useless: set() }
+        Self { hidden: set(), drawn: set(), useless: set(), filled: set(), ..Self::default() }
     }
 
     fn clear(&mut self) {
-        [&mut self.hidden, &mut self.drawn, &mut self.useless].into_iter().for_each(VisibleBlocks::clear);
+        self.eye = None;
+        let sets = [&mut self.hidden, &mut self.drawn, &mut self.useless, &mut self.filled];
+        sets.into_iter().for_each(VisibleBlocks::clear);
+    }
+
+    /// Begins a frame.
+    fn begin(&mut self, window: &ViewWindow) {
+        self.frame = self.frame.wrapping_add(1);
+        self.has_jumped = self.eye.is_none_or(|Eye { eye_in_world, forward, occluders_m }| {
+            window.eye_in_world().distance(eye_in_world) > JUMP * occluders_m
+                || window.forward().dot(forward) < JUMP_COSINE
+        });
+    }
+
+    /// Whether it is the turn of a block's polygons in this frame.
+    fn is_turn(&self, block: usize) -> bool {
+        self.has_jumped || block % TURNS == self.frame % TURNS
     }
 
     fn remember(&mut self, in_view: &VisibleBlocks, drawn: &VisibleBlocks) {
@@ -104,7 +144,7 @@ pub struct PreviousFrameOccluders {
 
 impl PreviousFrameOccluders {
     /// Largest number of polygons that a frame fills for a view: the largest ones as seen from the eye.
-    pub const MOST_OCCLUDERS: usize = 4096;
+    pub const MOST_OCCLUDERS: usize = 8192;
 
     /// Width and height of the picture, pixels.
     pub const PICTURE: [u32; 2] = [1024, 576];
@@ -178,7 +218,7 @@ impl PreviousFrameOccluders {
     ) -> PreviousFrameCounts {
         self.view(view);
         let seen = &mut self.views[view];
-        seen.frame = seen.frame.wrapping_add(1);
+        seen.begin(window);
         self.filled.clear();
         // Useless polygons are filled again in turns.
         let most_again = seen.useless.len().div_ceil(AGAIN_EVERY).min(MOST_AGAIN);
@@ -195,6 +235,11 @@ impl PreviousFrameOccluders {
                     seen.again_from = block + 1;
                 }
             }
+            if seen.is_full && !seen.is_turn(block) {
+                // The others were smaller than the filled ones in an earlier frame.
+                let is_new = !(seen.drawn.mask(block) & self.read.mask(block));
+                tried &= seen.filled.mask(block) | is_new;
+            }
             let unread = tried & !self.read.mask(block);
             if unread != 0 && reads < MOST_READS {
                 reads += unread.count_ones();
@@ -205,7 +250,10 @@ impl PreviousFrameOccluders {
             }
             self.filled.extend(ids_of(block, tried).filter(|&id| self.surfaces.is_occluder(id)));
         }
-        if self.filled.len() > Self::MOST_OCCLUDERS {
+        let is_over = self.filled.len() > Self::MOST_OCCLUDERS;
+        seen.is_full =
+            is_over || seen.is_full && !seen.has_jumped && self.filled.len() == Self::MOST_OCCLUDERS;
+        if is_over {
             let eye = window.eye_in_world().as_vec3();
             self.scored.clear();
             self.scored.extend(self.filled.iter().map(|&id| (self.surfaces.solid_angle(id, eye), id)));
@@ -216,14 +264,21 @@ impl PreviousFrameOccluders {
             self.filled.extend(self.scored[..Self::MOST_OCCLUDERS].iter().map(|&(_, id)| id));
         }
         let counts = self.buffer.build_of(window, &self.surfaces, self.filled.iter().copied());
+        seen.filled.clear();
         for (id, is_useful) in self.buffer.filled() {
             let (block, bit) = (id.index() / BLOCK, 1 << (id.index() % BLOCK));
+            seen.filled.insert_block(block, bit);
             if is_useful {
                 seen.useless.remove_block(block, bit);
             } else {
                 seen.useless.insert_block(block, bit);
             }
         }
+        seen.eye = Some(Eye {
+            eye_in_world: window.eye_in_world(),
+            forward: window.forward(),
+            occluders_m: self.buffer.mean_distance_m(),
+        });
         self.is_built = counts.occluders > 0;
         PreviousFrameCounts {
             occluders: u64::from(counts.occluders),
@@ -259,8 +314,7 @@ impl PreviousFrameOccluders {
                 let left = mask & drawn.mask(block);
                 // A polygon that was visible in the last frame mostly is visible in this one, so only a share of these
                 // polygons is tested.
-                let is_turn = block % TESTED_EVERY == seen.frame % TESTED_EVERY;
-                let tested = if is_turn { left } else { left & !seen.drawn.mask(block) };
+                let tested = if seen.is_turn(block) { left } else { left & !seen.drawn.mask(block) };
                 let mut hidden = 0;
                 for id in ids_of(block, tested) {
                     counts.tests += 1;

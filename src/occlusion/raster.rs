@@ -31,18 +31,37 @@ impl Raster {
         let at = flat.map(|p| DVec2::new(right.dot(p), up.dot(p)));
         let low = at.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
         let high = at.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
-        let pixels_a_unit = DVec2::new(width, height) / (high - low);
-        Self {
+        let raster = Self {
             eye_in_world: window.eye_in_world(),
             forward,
             right,
             up,
             corner: low,
             far_corner: high,
+            pixels_a_unit: DVec2::ONE,
+            step: [right, up],
+            first: forward,
+        };
+        raster.part([low, high], width, height)
+    }
+
+    /// A picture of a part of the window with this many pixels across and down. The part is given by its lowest and
+    /// highest tangents, to the right and up.
+    pub(crate) fn part(&self, [low, high]: [DVec2; 2], width: f64, height: f64) -> Self {
+        let pixels_a_unit = DVec2::new(width, height) / (high - low);
+        Self {
+            corner: low,
+            far_corner: high,
             pixels_a_unit,
-            step: [right / pixels_a_unit.x, up / pixels_a_unit.y],
-            first: forward + right * low.x + up * low.y,
+            step: [self.right / pixels_a_unit.x, self.up / pixels_a_unit.y],
+            first: self.forward + self.right * low.x + self.up * low.y,
+            ..*self
         }
+    }
+
+    /// The lowest and highest tangents of the picture, to the right and up.
+    pub(crate) fn tangents(&self) -> [DVec2; 2] {
+        [self.corner, self.far_corner]
     }
 
     /// Position of a point before the eye, pixels. `p` is relative to the eye.

@@ -1,5 +1,7 @@
 //! The tree that all shadow-volume methods share, and its queries. The methods differ only in how they build it.
 
+mod parts;
+
 use glam::DVec3;
 
 use super::{QUERY_SLACK, ShadowVolume, Tested, Verdict, cone};

@@ -36,7 +36,8 @@
 //! # Hidden behind walls
 //!
 //! An entity with an [`Occluder`] hides things behind it, by the conservative occlusion culling of [`osp::occlusion`].
-//! Without such entities the visible sets are Bevy's own.
+//! Without such entities the visible sets are Bevy's own. [`OspHidden`] tests whether a sound, a character or a trigger
+//! is hidden from a camera.
 
 mod bounds;
 mod changes;
@@ -44,12 +45,14 @@ mod check;
 mod culling;
 mod distinct;
 mod entities;
+mod hidden;
 mod occluder;
 mod occlusion;
 mod plugin;
 mod settings;
 
 pub use culling::{OspCulling, OspCullingCounts};
+pub use hidden::{CameraOccluders, OspHidden};
 pub use occluder::{Occluder, OccluderError, OccluderSides};
 pub use plugin::OspCullingPlugin;
 pub use settings::OspCullingSettings;

@@ -10,7 +10,7 @@ use bevy_ecs::{query::Without, system::Query};
 use bevy_transform::components::GlobalTransform;
 use osp::{
     glam::{DVec3, Vec3},
-    math::Aabb as WorldBox,
+    math::{Aabb as WorldBox, Sphere},
     occlusion::{
         OcclusionCuller, ShadowVolume, Verdict,
         msvbsp::{Msvbsp, MsvbspConfig},
@@ -124,9 +124,19 @@ impl Shadows {
 
     /// Whether a box is completely hidden.
     #[inline]
+    pub(crate) fn hides(&self, bounds: &WorldBox) -> bool {
+        self.culler.as_ref().is_some_and(|culler| culler.test_box(bounds).verdict == Verdict::Hidden)
+    }
+
+    /// Whether nothing of a sphere can be seen.
+    pub(crate) fn hides_sphere(&self, sphere: &Sphere) -> bool {
+        self.culler.as_ref().is_some_and(|culler| culler.test_sphere(sphere).verdict == Verdict::Hidden)
+    }
+
+    /// [`Shadows::hides`], counted.
+    #[inline]
     pub(crate) fn hide(&self, bounds: &WorldBox) -> bool {
-        let is_hidden =
-            self.culler.as_ref().is_some_and(|culler| culler.test_box(bounds).verdict == Verdict::Hidden);
+        let is_hidden = self.hides(bounds);
         if is_hidden {
             self.occluded.fetch_add(1, Ordering::Relaxed);
         }

@@ -13,10 +13,10 @@ use bevy_camera::{
         NoFrustumCulling, RenderLayers, Visibility, VisibilityClass, VisibilityRange, VisibleEntities,
     },
 };
-use bevy_ecs::{bundle::Bundle, entity::Entity};
+use bevy_ecs::{bundle::Bundle, entity::Entity, system::RunSystemOnce};
 use bevy_math::{DVec3, Quat, Vec3, primitives::Cuboid};
 use bevy_mesh::Mesh;
-use bevy_osp::{Occluder, OccluderSides, OspCulling, OspCullingSettings};
+use bevy_osp::{Occluder, OccluderSides, OspCulling, OspCullingSettings, OspHidden};
 use bevy_transform::components::{GlobalTransform, Transform};
 use rand_pcg::{
     Pcg64Mcg,
@@ -105,6 +105,34 @@ fn a_wall_hides_what_is_behind_it() {
     app.world_mut().despawn(wall_id);
     app.update();
     assert_eq!((seen(&app, camera).len(), occluded(&app)), (5, 0));
+}
+
+#[test]
+fn a_place_behind_a_wall_is_hidden_from_a_camera() {
+    let (mut app, camera) = app_with_camera(perspective());
+    let parallel = Projection::Orthographic(OrthographicProjection::default_3d());
+    let parallel = app.world_mut().spawn((Camera::default(), parallel, Transform::default())).id();
+    let wall_id = app.world_mut().spawn(wall(Transform::from_xyz(0.0, 0.0, -10.0))).id();
+    app.update();
+    let hidden = |app: &mut App, camera: Entity| {
+        let test = |hidden: OspHidden<'_, '_>| {
+            let occluders = hidden.from_camera(camera)?;
+            let cube = |x: f32, z: f32| {
+                let middle = Vec3::new(x, 0.0, z);
+                let by_box = occluders.hides_box(middle - 0.5, middle + 0.5);
+                assert_eq!(occluders.hides_sphere(middle, 0.5), by_box, "at {middle}");
+                by_box
+            };
+            assert!(!occluders.hides_box(Vec3::NAN, Vec3::NAN) && !occluders.hides_sphere(Vec3::NAN, 1.0));
+            Some([cube(0.0, -20.0), cube(0.0, -5.0), cube(9.0, -20.0), cube(0.0, -10.2), cube(0.0, 20.0)])
+        };
+        app.world_mut().run_system_once(test).expect("the system runs")
+    };
+    assert_eq!(hidden(&mut app, camera), Some([true, false, false, false, false]));
+    assert_eq!(hidden(&mut app, parallel), None, "a parallel projection");
+    assert_eq!(hidden(&mut app, wall_id), None, "no camera");
+    app.world_mut().despawn(wall_id);
+    assert_eq!(hidden(&mut app, camera), Some([false; 5]), "without occluders");
 }
 
 #[test]

@@ -99,6 +99,8 @@ const NEEDS: &[(&[&str], &[&str], Feature)] = &[
     (&["replay"], &["window", "paused", "trace"], Feature::Window),
     (&["bench"], &[], Feature::Bench),
     (&["draw-index"], &[], Feature::Bench),
+    (&["draw-insertion"], &[], Feature::Bench),
+    (&["draw-occlusion"], &[], Feature::Bench),
     (&["race"], &[], Feature::Bench),
     (&["replay"], &["chart"], Feature::Bench),
     (&["replay"], &["draw"], Feature::Render),

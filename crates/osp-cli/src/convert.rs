@@ -28,8 +28,8 @@ use osp_session::{
 /// A .tilt file holds the data of Tilt Brush and Open Brush: strokes with brushes, control points and pressures,
 /// layers, groups, camera and light. Erased strokes are left out, and moved strokes are written in their new places. A
 /// session that came from a .tilt file gets all its metadata back; strokes that nobody changed are the same bit for
-/// bit. One line for each names the parts that .tilt cannot hold. Only this command writes .tilt: `osp export` writes
-/// the polygons of one frame, and `osp import` writes every event.
+/// bit. A warning names each thing that .tilt cannot hold. Only this command writes .tilt: `osp export` writes the
+/// polygons of one frame, and `osp import` writes every event.
 ///
 /// With --to, the command converts all sessions in the folders, on all cores. It skips a target that is newer than its
 /// session, so the same command continues after an interruption. Each file appears only when it is complete. If there

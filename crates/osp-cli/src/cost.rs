@@ -30,7 +30,7 @@ pub(super) struct Cost {
     blended_layers: f64,
     brushes: Vec<BrushCost>,
     /// The strokes with the most triangles.
-    dearest_strokes: Vec<StrokeCost>,
+    most_expensive_strokes: Vec<StrokeCost>,
 }
 
 /// The cost of the strokes of one brush.
@@ -87,19 +87,20 @@ impl Cost {
         brushes.sort_by_key(|row| Reverse(row.triangles));
         let triangles = brushes.iter().map(|row| row.triangles).sum();
         strokes.sort_by_key(|&(triangles, ..)| Reverse(triangles));
-        let dearest = strokes.into_iter().take(MOST_STROKES).map(|(of_stroke, stroke, brush)| StrokeCost {
-            stroke,
-            brush: brush.to_owned(),
-            triangles: of_stroke,
-            share: part(of_stroke, triangles),
-        });
+        let most_expensive =
+            strokes.into_iter().take(MOST_STROKES).map(|(of_stroke, stroke, brush)| StrokeCost {
+                stroke,
+                brush: brush.to_owned(),
+                triangles: of_stroke,
+                share: part(of_stroke, triangles),
+            });
         Self {
             triangles,
             vertices: brushes.iter().map(|row| row.vertices).sum(),
             budget_triangles,
             blended_triangles: brushes.iter().filter(|row| row.is_blended).map(|row| row.triangles).sum(),
             blended_layers,
-            dearest_strokes: dearest.collect(),
+            most_expensive_strokes: most_expensive.collect(),
             brushes,
         }
     }
@@ -144,13 +145,13 @@ impl Cost {
             ]
         });
         lines.push(table(&["brush", "strokes", "polygons", "triangles", "vertices", "share", ""], rows));
-        if !self.dearest_strokes.is_empty() {
-            let rows = self.dearest_strokes.iter().map(|row| {
+        if !self.most_expensive_strokes.is_empty() {
+            let rows = self.most_expensive_strokes.iter().map(|row| {
                 let stroke = row.stroke.map_or("(none)".to_owned(), |stroke| stroke.to_string());
                 let brush = one_line(&row.brush).into_owned();
                 vec![stroke, thousands(row.triangles), percent(row.share), brush]
             });
-            lines.push(table(&["dearest stroke", "triangles", "share", "brush"], rows));
+            lines.push(table(&["expensive stroke", "triangles", "share", "brush"], rows));
         }
         lines
     }

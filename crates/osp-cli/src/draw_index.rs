@@ -1,6 +1,6 @@
 //! `osp draw-index`: a picture of an index's structure.
 
-use anyhow::{anyhow, ensure};
+use anyhow::{anyhow, bail, ensure};
 
 use super::{
     draw_index_args::{Colors, DrawIndexArgs, From, Shown},
@@ -18,13 +18,17 @@ use osp_lab::report::{
     CellColors, Side, SplitOutline, Structure, StructurePanel, StructurePicture, StructureView, thousands,
 };
 use osp_rivals::{Bsp, BspConfig, IndexKind};
-use osp_session::{output_file::OutputKind, replay::Moment, scene::Scene};
+use osp_session::{output_file::OutputKind, scene::Scene};
 
 /// Largest number of planes that are drawn.
 const MOST_PLANES: usize = 2000;
+/// Largest number of indexes side by side.
+const MOST_PANELS: usize = 6;
+/// Largest number of polygons whose numbers are written.
+const MOST_NAMED: u64 = 500;
 
-/// Returns the planes of a tree that cuts along the planes of the polygons.
-fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
+/// Returns the planes of a tree that cuts along the planes of the polygons, down to `levels`.
+fn splits(scene: &Scene, levels: Option<u32>) -> anyhow::Result<Vec<SplitOutline>> {
     let mut tree = Bsp::new(BspConfig::default(), &IndexConfig::default());
     let mut bounds = Aabb::EMPTY;
     for id in scene.visible_ids() {
@@ -35,7 +39,9 @@ fn splits(scene: &Scene) -> anyhow::Result<Vec<SplitOutline>> {
     tree.commit();
     let mut outlines = Vec::new();
     tree.splits(&bounds, MOST_PLANES, &mut |depth, corners| {
-        outlines.push(SplitOutline { depth, corners: corners.to_vec() });
+        if levels.is_none_or(|levels| depth < levels) {
+            outlines.push(SplitOutline { depth, corners: corners.to_vec() });
+        }
     });
     Ok(outlines)
 }
@@ -64,26 +70,46 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
         "svg" => OutputKind::Svg,
         _ => OutputKind::Png,
     };
-    let output = Outputs::new(args.force).reads([&args.frame.session.file]).add("OUT", &args.out, kind)?;
+    let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
     ensure!(
-        !args.planes || (args.frame.index == IndexKind::Bsp && args.shown == Shown::Space),
-        "--planes: expected with --index bsp and a picture of cells"
+        !args.planes || (args.shown == Shown::Space && args.index.iter().all(|&index| has_planes(index))),
+        "--planes: expected with --index bsp or osp-paper and a picture of cells"
     );
     ensure!(
-        args.beside.is_none() || !is_dot,
-        "{}: a .dot holds one tree: expected no --beside",
+        args.index.len() == 1 || !is_dot,
+        "{}: a .dot holds one tree: expected one index",
         args.out.display()
     );
+    ensure!(args.index.len() <= MOST_PANELS, "--index: expected at most {MOST_PANELS} indexes");
     let ray = args.ray.as_deref().map(ray_of).transpose()?;
-    let Played { scene, pipeline, moment, .. } = Played::in_index(&args.frame)?;
-    let file = &args.frame.session.file;
-    let name = file_name(file);
-    let title_of =
-        |moment: &Moment, index: IndexKind| format!("{name}, frame {}, {}", moment.frame, index.name());
-    let title = title_of(&moment, args.frame.index);
-    let structure = Structure::of(pipeline.index());
+    let name = file_name(&args.session.file);
+    let is_tree = args.shown == Shown::Tree;
+    let mut panels = Vec::new();
+    let mut first: Option<Played> = None;
+    for &index in &args.index {
+        let played = Played::up_to(&args.session, index)?;
+        let drawn = played.pipeline.index();
+        let structure =
+            if is_tree || args.planes { Structure::with_empty_nodes(drawn) } else { Structure::of(drawn) };
+        let splits = match index {
+            _ if !args.planes => Vec::new(),
+            IndexKind::Bsp => splits(&played.scene, args.levels)?,
+            _ => structure.upper(args.levels.unwrap_or(u32::MAX)).splits(MOST_PLANES),
+        };
+        let title = format!("{name}, frame {}, {}", played.moment.frame, index.name());
+        panels.push(StructurePanel { title, structure, levels: args.levels, splits });
+        first.get_or_insert(played);
+    }
+    let Some(Played { scene, pipeline, .. }) = first else { bail!("--index: expected an index") };
+    let polygons = scene.counts().visible;
+    ensure!(
+        !args.names || polygons <= MOST_NAMED,
+        "--names: expected at most {MOST_NAMED} polygons; found {polygons}"
+    );
     if is_dot {
-        output.write(structure.to_dot(&title).as_bytes())?;
+        let StructurePanel { title, structure, levels, .. } = &panels[0];
+        let structure = structure.upper(levels.unwrap_or(u32::MAX));
+        output.write(structure.to_dot(title, args.names).as_bytes())?;
     } else {
         let view = match (args.shown, args.from) {
             (Shown::Tree, _) => StructureView::Tree,
@@ -92,32 +118,33 @@ pub(super) fn run(args: &DrawIndexArgs) -> anyhow::Result<Outcome> {
             (Shown::Space, From::Right) => StructureView::Space(Side::Right),
         };
         output.check()?;
-        let splits = if args.planes { splits(&scene)? } else { Vec::new() };
-        let mut panels = vec![StructurePanel { title: title.clone(), structure: structure.clone(), splits }];
-        if let Some(other) = args.beside {
-            let played = Played::up_to(&args.frame.session, other)?;
-            let structure = Structure::of(played.pipeline.index());
-            panels.push(StructurePanel { title: title_of(&moment, other), structure, splits: Vec::new() });
-        }
         let colors = match args.colors {
             Colors::Level => CellColors::Level,
             Colors::Leaf => CellColors::Leaf,
         };
         let ray = ray.map(|ray| (ray, first_hit(pipeline.index(), &scene, &ray)));
-        let picture = StructurePicture { panels: &panels, view, scene: &scene, colors, ray };
+        let picture =
+            StructurePicture { panels: &panels, view, scene: &scene, colors, ray, named: args.names };
         picture.write(output.path()).map_err(|e| anyhow!("{}: {e}", output.path().display()))?;
     }
-    let nodes = structure.nodes();
-    if nodes.is_empty() {
-        complain(&format!("warning: {} has no nodes to show", args.frame.index.name()));
+    for (panel, index) in panels.iter().zip(&args.index) {
+        let nodes = panel.structure.nodes();
+        if nodes.is_empty() {
+            complain(&format!("warning: {} has no nodes to show", index.name()));
+        }
+        say(&format!(
+            "{}: {} nodes, {} levels, {} polygons -> {}",
+            one_line(&panel.title),
+            thousands(nodes.len() as u64),
+            if nodes.is_empty() { 0 } else { panel.structure.depth() + 1 },
+            thousands(polygons),
+            one_line(&args.out.to_string_lossy())
+        ))?;
     }
-    say(&format!(
-        "{}: {} nodes, {} levels, {} polygons -> {}",
-        one_line(&title),
-        thousands(nodes.len() as u64),
-        if nodes.is_empty() { 0 } else { structure.depth() + 1 },
-        thousands(scene.counts().visible),
-        one_line(&args.out.to_string_lossy())
-    ))?;
     Ok(Outcome::Done)
+}
+
+/// Whether each node of an index is halved by a plane.
+fn has_planes(index: IndexKind) -> bool {
+    matches!(index, IndexKind::Bsp | IndexKind::OspPaper)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{parsers::index_parser, played::IndexedFrameArgs, query::Numbers};
+use super::{parsers::index_parser, played::FrameArgs, query::Numbers};
 use osp_rivals::IndexKind;
 
 /// Draw an index in its state after a frame: its cells over the polygons, or its tree.
@@ -14,26 +14,34 @@ use osp_rivals::IndexKind;
 #[command(after_help = "Examples:
   osp draw-index recordings/room.ron room.svg
   osp draw-index recordings/room.ron --index octree-rebuild --from top room.png
-  osp draw-index recordings/room.ron --beside kd-tree --colors leaf both.svg
+  osp draw-index recordings/room.ron --index osp,kd-tree,bvh-sah --colors leaf three.svg
   osp draw-index recordings/room.ron --ray 0,1.6,6 0,0,-1 --from top ray.png
   osp draw-index recordings/room.ron --index bsp --planes --from top planes.png
+  osp draw-index docs/figures/fall.ron --index osp-paper --as tree --levels 5 --names paper.svg
+  osp draw-index recordings/room.ron --index osp-paper --planes --levels 7 cube.png
   osp draw-index sketch.tilt --index bvh-sah --frame 40 --as tree tree.svg
   osp draw-index sketch.tilt --as tree tree.dot   (for Graphviz)")]
 pub(super) struct DrawIndexArgs {
     #[command(flatten)]
-    pub(super) frame: IndexedFrameArgs,
+    pub(super) session: FrameArgs,
     /// The picture to write: .svg or .png, or .dot for a tree.
     #[arg(value_name = "OUT")]
     pub(super) out: PathBuf,
-    /// Whether to draw the cells or the tree.
+    /// The indexes, separated by commas and drawn side by side (`osp replay --help` describes them).
+    #[arg(long, default_value = "osp", value_delimiter = ',', value_parser = index_parser())]
+    pub(super) index: Vec<IndexKind>,
+    /// Whether to draw the cells or the tree. The tree of `osp-paper` has its empty nodes, planes and flags, too.
     #[arg(long = "as", value_enum, default_value_t = Shown::Space)]
     pub(super) shown: Shown,
     /// The side from which to see the cells.
     #[arg(long, value_enum, default_value_t = From::Front)]
     pub(super) from: From,
-    /// A second index, drawn beside the first.
-    #[arg(long, value_name = "INDEX", value_parser = index_parser())]
-    pub(super) beside: Option<IndexKind>,
+    /// Draw at most the upper N levels.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) levels: Option<u32>,
+    /// Write the numbers of the polygons, at most 500.
+    #[arg(long)]
+    pub(super) names: bool,
     /// Colour cells by `level`, or polygons by the lowest node that holds them (`leaf`).
     #[arg(long, value_enum, default_value_t = Colors::Level)]
     pub(super) colors: Colors,
@@ -41,7 +49,8 @@ pub(super) struct DrawIndexArgs {
     /// that it hits.
     #[arg(long, num_args = 2, value_names = ["X,Y,Z", "X,Y,Z"], allow_hyphen_values = true)]
     pub(super) ray: Option<Vec<Numbers>>,
-    /// Draw the planes of a `bsp` instead of the boxes of its nodes: the upper 2,000, each clipped by the planes above it.
+    /// Draw the planes of a `bsp` or of `osp-paper` instead of the boxes of the nodes: the upper 2,000, each clipped by the
+    /// planes above it.
     #[arg(long)]
     pub(super) planes: bool,
     /// Let the picture replace a file of another kind, but never the session.

@@ -19,6 +19,18 @@ pub(super) struct GifFile {
     size: (u16, u16),
     /// The last frame as red, green and blue bytes. Empty before the first frame.
     shown: Vec<u8>,
+    /// Choice of the palette for a frame with too many colours.
+    choice: ColorChoice,
+}
+
+/// Choice of the palette for a frame with more colours than it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ColorChoice {
+    /// Colours that are close to all colours of the frame, for pictures with shades.
+    Close,
+    /// Exactly the most frequent colours. In drawings, the others are at the edges of letters and lines.
+    #[cfg(feature = "bench")]
+    Frequent,
 }
 
 impl GifFile {
@@ -28,7 +40,13 @@ impl GifFile {
         let size = (side(width)?, side(height)?);
         let mut encoder = Encoder::new(file, size.0, size.1, &[]).map_err(to_io)?;
         encoder.set_repeat(Repeat::Infinite).map_err(to_io)?;
-        Ok(Self { encoder, size, shown: Vec::new() })
+        Ok(Self { encoder, size, shown: Vec::new(), choice: ColorChoice::Close })
+    }
+
+    /// Returns the same film for drawings: areas of one colour keep it exactly, so that they match the legend.
+    #[cfg(feature = "bench")]
+    pub(super) fn of_drawings(self) -> Self {
+        Self { choice: ColorChoice::Frequent, ..self }
     }
 
     /// Appends a frame that is shown for `delay` hundredths of a second. `rgb` has red, green and blue bytes in rows
@@ -87,7 +105,12 @@ impl GifFile {
         let mut colors: Vec<[u8; 3]> = pixels.iter().flatten().copied().collect();
         colors.sort_unstable();
         colors.dedup();
-        let (palette, entries) = palette(&pixels, &colors);
+        let (palette, entries) = match self.choice {
+            _ if colors.len() <= COLORS => all_of(&colors),
+            ColorChoice::Close => close(&pixels, &colors),
+            #[cfg(feature = "bench")]
+            ColorChoice::Frequent => frequent(&pixels, &colors),
+        };
         let entry = |color: &[u8; 3]| colors.binary_search(color).map_or(UNCHANGED, |at| entries[at]);
         let indices: Vec<u8> = pixels.iter().map(|pixel| pixel.as_ref().map_or(UNCHANGED, entry)).collect();
         let frame = Frame::from_palette_pixels(width, height, indices, palette, Some(UNCHANGED));
@@ -95,25 +118,76 @@ impl GifFile {
     }
 }
 
-/// Returns a palette of [`COLORS`] colours plus one entry for "no change", and the palette entry of each of the sorted
+/// A palette of at most [`COLORS`] colours plus one entry for "no change", and the palette entry of each of the sorted
 /// colours.
-fn palette(pixels: &[Option<[u8; 3]>], colors: &[[u8; 3]]) -> (Vec<u8>, Vec<u8>) {
-    let (mut palette, entries) = if colors.len() <= COLORS {
-        (colors.concat(), (0..colors.len()).map(|at| at as u8).collect())
-    } else {
-        let rgba: Vec<u8> = pixels.iter().flatten().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
-        let one_in = (rgba.len() / 4 / LOOKED_AT).clamp(1, 30) as i32;
-        let chosen = NeuQuant::new(one_in, COLORS, &rgba);
-        let entries = colors.iter().map(|&[r, g, b]| chosen.index_of(&[r, g, b, 255]) as u8).collect();
-        (chosen.color_map_rgb(), entries)
-    };
+type Palette = (Vec<u8>, Vec<u8>);
+
+fn filled(mut palette: Vec<u8>) -> Vec<u8> {
     palette.resize((COLORS + 1) * 3, 0);
-    (palette, entries)
+    palette
+}
+
+fn all_of(colors: &[[u8; 3]]) -> Palette {
+    (filled(colors.concat()), (0..colors.len()).map(|at| at as u8).collect())
+}
+
+fn close(pixels: &[Option<[u8; 3]>], colors: &[[u8; 3]]) -> Palette {
+    let rgba: Vec<u8> = pixels.iter().flatten().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
+    let one_in = (rgba.len() / 4 / LOOKED_AT).clamp(1, 30) as i32;
+    let chosen = NeuQuant::new(one_in, COLORS, &rgba);
+    let entries = colors.iter().map(|&[r, g, b]| chosen.index_of(&[r, g, b, 255]) as u8).collect();
+    (filled(chosen.color_map_rgb()), entries)
+}
+
+#[cfg(feature = "bench")]
+fn frequent(pixels: &[Option<[u8; 3]>], colors: &[[u8; 3]]) -> Palette {
+    let mut counts = vec![0_u32; colors.len()];
+    for at in pixels.iter().flatten().filter_map(|pixel| colors.binary_search(pixel).ok()) {
+        counts[at] += 1;
+    }
+    let mut order: Vec<usize> = (0..colors.len()).collect();
+    order.sort_by_key(|&at| (std::cmp::Reverse(counts[at]), at));
+    order.truncate(COLORS);
+    let chosen: Vec<[u8; 3]> = order.iter().map(|&at| colors[at]).collect();
+    let nearest = |color: &[u8; 3]| {
+        let apart =
+            |other: &[u8; 3]| -> u32 { (0..3).map(|i| u32::from(color[i].abs_diff(other[i])).pow(2)).sum() };
+        (0..chosen.len()).min_by_key(|&at| apart(&chosen[at])).unwrap_or(0) as u8
+    };
+    (filled(chosen.concat()), colors.iter().map(nearest).collect())
 }
 
 fn to_io(error: EncodingError) -> io::Error {
     match error {
         EncodingError::Io(error) => error,
         other => io::Error::other(other),
+    }
+}
+
+#[cfg(all(test, feature = "bench"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frequent_colours_stay_and_rare_ones_become_their_neighbours() {
+        let red = [225, 0, 20];
+        // Two pixels of each of 255 shades but for the last, which is rare, and a small area of another colour.
+        let shades = (0..=254).map(|shade| [shade; 3]);
+        let pixels: Vec<_> = shades
+            .clone()
+            .take(254)
+            .flat_map(|shade| [shade; 2])
+            .chain([[254; 3], red, red])
+            .map(Some)
+            .collect();
+        let mut colors: Vec<[u8; 3]> = shades.chain([red]).collect();
+        colors.sort_unstable();
+        let (palette, entries) = frequent(&pixels, &colors);
+        assert_eq!(palette.len(), 256 * 3);
+        let shown = |color: [u8; 3]| {
+            let at = 3 * usize::from(entries[colors.binary_search(&color).expect("there")]);
+            [palette[at], palette[at + 1], palette[at + 2]]
+        };
+        assert_eq!([shown(red), shown([7; 3]), shown([254; 3])], [red, [7; 3], [253; 3]]);
     }
 }

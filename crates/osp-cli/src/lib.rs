@@ -47,6 +47,14 @@ mod cost;
 mod draw_index;
 #[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
 mod draw_index_args;
+#[cfg(feature = "bench")]
+mod draw_insertion;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod draw_insertion_args;
+#[cfg(feature = "bench")]
+mod draw_occlusion;
+#[cfg_attr(not(feature = "bench"), allow(dead_code, reason = "options of a command that this build lacks"))]
+mod draw_occlusion_args;
 #[cfg(feature = "render")]
 mod drawing;
 mod export;
@@ -207,6 +215,8 @@ enum Command {
     Export(export::ExportArgs),
     Bench(bench_args::BenchArgs),
     DrawIndex(draw_index_args::DrawIndexArgs),
+    DrawInsertion(draw_insertion_args::DrawInsertionArgs),
+    DrawOcclusion(draw_occlusion_args::DrawOcclusionArgs),
     Race(race_args::RaceArgs),
     Pack(pack_args::PackArgs),
     Pick(pick::PickArgs),
@@ -252,6 +262,8 @@ impl Command {
             Self::Export(args) => export::run(args),
             Self::Bench(args) => of_feature!("bench", bench::run, args),
             Self::DrawIndex(args) => of_feature!("bench", draw_index::run, args),
+            Self::DrawInsertion(args) => of_feature!("bench", draw_insertion::run, args),
+            Self::DrawOcclusion(args) => of_feature!("bench", draw_occlusion::run, args),
             Self::Race(args) => of_feature!("bench", race::run, args),
             Self::Pack(args) => of_feature!("worlds", pack::run, args),
             Self::Pick(args) => pick::run(args),

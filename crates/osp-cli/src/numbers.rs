@@ -21,11 +21,6 @@ pub(super) fn occluders(text: &str) -> Result<usize, String> {
     within(text, &(0..=MOST_OCCLUDERS), "occluders")
 }
 
-/// A share from 0 to 1.
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    within(text, &(0.0..=1.0), "a share")
-}
-
 /// A multiple of a size.
 pub(super) fn multiple(text: &str) -> Result<f32, String> {
     within(text, &(0.01..=100.0), "a multiple")
@@ -103,10 +98,10 @@ mod tests {
 
     #[test]
     fn what_is_no_number_of_the_range_is_refused() {
-        for text in ["NaN", "inf", "-inf", "-0.1", "1.1", "1e999", "", "x", "1,0"] {
-            assert!(share(text).is_err(), "{text}");
+        for text in ["NaN", "inf", "-inf", "0.09", "600.1", "1e999", "", "x", "1,0"] {
+            assert!(film_s(text).is_err(), "{text}");
         }
-        assert_eq!(share("0.25"), Ok(0.25));
+        assert_eq!(film_s("0.25"), Ok(0.25));
         for text in ["NaN", "inf", "0", "-1", "1e10", ""] {
             assert!(seconds(text).is_err() && nanoseconds(text).is_err(), "{text}");
         }
@@ -124,23 +119,15 @@ mod tests {
             assert!(moment_s(text).is_err(), "{text}");
         }
         assert_eq!(sides("640X480", &(1..=16_384)), Ok((640, 480)));
+        for text in ["", "0", "-1", "1.5G", "G", "1T", "99999999999999999999", "18446744073709551615k", "1é"]
         {
-            for text in
-                ["", "0", "-1", "1.5G", "G", "1T", "99999999999999999999", "18446744073709551615k", "1é"]
-            {
-                assert!(bytes(text).is_err(), "{text}");
-            }
-            assert_eq!(
-                (bytes("7"), bytes("3k"), bytes("2M"), bytes("4G")),
-                (Ok(7), Ok(3072), Ok(2 << 20), Ok(4 << 30))
-            );
-            for text in
-                ["1x1", "0x1x1", "1x1x1x1", "1001x1000x1", "4294967295x4294967295x4294967295", "axbxc"]
-            {
-                assert!(grid(text).is_err(), "{text}");
-            }
-            assert_eq!(grid("3x1x2"), Ok([3, 1, 2]));
+            assert!(bytes(text).is_err(), "{text}");
         }
-        assert_eq!(share("2"), Err("expected a share from 0 to 1; found `2`".to_owned()));
+        assert_eq!([bytes("7"), bytes("3k"), bytes("2M"), bytes("4G")], [7, 3072, 2 << 20, 4 << 30].map(Ok));
+        for text in ["1x1", "0x1x1", "1x1x1x1", "1001x1000x1", "4294967295x4294967295x4294967295", "axbxc"] {
+            assert!(grid(text).is_err(), "{text}");
+        }
+        assert_eq!(grid("3x1x2"), Ok([3, 1, 2]));
+        assert_eq!(multiple("200"), Err("expected a multiple from 0.01 to 100; found `200`".to_owned()));
     }
 }

@@ -172,14 +172,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
             {
                 complain(&format!("frame {}: no picture: {}", moment.frame, blind.why_not()));
             }
-            for ((shown, view), in_list) in seen.iter().zip(pipeline.draw_lists()) {
-                let every: VisibleBlocks;
-                let ids = if args.no_cull {
-                    every = scene.visible_ids().collect();
-                    &every
-                } else {
-                    in_list
-                };
+            for ((shown, view), ids) in seen.iter().zip(pipeline.draw_lists()) {
                 if let Some(trials) = &mut trials {
                     let (figures, image) = trials.draw(moment.frame, scene, view, ids)?;
                     image.write_png(&shown.path(&wanted.path(args, moment.frame)))?;

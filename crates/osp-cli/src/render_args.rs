@@ -26,6 +26,9 @@ const PAINTERS: [&str; 2] = ["bsp", "centre"];
 /// Names of the drawing orders of opaque polygons, and a name for all of them.
 const ORDERS: [&str; 6] = ["none", "front-to-back", "back-to-front", "material", "z-prepass", "all"];
 
+/// Moment at which brushes that move by themselves are drawn by default, seconds.
+pub(super) const MOMENT_S: f32 = 5.6;
+
 /// Draw frames of a session to PNG files, without a window.
 ///
 /// The command plays the session up to the frame like `osp replay`, culls by the index, and draws the rest on the
@@ -78,9 +81,6 @@ pub(super) struct RenderArgs {
     /// Also cull hidden polygons by this method.
     #[arg(long, default_value = "none", value_parser = occlusion_parser())]
     pub(super) occlusion: Method,
-    /// Draw every polygon of the model, without culling.
-    #[arg(long, conflicts_with = "check")]
-    pub(super) no_cull: bool,
     /// Draw each frame a second time without culling; a pixel that differs gives exit code 1.
     #[arg(long)]
     pub(super) check: bool,
@@ -88,13 +88,13 @@ pub(super) struct RenderArgs {
     /// order by a BSP tree, and cuts polygons that have no order; `centre` sorts by the distance of their middles. The
     /// picture is compared with the picture of the depth buffer. With --check, the exit code is 1 if more than one
     /// pixel in 10,000 differs away from edges.
-    #[arg(long, value_name = "ORDER", conflicts_with_all = ["no_cull", "rig"], value_parser = PAINTERS)]
+    #[arg(long, value_name = "ORDER", conflicts_with = "rig", value_parser = PAINTERS)]
     pub(super) painter: Option<String>,
     /// Also draw each frame with its opaque polygons in other orders, separated by commas, and print a table of their
     /// costs. The table has the time of drawing, overdraw, draw calls and changes of material. The picture uses the
     /// first order. `none` is the renderer's own order, by number.
     #[arg(long, value_delimiter = ',', value_parser = ORDERS)]
-    #[arg(conflicts_with_all = ["painter", "check", "no_cull", "rig"])]
+    #[arg(conflicts_with_all = ["painter", "check", "rig"])]
     pub(super) order: Vec<String>,
     /// Number of rounds of --order. Each draws every order. An additional first round does not count.
     #[arg(long, value_name = "N", requires = "order", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
@@ -128,7 +128,7 @@ pub(super) struct ShownArgs {
     #[arg(long, default_value = "samples:16")]
     pub(super) pace: Pace,
     /// Time at which animated brushes are shown, seconds after the beginning.
-    #[arg(long, default_value_t = 5.6, value_parser = numbers::moment_s)]
+    #[arg(long, default_value_t = MOMENT_S, value_parser = numbers::moment_s)]
     pub(super) time: f32,
     #[command(flatten)]
     pub(super) reading: ReadArgs,

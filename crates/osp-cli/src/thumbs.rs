@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{
     batch::{Batch, Job},
+    looked::Looked,
     outcome::Outcome,
     output::complain,
     outputs::Outputs,
@@ -13,11 +14,7 @@ use super::{
 };
 use osp::polygon::{Change, VisibleBlocks};
 use osp_render::{Gpu, Layer, Offscreen, RendererConfig, background_for};
-use osp_session::{
-    output_file::OutputKind,
-    recording::Pace,
-    replay::{ArtistSide, still_view, summarize},
-};
+use osp_session::{output_file::OutputKind, recording::Pace, replay::still_view};
 
 pub(super) fn run(args: &ThumbsArgs) -> anyhow::Result<Outcome> {
     // A picture beside a session with the same name may be the artist's own.
@@ -35,11 +32,9 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let mut outputs = Outputs::new(args.force).reads([&job.source]);
     let output = outputs.add("--out", &job.target, OutputKind::Png)?;
     let mut session = OpenSession::open(&job.source, &args.reading)?.counted();
-    let mut artist = ArtistSide::default();
-    let events = session.by_ref().inspect(|event| event.iter().for_each(|event| artist.note(event)));
-    let (summary, scene, read) = summarize(events, Pace::Samples(16));
+    let (looked, read) = Looked::of(session.header.clone(), session.by_ref(), Pace::Samples(16));
     read?;
-    let header = &session.header;
+    let Looked { header, summary, model: scene, backwards } = looked;
     let config = RendererConfig { background: background_for(&scene), ..RendererConfig::default() };
     let mut drawer = Offscreen::on(Arc::clone(gpu), args.size.width, args.size.height, &config)?;
     drawer.set_environment(header.environment.as_deref());
@@ -47,7 +42,7 @@ fn draw(args: &ThumbsArgs, job: &Job, gpu: &Arc<Gpu>) -> anyhow::Result<Vec<Stri
     let changes: Vec<Change> = scene.visible_ids().map(Change::Insert).collect();
     drawer.follow(&changes);
     let polygons: VisibleBlocks = scene.visible_ids().collect();
-    let view = still_view(&scene, &summary.bounds, header.camera, artist.backwards(), drawer.aspect());
+    let view = still_view(&scene, &summary.bounds, header.camera, backwards, drawer.aspect());
     drawer.draw_view(0, &scene, &view, &[Layer::plain(&polygons)])?;
     output.check()?;
     drawer.image()?.write_png(output.path())?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 
 use super::{
     allocations, numbers,
@@ -150,12 +150,6 @@ pub(super) struct VerifyArgs {
     /// Score of an occluder: the `solid-angle` of its part in the picture, or equation (1) of the `paper`.
     #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
     score: Score,
-    /// Use no occluders that fill less than this share of the picture.
-    #[arg(long, default_value_t = SelectConfig::default().least_share, value_name = "SHARE", value_parser = numbers::share)]
-    least_share: f64,
-    /// Do not test nodes with fewer polygons than this, but draw them.
-    #[arg(long, default_value_t = CullConfig::default().least_polygons, value_name = "N")]
-    least_polygons: usize,
     /// Also compare the sets that `osp bake` has written for the finished model (with --whole).
     #[arg(long, value_name = "FILE", requires = "whole")]
     pvs: Option<PathBuf>,
@@ -283,13 +277,12 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
             drawn.add_to(&mut rows, &name);
         }
         say(&match args.json {
-            true => {
-                let mut json = json!(rows);
-                json["recording"] = json!(name);
-                json["node_test"] = json!(args.node_test);
-                json["score"] = json!(args.score.name());
-                json.to_string()
-            }
+            true => serde_json::to_string(&Verified {
+                recording: &name,
+                node_test: &args.node_test,
+                score: args.score.name(),
+                rows: &rows,
+            })?,
             false => rows.all_tables(|_| true).trim_start().to_owned(),
         })?;
         for fault in &rows.faults {
@@ -306,6 +299,16 @@ pub(super) fn run(args: &VerifyArgs) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// A session of `--json`.
+#[derive(Serialize)]
+struct Verified<'a> {
+    recording: &'a str,
+    node_test: &'a str,
+    score: &'a str,
+    #[serde(flatten)]
+    rows: &'a Rows,
+}
+
 fn config(args: &VerifyArgs) -> VerifyConfig {
     let grouping = if args.grouping == "single" { Grouping::Single } else { Grouping::Patches };
     let methods = args.methods();
@@ -317,7 +320,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
         kinds: kinds.collect(),
         occluders: args.occluders.clone(),
         pool: PoolConfig { grouping, ..PoolConfig::default() },
-        select: SelectConfig { score: args.score, least_share: args.least_share, ..SelectConfig::default() },
+        select: SelectConfig { score: args.score, ..SelectConfig::default() },
         cull: CullConfig {
             node_test: args.node_test(),
             polygon_test: if args.nodes_only {
@@ -325,7 +328,7 @@ fn config(args: &VerifyArgs) -> VerifyConfig {
             } else {
                 PolygonTest::InPartlyHiddenLeaves
             },
-            least_polygons: args.least_polygons,
+            ..CullConfig::default()
         },
         oracle: OracleConfig { width: args.pixels.0 as usize, height: args.pixels.1 as usize },
         repeats: args.repeats,

@@ -8,7 +8,10 @@ use super::{
     output::one_line,
     world_args::{WorldArgs, world_name},
 };
-use osp_lab::report::{short, thousands};
+use osp_lab::{
+    report::{short, thousands},
+    rows::csv_cell,
+};
 use osp_net::world::{Frame, WalkCounts, World};
 use osp_session::replay::SessionFingerprint;
 
@@ -89,11 +92,7 @@ impl WorldReport {
 
     /// Returns a line of the table.
     pub(super) fn line(world: &str, frame: &Frame) -> String {
-        let name = if world.contains([',', '"', '\n']) {
-            format!("\"{}\"", world.replace('"', "\"\""))
-        } else {
-            world.to_owned()
-        };
+        let name = csv_cell(world);
         format!(
             "{name},{},{},{},{},{},{},{:.3},{:.3},{:016x}",
             frame.number,

@@ -458,8 +458,8 @@ impl Look<'_> {
                 counts
             };
             let counts = self.fastest(&mut totals.query_ns, cull);
-            totals.occluders += counts.occluders as u64;
-            totals.planes += counts.tiles as u64;
+            totals.occluders += counts.occluders;
+            totals.planes += counts.tiles;
             totals.polygon_tests += counts.tests;
             totals.add(self.number, &list(left), truth, self.in_view);
         }
@@ -532,7 +532,8 @@ pub fn missing(visible: &[PolygonId], drawn: &[PolygonId]) -> u64 {
     visible.iter().filter(|id| drawn.binary_search(id).is_err()).count() as u64
 }
 
-fn subjects<'a>(
+/// The polygons as an oracle takes them.
+pub(crate) fn subjects<'a>(
     scene: &'a Scene,
     window: &ViewWindow,
     ids: &'a [PolygonId],

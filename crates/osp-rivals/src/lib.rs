@@ -46,7 +46,7 @@ pub use loose_octree::{LooseOctree, LooseOctreeConfig};
 pub use occlusion::RivalOcclusion;
 pub use octree_paper::{OctreePaper, OctreePaperConfig};
 pub use octree_rebuild::{OctreeConfig, octree_rebuild};
-pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPlace};
+pub use osp_paper::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid, OspPaper, OspPaperNode, OspPlace};
 #[cfg(feature = "peers")]
 pub use peers::PeerKind;
 pub use quadtree::{QuadtreeConfig, quadtree};

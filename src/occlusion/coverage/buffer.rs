@@ -47,6 +47,7 @@ fn nearest_sine(raster: &Raster) -> f64 {
 pub struct CoverageBuffer {
     raster: Option<Raster>,
     nearest_sine: f64,
+    mean_distance_m: f64,
     facets: Facets,
     tiles: Tiles,
     backend: Backend,
@@ -60,6 +61,7 @@ impl CoverageBuffer {
         Self {
             raster: None,
             nearest_sine: f64::INFINITY,
+            mean_distance_m: 0.0,
             facets: Facets::default(),
             tiles: Tiles::new(tiles(width), tiles(height)),
             backend: Backend::detect(),
@@ -76,25 +78,34 @@ impl CoverageBuffer {
         Some((self.raster.as_ref()?, self.facets.picture()?, &self.tiles))
     }
 
+    #[cfg(test)]
+    pub(super) fn facets(&self) -> usize {
+        self.facets.all().iter().filter(|facet| facet.len > 0).count()
+    }
+
     /// Makes room for surfaces of this many polygons, and for `filled` polygons in a frame.
     pub(in crate::occlusion) fn reserve(&mut self, polygons: usize, filled: usize) {
         self.facets.reserve(polygons, filled);
         self.tiles.reserve(2 * filled);
     }
 
+    /// Empties the picture, and returns the raster of the whole window.
     fn begin(&mut self, window: &ViewWindow) -> Raster {
-        let pixels = |tiles: usize| (tiles * SIDE) as f64;
-        let raster = Raster::new(window, pixels(self.tiles.columns), pixels(self.tiles.rows));
-        self.raster = Some(raster);
-        self.nearest_sine = nearest_sine(&raster);
         self.tiles.clear();
-        raster
+        let [width, height] = self.pixels();
+        Raster::new(window, width, height)
     }
 
-    fn fill(&mut self) -> BuildCounts {
+    fn pixels(&self) -> [f64; 2] {
+        [self.tiles.columns, self.tiles.rows].map(|tiles| (tiles * SIDE) as f64)
+    }
+
+    fn fill(&mut self, raster: Raster) -> BuildCounts {
+        self.raster = Some(raster);
+        self.nearest_sine = nearest_sine(&raster);
         self.backend.run(Fill { facets: self.facets.all(), tiles: &mut self.tiles });
-        let facets = self.facets.all().iter().filter(|facet| facet.len > 0).count();
-        BuildCounts { occluders: facets as u32, nodes: self.tiles.covered() as u32, ..BuildCounts::default() }
+        let (occluders, nodes) = (self.facets.drawn() as u32, self.tiles.covered() as u32);
+        BuildCounts { occluders, nodes, ..BuildCounts::default() }
     }
 
     /// Replaces the last picture by polygons of the surfaces.
@@ -105,8 +116,19 @@ impl CoverageBuffer {
         polygons: impl Iterator<Item = PolygonId>,
     ) -> BuildCounts {
         let raster = self.begin(window);
-        self.facets.take(surfaces, polygons, window, &raster);
-        self.fill()
+        self.mean_distance_m = self.facets.take(surfaces, polygons, &raster);
+        let whole = Picture::new(window, &raster, self.mean_distance_m);
+        let picture = match self.facets.tangents(whole.near) {
+            Some(tangents) => whole.zoomed(window, self.mean_distance_m, tangents, self.pixels()),
+            None => whole,
+        };
+        self.facets.project(surfaces, picture);
+        self.fill(picture.raster)
+    }
+
+    /// Mean distance of the corners of the polygons of the last build from the eye, as a sum of coordinates.
+    pub(in crate::occlusion) fn mean_distance_m(&self) -> f64 {
+        self.mean_distance_m
     }
 
     /// The polygons of the last build with a part in the picture, each with whether it hides anything.
@@ -125,6 +147,7 @@ impl CoverageBuffer {
         seen: &SeenBoxes,
         count: usize,
         raster: &Raster,
+        picture: &Picture,
         asked: Asked,
         mut each: impl FnMut(usize, Tested),
     ) {
@@ -154,6 +177,10 @@ impl CoverageBuffer {
                 each(lane, verdict(Verdict::Unoccluded, 0));
                 continue;
             }
+            if !picture.shows([x0 - PIXEL_SLACK, y0 - PIXEL_SLACK], [x1 + PIXEL_SLACK, y1 + PIXEL_SLACK]) {
+                each(lane, verdict(Verdict::PartlyHidden, 0));
+                continue;
+            }
             let far = (1.0 / seen.far[lane] * (1.0 - DEPTH_SLACK)) as f32;
             let (is_hidden, may_hide, steps) = self.tiles.test(x, y, near, far, asked);
             let found = match (is_hidden, may_hide) {
@@ -172,8 +199,8 @@ impl CoverageBuffer {
     }
 
     fn test_all(&self, boxes: &[Aabb], asked: Asked, each: impl FnMut(usize, Tested)) {
-        let Some(raster) = &self.raster else { return };
-        self.backend.run(TestBoxes { buffer: self, raster, boxes, asked, each });
+        let (Some(raster), Some(picture)) = (&self.raster, self.facets.picture()) else { return };
+        self.backend.run(TestBoxes { buffer: self, raster, picture, boxes, asked, each });
     }
 }
 
@@ -194,6 +221,7 @@ struct SeenBoxes {
 struct TestBoxes<'a, F> {
     buffer: &'a CoverageBuffer,
     raster: &'a Raster,
+    picture: &'a Picture,
     boxes: &'a [Aabb],
     asked: Asked,
     each: F,
@@ -205,7 +233,8 @@ impl<F: FnMut(usize, Tested)> WithKernel for TestBoxes<'_, F> {
     #[inline(always)]
     fn run<K: Kernel>(self, _: K) {
         let seen = SeenBoxes::new(self.boxes, self.raster);
-        self.buffer.test_seen(&seen, self.boxes.len().min(LANES), self.raster, self.asked, self.each);
+        let count = self.boxes.len().min(LANES);
+        self.buffer.test_seen(&seen, count, self.raster, self.picture, self.asked, self.each);
     }
 }
 
@@ -236,7 +265,7 @@ impl WithKernel for TestPolygon<'_> {
             *seen = (at, nearness);
         }
         let facet = Facet::of_tested(&eyes[..corners.len()], &seen[..corners.len()], picture);
-        facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
+        facet.is_some_and(|facet| Strips::new(&facet).is_hidden(tiles, picture))
     }
 }
 
@@ -340,7 +369,7 @@ impl OcclusionCuller for CoverageBuffer {
     fn build(&mut self, window: &ViewWindow, occluders: &[ShadowVolume]) -> BuildCounts {
         let raster = self.begin(window);
         self.facets.take_shadows(occluders, window, &raster);
-        self.fill()
+        self.fill(raster)
     }
 
     fn test_box(&self, bounds: &Aabb) -> Tested {

@@ -236,7 +236,7 @@ impl Facet {
 
     /// Terms may cancel, so the slack follows the largest one.
     #[inline(always)]
-    fn slack(&self, x: f64, y: f64) -> f64 {
+    pub(super) fn slack(&self, x: f64, y: f64) -> f64 {
         let [base, by_x, by_y] = self.plane;
         DEPTH_SLACK * (base.abs() + (by_x * (x + SQUARE)).abs() + (by_y * (y + SQUARE)).abs())
     }

@@ -1,7 +1,7 @@
 //! Occluders in the form of a frame's picture: cut at the near plane, in pixels, counterclockwise, each with its
 //! neighbours.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{
     super::{ShadowVolume, raster::Raster},
@@ -14,26 +14,28 @@ use crate::{polygon::PolygonId, view::ViewWindow};
 
 /// A corner from the eye, in the axes of the view, and its picture.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+pub(super) struct Seen {
     corner: u32,
     /// Right, up and forward.
-    eye: DVec3,
+    pub(super) eye: DVec3,
     at: [i32; 2],
     /// Reciprocal depth; 0 if it lies before the near plane, or has no picture.
-    nearness: f64,
+    pub(super) nearness: f64,
 }
 
 /// The facets of a frame; reused for their memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facets {
-    seen: Vec<Seen>,
+    pub(super) seen: Vec<Seen>,
     /// By corner of the surfaces: its place in `seen`; valid only if `seen` has the corner there.
-    seen_of: Vec<u32>,
+    pub(super) seen_of: Vec<u32>,
     /// By polygon: its facet; valid only if the facet has the polygon.
     facet_of: Vec<u32>,
     /// One for each polygon, then the other parts of those that are cut into two.
-    facets: Vec<Facet>,
-    taken: usize,
+    pub(super) facets: Vec<Facet>,
+    pub(super) taken: usize,
+    /// Facets with area, before triangles were joined.
+    drawn: usize,
     picture: Option<Picture>,
 }
 
@@ -58,19 +60,24 @@ impl Facets {
         &self.facets
     }
 
+    /// Polygons, or parts of polygons, with area in the picture.
+    pub(super) fn drawn(&self) -> usize {
+        self.drawn
+    }
+
     /// The first facet of each polygon.
     pub(super) fn taken(&self) -> &[Facet] {
         &self.facets[..self.taken]
     }
 
-    /// Takes polygons of the surfaces.
+    /// Takes polygons of the surfaces, from the eye of a picture. Returns the mean distance of their corners, as a sum of
+    /// coordinates.
     pub(super) fn take(
         &mut self,
         surfaces: &Surfaces,
         polygons: impl Iterator<Item = PolygonId>,
-        window: &ViewWindow,
         raster: &Raster,
-    ) {
+    ) -> f64 {
         self.seen.clear();
         self.facets.clear();
         self.seen_of.resize(self.seen_of.len().max(surfaces.corner_end()), 0);
@@ -91,13 +98,30 @@ impl Facets {
             self.facet_of[id.index()] = self.facets.len() as u32;
             self.facets.push(Facet { polygon: id.0, ..Facet::NONE });
         }
+        self.taken = self.facets.len();
         let sum: f64 = self.seen.iter().map(|seen| seen.eye.abs().element_sum()).sum();
-        let picture = Picture::new(window, raster, sum / self.seen.len().max(1) as f64);
+        sum / self.seen.len().max(1) as f64
+    }
+
+    /// The lowest and highest tangents of all corners; `None` if one is nearer than `near_m`.
+    pub(super) fn tangents(&self, near_m: f64) -> Option<[DVec2; 2]> {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for Seen { eye, .. } in &self.seen {
+            if eye.z < near_m {
+                return None;
+            }
+            let at = eye.truncate() / eye.z;
+            (low, high) = (low.min(at), high.max(at));
+        }
+        Some([low, high])
+    }
+
+    /// Projects the taken polygons to a picture and finds their neighbours.
+    pub(super) fn project(&mut self, surfaces: &Surfaces, picture: Picture) {
         self.picture = Some(picture);
         for seen in &mut self.seen {
             (seen.at, seen.nearness) = picture.project(seen.eye);
         }
-        self.taken = self.facets.len();
         for i in 0..self.taken {
             let id = PolygonId(self.facets[i].polygon);
             self.set_up(i, surfaces.corners_of(id), id.0 * SIDES as u32, &picture);
@@ -105,6 +129,8 @@ impl Facets {
         for i in 0..self.facets.len() {
             self.find_mates(i, surfaces);
         }
+        self.drawn = self.facets.iter().filter(|facet| facet.len > 0).count();
+        self.join_triangles(surfaces, &picture.raster);
     }
 
     /// Sets a facet up; leaves it without corners if it has no area in the picture.
@@ -312,5 +338,6 @@ impl Facets {
                 self.join_parts(first, first + 1);
             }
         }
+        self.drawn = self.facets.iter().filter(|facet| facet.len > 0).count();
     }
 }

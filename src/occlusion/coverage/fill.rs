@@ -2,7 +2,7 @@
 
 use super::{
     facet::{Depths, FACET_SIDES, Facet},
-    picture::{MARGIN, STEPS},
+    picture::{MARGIN, Picture, STEPS},
     slope::SIDE,
     table::NONE,
     tiles::{Entry, Tiles},
@@ -304,7 +304,10 @@ impl<'a> Strips<'a> {
 
     /// Whether all pixels that it touches are covered before it.
     #[inline(always)]
-    pub(super) fn is_hidden(&self, tiles: &Tiles) -> bool {
+    pub(super) fn is_hidden(&self, tiles: &Tiles, picture: &Picture) -> bool {
+        if !picture.shows(self.low.map(|v| v - MARGIN), self.high.map(|v| v + MARGIN)) {
+            return false;
+        }
         const SIZE: f64 = SIDE as f64;
         let width = (tiles.columns * SIDE) as f64;
         let [first, end] = self.strips(tiles);
@@ -367,11 +370,8 @@ fn whole_part(v: f64) -> i32 {
 /// The pixels of a tile within intervals of rows, row by row from bit 0. No interval ends before it begins.
 #[inline(always)]
 fn pixels(from: &Rows, to: &Rows, x: i32) -> u64 {
-    let mut pixels = 0;
-    for k in 0..SIDE {
-        let (first, end) =
-            ((from[k] - x).clamp(0, SIDE as i32) as u64, (to[k] - x).clamp(0, SIDE as i32) as u64);
-        pixels |= ((1_u64 << end) - (1_u64 << first)) << (k * SIDE);
-    }
-    pixels
+    const ROW: u32 = (1 << SIDE) - 1;
+    let beyond = |at: i32| ROW << (at - x).clamp(0, SIDE as i32);
+    let rows: [u8; SIDE] = std::array::from_fn(|k| (beyond(from[k]) ^ beyond(to[k])) as u8);
+    u64::from_le_bytes(rows)
 }

@@ -9,6 +9,9 @@
 //! * [`facets`] projects each corner once, rounds it to 1/64 pixel, and cuts at the near plane; [`facet`] turns every outline counterclockwise.
 //!   Two facets of one edge are neighbours if they pass it in opposite ways: then they lie on both sides of it. An edge without
 //!   a neighbour is open: a border, a silhouette, or the near plane.
+//! * [`pairs`] joins neighbouring triangles to convex quads, so that there are half as many facets.
+//! * [`picture`] shows the part of the window that contains all occluders, if that is small: a far model gets more pixels. An
+//!   object that is not wholly in this part counts as visible.
 //! * [`fill`] finds for each tile of 8 x 8 pixels that a facet reaches: the samples that it covers, and the pixels within
 //!   `MARGIN` of an open edge.
 //! * [`tiles`] joins the facets of a tile that are neighbours to surfaces. A surface covers the pixels of its samples without
@@ -20,7 +23,8 @@
 //!
 //! # Why a covered pixel is covered
 //! Let `S` be the facets of one surface in a tile, `p` a pixel of it (closed), and `s` its sample.
-//! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). So at a point off its edges
+//! 1. *Degree.* Each facet is turned counterclockwise and convex (`set_outline`, in whole numbers). A pair of triangles has
+//!    the outline of both, without the edge that they share. So at a point off its edges
 //!    its winding number is 0 or 1, and 1 inside. The sum over `S`, the degree, counts the facets above a point. It is the
 //!    winding number of the sum of all outlines. There, an edge with its neighbour cancels, for they pass it in opposite ways.
 //!    Only open edges remain, and edges whose neighbour is not in `S`.
@@ -37,7 +41,8 @@
 //!    polygon ends at the near plane depends on the diagonal: so a quad that is cut there is filled as the two triangles that
 //!    [`ConvexPolygon`](crate::polygon::ConvexPolygon) has, which are neighbours along the diagonal.
 //! 5. *Depth.* That polygon has a facet in `S`, and the bound of its depth in the tile holds for all of it there: its plane,
-//!    pushed back to its farthest corner, or that corner. The surface takes the farthest bound of all its facets.
+//!    pushed back to its farthest corner, or that corner. The plane of a pair is that of one triangle, pushed back to the
+//!    farthest corner of the other. The surface takes the farthest bound of all its facets.
 //!
 //! Any part of the surfaces may be left out: an edge whose neighbour is left out is open. So budgets, facets without area or convex
 //! outline, and corners too far to the side only make less hidden. A layer of several surfaces covers the pixels of each, from
@@ -47,6 +52,7 @@ mod buffer;
 mod facet;
 mod facets;
 mod fill;
+mod pairs;
 mod picture;
 mod slope;
 mod surfaces;

@@ -1,6 +1,6 @@
 //! The picture that corners are projected to, and its precision.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::super::raster::Raster;
 use crate::view::ViewWindow;
@@ -17,6 +17,15 @@ const KNOWN: f64 = 0.004;
 /// Largest coordinate of a corner's picture, pixels: steps fit into `i32`, products of their differences into `i64`.
 const FARTHEST_PX: f64 = (1 << 23) as f64;
 
+/// A picture shows a part of the window only if the part is smaller than this share of it.
+const LARGEST_PART: f64 = 0.8;
+
+/// A part is at least this share of the window each way: of a smaller part, corners would be too imprecise.
+const SMALLEST_PART: f64 = 1.0 / 16.0;
+
+/// Border around the occluders, as a share of the part of the window that they fill.
+const BORDER: f64 = 0.01;
+
 /// The picture that corners are projected to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Picture {
@@ -25,6 +34,9 @@ pub(super) struct Picture {
     pub(super) near: f64,
     /// Largest size of a corner, by its depth, for which its picture is [`KNOWN`].
     pub(super) most_tangent: f64,
+    /// The lowest and highest pixels, to the right and up, within which the picture decides. Infinite where its border is
+    /// that of the window, because nothing beyond is seen.
+    known: [DVec2; 2],
 }
 
 impl Picture {
@@ -39,7 +51,39 @@ impl Picture {
         // A cut only makes less occlude.
         let near = window.near_m() * (1.0 + 1.0e-9);
         let near = if near > 0.0 { near } else { usual_m / most_tangent };
-        Self { raster: *raster, near, most_tangent }
+        Self { raster: *raster, near, most_tangent, known: [DVec2::NEG_INFINITY, DVec2::INFINITY] }
+    }
+
+    /// The picture of the part of the window that contains these lowest and highest tangents, with this many pixels across
+    /// and up, if the part is small; else the picture itself. It must show the whole window.
+    pub(super) fn zoomed(
+        self,
+        window: &ViewWindow,
+        usual_m: f64,
+        [low, high]: [DVec2; 2],
+        pixels: [f64; 2],
+    ) -> Self {
+        let [window_low, window_high] = self.raster.tangents();
+        let window_size = window_high - window_low;
+        let (middle, size) = ((low + high) * 0.5, (high - low).max(window_size * SMALLEST_PART));
+        let half = size * (0.5 + BORDER);
+        let (low, high) = ((middle - half).max(window_low), (middle + half).min(window_high));
+        let part = high - low;
+        let is_small = part.element_product() < LARGEST_PART * window_size.element_product();
+        if !(is_small && part.cmpgt(DVec2::ZERO).all()) {
+            return self;
+        }
+        let raster = self.raster.part([low, high], pixels[0], pixels[1]);
+        let known_low = DVec2::select(low.cmpgt(window_low), DVec2::ZERO, DVec2::NEG_INFINITY);
+        let known_high = DVec2::select(high.cmplt(window_high), DVec2::from(pixels), DVec2::INFINITY);
+        Self { known: [known_low, known_high], ..Self::new(window, &raster, usual_m) }
+    }
+
+    /// Whether a range of pixels, from the lowest to the highest, lies where the picture decides.
+    #[inline(always)]
+    pub(super) fn shows(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let [known_low, known_high] = self.known;
+        DVec2::from(low).cmpge(known_low).all() && DVec2::from(high).cmple(known_high).all()
     }
 
     /// The picture of a point, and its reciprocal depth.

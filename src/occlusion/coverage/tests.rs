@@ -14,7 +14,7 @@ use super::{
 use crate::{
     index::Backend,
     math::Aabb,
-    occlusion::{Asked, Cell, OcclusionCuller, Verdict},
+    occlusion::{Asked, Cell, OcclusionCuller, Verdict, raster::Raster},
     polygon::{ConvexPolygon, Geometry, PolygonId},
     view::{Projection, View, ViewWindow},
 };
@@ -91,10 +91,25 @@ fn occluders(random: &mut Random) -> Polygons {
     Polygons(all)
 }
 
-fn window() -> ViewWindow {
+fn window(eye_in_world: Vec3) -> ViewWindow {
     let projection = Projection::symmetric(60.0, 16.0 / 9.0, 0.01, 100.0);
-    let view = View { eye_in_world: Vec3::ZERO, world_from_view: Quat::IDENTITY, projection };
+    let view = View { eye_in_world, world_from_view: Quat::IDENTITY, projection };
     view.window().expect("a pointed cone")
+}
+
+fn built(polygons: &Polygons, window: &ViewWindow) -> CoverageBuffer {
+    let mut surfaces = Surfaces::default();
+    let ids = || (0..polygons.0.len() as u32).map(PolygonId);
+    ids().for_each(|id| surfaces.set(polygons, id));
+    let mut buffer = CoverageBuffer::new(320, 184);
+    buffer.build_of(window, &surfaces, ids());
+    buffer
+}
+
+/// Whether a picture shows only a part of the window.
+fn is_zoomed(buffer: &CoverageBuffer, window: &ViewWindow) -> bool {
+    let (raster, ..) = buffer.parts().expect("a picture");
+    raster.tangents() != Raster::new(window, 320.0, 184.0).tangents()
 }
 
 /// Whether a polygon is hidden, by the whole test.
@@ -104,15 +119,18 @@ fn is_hidden_by_all_pixels(buffer: &CoverageBuffer, polygon: &ConvexPolygon) -> 
     let eyes: Vec<DVec3> = polygon.vertices().iter().map(in_axes).collect();
     let seen: Vec<_> = eyes.iter().map(|eye| picture.project(*eye)).collect();
     seen.iter().all(|(_, nearness)| *nearness > 0.0)
-        && Facet::of_tested(&eyes, &seen, picture).is_some_and(|facet| Strips::new(&facet).is_hidden(tiles))
+        && Facet::of_tested(&eyes, &seen, picture)
+            .is_some_and(|facet| Strips::new(&facet).is_hidden(tiles, picture))
 }
 
 #[test]
 fn a_short_cut_gives_the_answer_of_the_whole_test() {
     let mut random = Random(1);
     let (mut hidden, mut visible, mut hidden_boxes) = (0, 0, 0);
-    for _ in 0..4 {
+    for round in 0..6 {
         let polygons = occluders(&mut random);
+        // From far away, the picture shows only a part of the window.
+        let window = window(if round < 4 { Vec3::ZERO } else { Vec3::new(3.0, 1.0, 30.0) });
         let mut surfaces = Surfaces::default();
         let ids = || (0..polygons.0.len() as u32).map(PolygonId);
         ids().for_each(|id| surfaces.set(&polygons, id));
@@ -127,7 +145,8 @@ fn a_short_cut_gives_the_answer_of_the_whole_test() {
         for &backend in Backend::ALL.iter().filter(|backend| backend.is_available()) {
             let mut buffer = CoverageBuffer::new(320, 184);
             buffer.set_backend(backend);
-            buffer.build_of(&window(), &surfaces, ids());
+            buffer.build_of(&window, &surfaces, ids());
+            assert_eq!(is_zoomed(&buffer, &window), round >= 4);
             let mut found = Vec::new();
             for polygon in &tested {
                 let is_hidden = buffer.hides_polygon(polygon);
@@ -188,4 +207,85 @@ fn two_facets_of_a_tile_are_joined_as_any_number_is() {
         parted += usize::from(!are_neighbours && by_two.1 != [false; 2]);
     }
     assert!(joined > 500 && parted > 500, "{joined}, {parted}");
+}
+
+/// A flat grid of quads, or of two triangles each.
+fn wall(corner: Vec3, cell: Vec3, columns: usize, rows: usize, as_triangles: bool) -> Polygons {
+    let mut all = Vec::new();
+    for i in 0..columns * rows {
+        let at = |x: usize, y: usize| {
+            let (x, y) = ((i % columns + x) as f32, (i / columns + y) as f32);
+            corner + cell * Vec3::new(x, y, 0.0)
+        };
+        let [a, b, c, d] = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+        if as_triangles {
+            all.extend([ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(a, c, d)]);
+        } else {
+            all.push(ConvexPolygon::quad([a, b, c, d]));
+        }
+    }
+    Polygons(all)
+}
+
+#[test]
+fn a_picture_of_a_far_wall_shows_only_its_part_of_the_window_and_hides_nothing_beside_it() {
+    let mut random = Random(3);
+    let (low, high) = (Vec3::new(-2.0, -1.0, -60.0), Vec3::new(4.0, 2.5, -60.0));
+    let window = window(Vec3::ZERO);
+    let buffer = built(&wall(low, Vec3::new(0.5, 0.35, 0.0), 12, 10, true), &window);
+    assert!(is_zoomed(&buffer, &window));
+    let (mut found, mut hidden, mut seen_beside) = (0, 0, 0);
+    for _ in 0..20_000 {
+        let middle = Vec3::new(random.within(8.0), random.within(6.0), -61.0 - 30.0 * random.next());
+        let bounds = Aabb::cube(middle, 0.01 + 0.4 * random.next());
+        // The shadow of a rectangle is convex, so the corners of a box decide.
+        let is_behind = (0..8).all(|i| {
+            let far = |axis: usize| if i >> axis & 1 == 1 { bounds.max[axis] } else { bounds.min[axis] };
+            let scale = low.z / far(2);
+            let at = [far(0) * scale, far(1) * scale];
+            (0..2).all(|axis| at[axis] >= low[axis] && at[axis] <= high[axis])
+        });
+        let is_hidden = buffer.test_box(&bounds).verdict == Verdict::Hidden;
+        assert!(is_behind || !is_hidden, "{bounds:?}");
+        hidden += usize::from(is_behind);
+        found += usize::from(is_hidden);
+        seen_beside += usize::from(!is_behind && middle.x < low.x * middle.z / low.z);
+    }
+    assert!(hidden > 2000 && seen_beside > 2000, "{hidden}, {seen_beside}");
+    // The whole window would show the wall 20 pixels wide.
+    assert!(found * 100 > hidden * 97, "{found} of {hidden}");
+}
+
+#[test]
+fn two_triangles_are_filled_as_the_quad_that_they_make() {
+    let mut random = Random(4);
+    for round in 0..20 {
+        let window = window(Vec3::new(random.within(1.0), random.within(1.0), 3.0 * random.next()));
+        let corner = Vec3::new(-4.0 + random.within(0.5), -3.0 + random.within(0.5), -6.0);
+        let cell = Vec3::new(0.3 + 0.5 * random.next(), 0.3 + 0.5 * random.next(), 0.0);
+        let [by_quads, by_triangles] =
+            [false, true].map(|as_triangles| built(&wall(corner, cell, 9, 8, as_triangles), &window));
+        let (_, _, quads) = by_quads.parts().expect("a picture");
+        let (_, _, triangles) = by_triangles.parts().expect("a picture");
+        assert_eq!(triangles.entries(), quads.entries(), "round {round}");
+        assert_eq!(by_triangles.facets(), by_quads.facets(), "round {round}");
+        for _ in 0..500 {
+            let (away, side) = (7.0 + random.next(), 0.5 * random.next());
+            let bounds = Aabb::cube(random.place(away), side);
+            let [a, b] = [&by_quads, &by_triangles].map(|buffer| buffer.test_box(&bounds).verdict);
+            assert_eq!(a == Verdict::Hidden, b == Verdict::Hidden, "{bounds:?}");
+        }
+    }
+}
+
+#[test]
+fn two_triangles_stay_two_if_they_make_no_convex_quad_or_lie_far_apart() {
+    let [a, b, c] = [[-1.0, -1.0], [1.0, -1.0], [0.0, 0.0]].map(|[x, y]| Vec3::new(x, y, -5.0));
+    let facets = |apex: Vec3| {
+        let polygons = [ConvexPolygon::triangle(a, b, c), ConvexPolygon::triangle(c, b, apex)];
+        built(&Polygons(polygons.to_vec()), &window(Vec3::ZERO)).facets()
+    };
+    assert_eq!(facets(Vec3::new(1.0, 1.0, -5.0)), 1, "in one plane");
+    assert_eq!(facets(Vec3::new(0.0, 1.0, -5.0)), 2, "a dart");
+    assert_eq!(facets(Vec3::new(1.0, 1.0, -5.0) * 1.5), 2, "bent away from the eye");
 }

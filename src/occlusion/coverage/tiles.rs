@@ -116,6 +116,11 @@ impl Tiles {
         self.nearest.iter().filter(|depth| **depth > 0.0).count()
     }
 
+    #[cfg(test)]
+    pub(super) fn entries(&self) -> usize {
+        self.entries.len()
+    }
+
     /// Notes that a facet covers all of a tile.
     #[inline(always)]
     pub(super) fn fill_whole(&mut self, tile: usize, facet: u32, depth: &Slope) {

@@ -130,9 +130,6 @@ fn verifying_culls_as_a_frame_does() {
     index.frustum_cull_blocks(&view.frustum(), &mut in_view);
     let input = ViewInput { index: &*index, geometry: &model, view: &view, in_view: &in_view, spaces: None };
     let counts = stage.cull(&input, &mut drawn).cull;
-    assert_eq!(
-        counts.node_tests + counts.polygon_tests,
-        totals[0].cull.node_tests + totals[0].cull.polygon_tests
-    );
+    assert_eq!(counts.node_tests + counts.polygon_tests, totals[0].node_tests + totals[0].polygon_tests);
     assert_eq!(drawn.len() as u64, totals[0].drawn);
 }

@@ -126,7 +126,7 @@ fn what_fills_hardly_a_pixel_takes_no_room_from_what_was_visible_last() {
         ConvexPolygon::quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)])
     };
     let spread = |i: usize, side: usize| (i % side) as f32 / side as f32 * 2.0 - 1.0;
-    let specks = (0..4 * PreviousFrameOccluders::MOST_OCCLUDERS)
+    let specks = (0..2 * PreviousFrameOccluders::MOST_OCCLUDERS)
         .map(|i| square(2.0 * spread(i, 271), 2.0 * spread(i / 271, 271), -4.0, 1.0e-4));
     let behind = (0..500).map(|i| square(spread(i, 25), spread(i / 25, 25), -8.0, 0.02));
     let all = specks.chain([square(0.0, 0.0, -5.0, 2.0)]).chain(behind);

@@ -9,6 +9,8 @@ mod converting;
 mod cost;
 #[cfg(feature = "bench")]
 mod draw_index;
+#[cfg(feature = "bench")]
+mod draw_occlusion;
 mod export_times;
 mod exporting;
 mod groups_whole;

@@ -26,6 +26,7 @@ fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
         &["pick", "--at", "1,1"],
         &["query", "--nearest", "0,0,0", "1"],
         &["draw-index"],
+        &["draw-occlusion"],
         &["race"],
         &["verify"],
     ]
@@ -34,7 +35,7 @@ fn whoever_refuses_a_damaged_session_names_what_reads_the_rest() {
     {
         let mut arguments = command.to_vec();
         arguments.insert(1, "my house.ron");
-        if command == ["draw-index"] {
+        if command[0].starts_with("draw-") {
             arguments.push("out.svg");
         }
         let (code, said) = osp(folder.path(), &arguments);

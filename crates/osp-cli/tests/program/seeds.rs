@@ -84,11 +84,13 @@ fn every_row_has_a_command_and_names_files_that_are_there() {
 #[test]
 fn every_command_of_the_table_runs() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let recordings = folder.path().join("recordings");
-    fs::create_dir(&recordings).expect("a folder");
-    for entry in fs::read_dir(at("recordings")).expect("the shipped recordings") {
-        let path = entry.expect("an entry").path();
-        fs::copy(&path, recordings.join(path.file_name().expect("a name"))).expect("a copy");
+    for of in ["recordings", "docs/figures"] {
+        let copies = folder.path().join(of);
+        fs::create_dir_all(&copies).expect("a folder");
+        for entry in fs::read_dir(at(of)).expect("the shipped sessions") {
+            let path = entry.expect("an entry").path();
+            fs::copy(&path, copies.join(path.file_name().expect("a name"))).expect("a copy");
+        }
     }
     let of_osp = |command: &String| command.starts_with("osp ");
     let commands: BTreeSet<String> =

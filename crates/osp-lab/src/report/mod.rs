@@ -8,7 +8,11 @@ mod columns;
 mod csv;
 mod drawing;
 mod figures;
+#[cfg(feature = "bench")]
+mod insertion_film;
 mod json;
+#[cfg(feature = "bench")]
+mod legend;
 mod line;
 mod numbers;
 #[cfg(feature = "bench")]
@@ -21,11 +25,21 @@ mod printable;
 mod rig_plan;
 mod run;
 #[cfg(feature = "bench")]
+mod shadow_look;
+#[cfg(feature = "bench")]
+mod shadow_picture;
+#[cfg(feature = "bench")]
+mod shadow_structure;
+#[cfg(feature = "bench")]
+mod shapes;
+#[cfg(feature = "bench")]
 mod structure;
 #[cfg(feature = "bench")]
 mod structure_picture;
 #[cfg(feature = "bench")]
 mod themes;
+#[cfg(feature = "bench")]
+mod tree_layout;
 mod views;
 
 #[cfg(feature = "bench")]
@@ -35,6 +49,8 @@ pub(crate) use chart::register_font;
 pub use columns::columns_table;
 pub use csv::{CsvWriter, OcclusionColumns};
 pub use drawing::{DrawReport, DrawnWhileCulling};
+#[cfg(feature = "bench")]
+pub use insertion_film::{InsertionFilm, InsertionWork};
 #[cfg(feature = "bench")]
 pub(crate) use line::json_line;
 pub use numbers::{short, thousands};
@@ -50,11 +66,15 @@ pub use rig_plan::RigPlan;
 pub(crate) use run::first_disagreement;
 pub use run::{OcclusionReport, ReplayReport, RunReport};
 #[cfg(feature = "bench")]
-pub use structure::{Structure, StructureNode};
+pub use shadow_look::{ShadowCounts, ShadowForm, ShadowLook, ShadowPanel};
 #[cfg(feature = "bench")]
-pub use structure_picture::{
-    CellColors, Side, SplitOutline, StructurePanel, StructurePicture, StructureView,
-};
+pub use shadow_picture::ShadowPicture;
+#[cfg(feature = "bench")]
+pub use shadow_structure::{ShadowHolds, ShadowNode, ShadowStructure, occluder_name};
+#[cfg(feature = "bench")]
+pub use structure::{NodeFields, SplitOutline, Structure, StructureNode};
+#[cfg(feature = "bench")]
+pub use structure_picture::{CellColors, Side, StructurePanel, StructurePicture, StructureView};
 #[cfg(feature = "bench")]
 pub(crate) use themes::css_variables;
 pub use views::{AgainstOneView, RigReport, RigViewReport, ViewMeans, ViewsReport};

@@ -73,8 +73,7 @@ pub(super) fn encode(
             Ok(svg.into_bytes())
         }
         ChartFormat::Png => {
-            let mut rgb = vec![0; width as usize * height as usize * 3];
-            picture.draw_on(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area())?;
+            let rgb = pixels(picture, (width, height))?;
             let mut bytes = Vec::new();
             let mut encoder = png::Encoder::new(&mut bytes, width, height);
             encoder.set_color(png::ColorType::Rgb);
@@ -85,4 +84,11 @@ pub(super) fn encode(
             Ok(bytes)
         }
     }
+}
+
+/// The pixels of a picture: red, green and blue, by rows from the top.
+pub(super) fn pixels(picture: &impl Picture, (width, height): (u32, u32)) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut rgb = vec![0; width as usize * height as usize * 3];
+    picture.draw_on(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area())?;
+    Ok(rgb)
 }

@@ -1,6 +1,8 @@
 //! The nodes of an index, reduced to as many levels as can be shown, and as text for Graphviz.
 
-use std::fmt::Write;
+use std::{any::Any, fmt::Write};
+
+use glam::Vec3;
 
 use super::numbers::thousands;
 use osp::{
@@ -8,9 +10,22 @@ use osp::{
     math::{Aabb, Frustum},
     polygon::PolygonId,
 };
+use osp_rivals::OspPaper;
 
 /// Largest number of nodes in a picture of a tree.
 pub(super) const MOST_TREE_NODES: usize = 500;
+
+/// Polygons of a node that are named at most.
+const MOST_NAMES: usize = 6;
+
+/// A plane that splits a node, cut off where the node ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitOutline {
+    /// Level of the node; 0 at the top.
+    pub depth: u32,
+    /// Remaining corners of the plane, in order around it.
+    pub corners: Vec<Vec3>,
+}
 
 /// A node of an index.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +40,39 @@ pub struct StructureNode {
     pub parent: Option<usize>,
     /// Number of descendants that [`Structure::collapsed`] left out.
     pub left_out: usize,
+    /// Fields of a node that was made before the first polygon.
+    pub fields: Option<NodeFields>,
+}
+
+/// The plane and the flags of a node of the paper's tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeFields {
+    /// The axis that its plane cuts.
+    pub axis: usize,
+    /// The place of the plane on that axis, metres.
+    pub plane_m: f32,
+    /// The paper's `IsLeaf`.
+    pub is_leaf: bool,
+    /// The paper's `IsPolygon`.
+    pub is_polygon: bool,
+    /// The paper's `IsSubnode`.
+    pub is_subnode: bool,
+}
+
+impl NodeFields {
+    /// The plane of a node that has children, and the first letters of the flags that are set: L, P and S.
+    pub(super) fn label(&self) -> String {
+        let mut label = match self.is_leaf {
+            true => String::new(),
+            false => format!("{} = {:.2}", ["x", "y", "z"][self.axis], self.plane_m),
+        };
+        let flags = [(self.is_leaf, "L"), (self.is_polygon, "P"), (self.is_subnode, "S")];
+        let set: String = flags.iter().filter(|flag| flag.0).map(|flag| flag.1).collect();
+        if !label.is_empty() && !set.is_empty() {
+            label.push_str(", ");
+        }
+        label + &set
+    }
 }
 
 /// The nodes of an index in depth-first order, each before its descendants.
@@ -53,6 +101,7 @@ impl Visitor for Collector {
             polygons: node.polygons,
             parent,
             left_out: 0,
+            fields: None,
         });
         Visit::Descend
     }
@@ -71,6 +120,93 @@ impl Structure {
         let mut collector = Collector(Self::default());
         index.traverse(&Frustum::everything(), &mut collector);
         collector.0
+    }
+
+    /// All nodes of an index whose nodes exist before its polygons, empty ones and their fields included. If the nodes of the
+    /// index do not exist beforehand, these are the nodes of [`Structure::of`].
+    pub fn with_empty_nodes(index: &dyn SpatialIndex) -> Self {
+        let Some(paper) = (index as &dyn Any).downcast_ref::<OspPaper>() else { return Self::of(index) };
+        let mut all = Self::default();
+        let mut waiting = vec![(0, None)];
+        while let Some((number, parent)) = waiting.pop() {
+            let Some(node) = paper.node(number) else { continue };
+            let at = all.nodes.len();
+            all.nodes.push(StructureNode {
+                bounds: node.bounds,
+                depth: node.depth,
+                polygons: node.polygons_in_all,
+                parent,
+                left_out: 0,
+                fields: Some(NodeFields {
+                    axis: node.axis,
+                    plane_m: node.plane_m,
+                    is_leaf: node.is_leaf,
+                    is_polygon: node.is_polygon,
+                    is_subnode: node.is_subnode,
+                }),
+            });
+            all.members.extend(node.polygons.iter().map(|&id| (id, at)));
+            if !node.is_leaf {
+                waiting.extend([(2 * number + 2, Some(at)), (2 * number + 1, Some(at))]);
+            }
+        }
+        let (outside, bounds) = paper.outside();
+        if !outside.is_empty() {
+            let (at, polygons) = (all.nodes.len(), outside.len());
+            all.nodes.push(StructureNode {
+                bounds,
+                depth: 0,
+                polygons,
+                parent: None,
+                left_out: 0,
+                fields: None,
+            });
+            all.members.extend(outside.iter().map(|&id| (id, at)));
+        }
+        all
+    }
+
+    /// The planes of nodes that are not leaves, each clipped by its node: whole levels from the top, at most `most` planes.
+    pub fn splits(&self, most: usize) -> Vec<SplitOutline> {
+        let of = |node: &StructureNode| {
+            let fields = node.fields.filter(|fields| !fields.is_leaf)?;
+            let corner = |u: bool, v: bool| {
+                let mut p = node.bounds.min;
+                let (a, b) = ((fields.axis + 1) % 3, (fields.axis + 2) % 3);
+                p[fields.axis] = fields.plane_m;
+                p[a] = if u { node.bounds.max[a] } else { p[a] };
+                p[b] = if v { node.bounds.max[b] } else { p[b] };
+                p
+            };
+            let corners =
+                vec![corner(false, false), corner(true, false), corner(true, true), corner(false, true)];
+            Some(SplitOutline { depth: node.depth, corners })
+        };
+        let mut splits: Vec<SplitOutline> = self.collapsed(most).nodes.iter().filter_map(of).collect();
+        splits.sort_by_key(|split| split.depth);
+        splits
+    }
+
+    /// The upper `levels` levels.
+    #[must_use]
+    pub fn upper(&self, levels: u32) -> Self {
+        self.cut_below(levels.max(1))
+    }
+
+    /// For each node the numbers of its own polygons, as text; the first few of many.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names = vec![String::new(); self.nodes.len()];
+        let mut counts = vec![0; self.nodes.len()];
+        for &(id, node) in &self.members {
+            counts[node] += 1;
+            let _ = match counts[node] {
+                1 => write!(names[node], "{}", id.0),
+                2..=MOST_NAMES => write!(names[node], " {}", id.0),
+                many if many == MOST_NAMES + 1 => write!(names[node], " ..."),
+                _ => Ok(()),
+            };
+        }
+        names
     }
 
     /// The nodes.
@@ -99,7 +235,10 @@ impl Structure {
             sum += count;
             sum <= most
         });
-        let levels = levels.count().max(1) as u32;
+        self.cut_below(levels.count().max(1) as u32)
+    }
+
+    fn cut_below(&self, levels: u32) -> Self {
         let mut kept = Self::default();
         // For each node, its index among the kept nodes, or that of the kept ancestor.
         let mut place = Vec::with_capacity(self.nodes.len());
@@ -121,17 +260,26 @@ impl Structure {
         kept
     }
 
-    /// The tree in the language of Graphviz' `dot`, collapsed if it is large.
-    pub fn to_dot(&self, name: &str) -> String {
+    /// The tree in the language of Graphviz' `dot`, collapsed if it is large. With `named`, it has the numbers of the
+    /// polygons.
+    pub fn to_dot(&self, name: &str, named: bool) -> String {
         let mut dot = String::from("digraph index {\n  node [shape=box, fontname=\"sans-serif\"];\n");
         // Writing to a string never fails.
         let _ = writeln!(dot, "  label=\"{}\";", name.replace('\\', "\\\\").replace('"', "\\\""));
-        for (i, node) in self.collapsed(MOST_TREE_NODES).nodes.iter().enumerate() {
+        let shown = self.collapsed(MOST_TREE_NODES);
+        let names = if named { shown.names() } else { Vec::new() };
+        for (i, node) in shown.nodes.iter().enumerate() {
             let mut label = format!("{} polygons", thousands(node.polygons as u64));
             if node.left_out > 0 {
                 let _ = write!(label, "\\n+{} nodes", thousands(node.left_out as u64));
             }
-            let corner = |p: glam::Vec3| format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z);
+            if let Some(fields) = node.fields {
+                let _ = write!(label, "\\n{}", fields.label());
+            }
+            if let Some(name) = names.get(i).filter(|name| !name.is_empty()) {
+                let _ = write!(label, "\\nown: {name}");
+            }
+            let corner = |p: Vec3| format!("{:.2} {:.2} {:.2}", p.x, p.y, p.z);
             let (min, max) = (corner(node.bounds.min), corner(node.bounds.max));
             let _ = writeln!(dot, "  n{i} [label=\"{label}\\n{min} to\\n{max} m\"];");
             if let Some(parent) = node.parent {
@@ -145,8 +293,6 @@ impl Structure {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use osp::index::IndexConfig;
     use osp_rivals::IndexKind;
@@ -194,12 +340,41 @@ mod tests {
     #[test]
     fn dot_has_a_line_for_each_node_and_edge_and_quotes_its_name() {
         let structure = Structure::of(&*filled(IndexKind::BvhMedian)).collapsed(7);
-        let dot = structure.to_dot("a \"name\"");
+        let dot = structure.to_dot("a \"name\"", false);
         assert!(dot.contains(r#"label="a \"name\"";"#), "{dot}");
         assert_eq!(dot.matches(" polygons").count(), 7);
         assert_eq!(dot.matches(" -> ").count(), 6);
         assert!(dot.contains("4,000 polygons") && dot.contains(r"\n+"), "{dot}");
         assert!(dot.contains(r"\n-1.01 -1.01 -1.01 to\n2.81 2.81 0.81 m"), "{dot}");
+    }
+
+    #[test]
+    fn the_papers_tree_has_all_its_nodes_with_their_fields() {
+        let index = filled(IndexKind::OspPaper);
+        let (all, full) = (Structure::with_empty_nodes(&*index), Structure::of(&*index));
+        let inside = all.nodes().iter().filter(|node| node.fields.is_some());
+        assert_eq!(inside.clone().count(), (1 << 16) - 1);
+        assert_eq!(all.nodes().iter().filter(|node| node.polygons > 0).count(), full.nodes().len());
+        let mut members = all.members().iter().map(|(id, _)| id.0).collect::<Vec<_>>();
+        members.sort_unstable();
+        assert!(members.into_iter().eq(0..4000));
+        for node in inside {
+            let fields = node.fields.expect("filtered");
+            assert_eq!(fields.is_polygon || fields.is_subnode, node.polygons > 0);
+            assert_eq!(fields.axis, node.depth as usize % 3);
+            assert!(
+                fields.plane_m > node.bounds.min[fields.axis]
+                    && fields.plane_m < node.bounds.max[fields.axis]
+            );
+        }
+        let upper = all.upper(3);
+        assert_eq!(upper.nodes().iter().filter(|node| node.fields.is_some()).count(), 7);
+        assert_eq!(
+            upper.splits(2000).iter().map(|split| split.depth).collect::<Vec<_>>(),
+            [0, 1, 1, 2, 2, 2, 2]
+        );
+        let dot = upper.to_dot("tree", true);
+        assert!(dot.contains("\\nx = ") && dot.contains("S\\n") && dot.contains("\\nown: "), "{dot}");
     }
 
     #[test]

@@ -8,10 +8,12 @@ use plotters::{coord::Shift, prelude::*};
 use super::{
     ChartFormat,
     chart::register_font,
+    legend::{LegendLine, legend},
     numbers::thousands,
     picture::{Picture, encode},
     printable::one_line,
-    structure::{MOST_TREE_NODES, Structure, StructureNode},
+    structure::{MOST_TREE_NODES, SplitOutline, Structure, StructureNode},
+    tree_layout::TreeLayout,
 };
 use osp::math::{Aabb, Ray};
 use osp_session::{atomic_file::write_atomically, scene::Scene};
@@ -52,7 +54,7 @@ impl Side {
     }
 
     /// The horizontal and vertical coordinate in the picture.
-    fn project(self, p: Vec3) -> (f32, f32) {
+    pub(super) fn project(self, p: Vec3) -> (f32, f32) {
         match self {
             Self::Front => (p.x, p.y),
             Self::Top => (p.x, -p.z),
@@ -80,15 +82,6 @@ pub enum CellColors {
     Leaf,
 }
 
-/// A plane that splits a node, clipped to the node.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SplitOutline {
-    /// Depth of the node, 0 for the root.
-    pub depth: u32,
-    /// Corners of the clipped plane, in order.
-    pub corners: Vec<Vec3>,
-}
-
 /// One index of a picture, and its title.
 #[derive(Clone, Debug)]
 pub struct StructurePanel {
@@ -96,6 +89,8 @@ pub struct StructurePanel {
     pub title: String,
     /// The nodes.
     pub structure: Structure,
+    /// Largest number of levels that are shown.
+    pub levels: Option<u32>,
     /// Split planes of the nodes, which are drawn instead of the cells if there are any.
     pub splits: Vec<SplitOutline>,
 }
@@ -113,6 +108,8 @@ pub struct StructurePicture<'a> {
     pub colors: CellColors,
     /// A ray, and the distance of its first hit. The nodes that the ray enters are highlighted.
     pub ray: Option<(Ray, Option<f32>)>,
+    /// Whether it has the numbers of the polygons.
+    pub named: bool,
 }
 
 impl StructurePicture<'_> {
@@ -136,10 +133,14 @@ impl StructurePicture<'_> {
         B::ErrorType: 'static,
     {
         let structure = &panel.structure;
-        let shown = structure.collapsed(match self.view {
+        let most = match self.view {
             StructureView::Space(_) => MOST_CELLS,
             StructureView::Tree => MOST_TREE_NODES,
-        });
+        };
+        let shown = match panel.levels {
+            Some(levels) => structure.upper(levels).collapsed(most),
+            None => structure.collapsed(most),
+        };
         let mut title = format!(
             "{}: {} nodes, {} levels",
             one_line(&panel.title),
@@ -163,7 +164,12 @@ impl StructurePicture<'_> {
                 self.draw_cells(&shown, &panel.splits, side, &area)?;
                 legend(&legend_lines(&shown, &panel.splits, self.colors), &area)?;
             }
-            StructureView::Tree => self.draw_tree(&shown, &area)?,
+            StructureView::Tree => {
+                self.draw_tree(&shown, &area)?;
+                if shown.nodes().iter().any(|node| node.fields.is_some()) {
+                    legend(&field_lines(&shown), &area)?;
+                }
+            }
         }
         Ok(())
     }
@@ -212,7 +218,7 @@ impl StructurePicture<'_> {
             // The deepest cells are drawn first, so that the few upper ones stay visible.
             let mut order: Vec<&StructureNode> = shown.nodes().iter().collect();
             order.sort_by_key(|node| std::cmp::Reverse(node.depth));
-            for node in order {
+            for node in order.into_iter().filter(|node| node.polygons > 0) {
                 let (a, b) = (pixel(node.bounds.min), pixel(node.bounds.max));
                 let (opacity, width) = match &self.ray {
                     Some((ray, _)) if enters(ray, node) => (1.0, 2),
@@ -231,6 +237,12 @@ impl StructurePicture<'_> {
             let style =
                 color_of_depth(split.depth).mix(0.8).stroke_width(if split.depth < 3 { 2 } else { 1 });
             area.draw(&PathElement::new(outline, style))?;
+        }
+        if self.named {
+            for id in self.scene.visible_ids() {
+                let (x, y) = pixel(self.scene.bounds(id).center());
+                area.draw(&Text::new(id.0.to_string(), (x - 5, y - 8), ("sans-serif", 16)))?;
+            }
         }
         if let Some((ray, hit)) = &self.ray {
             let end_m = hit.unwrap_or_else(|| {
@@ -255,30 +267,9 @@ impl StructurePicture<'_> {
         B::ErrorType: 'static,
     {
         let nodes = shown.nodes();
-        let mut has_child = vec![false; nodes.len()];
-        nodes.iter().filter_map(|node| node.parent).for_each(|parent| has_child[parent] = true);
-        let places = has_child.iter().filter(|&&has| !has).count().max(1);
-        let (w, h) = area.dim_in_pixel();
-        let step_x = (w as f32 - 2.0 * MARGIN) / places as f32;
-        let step_y = (h as f32 - 2.0 * MARGIN) / (shown.depth() + 1) as f32;
-        // Leaves are placed side by side; other nodes above the middle of their children.
-        let mut spans: Vec<(f32, f32)> = vec![(f32::INFINITY, f32::NEG_INFINITY); nodes.len()];
-        let mut next = 0.5;
-        for (span, _) in spans.iter_mut().zip(&has_child).filter(|&(_, &has)| !has) {
-            *span = (next, next);
-            next += 1.0;
-        }
-        for i in (0..nodes.len()).rev() {
-            if let Some(parent) = nodes[i].parent {
-                let middle = f32::midpoint(spans[i].0, spans[i].1);
-                spans[parent] = (spans[parent].0.min(middle), spans[parent].1.max(middle));
-            }
-        }
-        let pixel = |i: usize| {
-            let x = MARGIN + f32::midpoint(spans[i].0, spans[i].1) * step_x;
-            let y = MARGIN + (nodes[i].depth as f32 + 0.5) * step_y;
-            (x as i32, y as i32)
-        };
+        let layout =
+            TreeLayout::new(nodes.iter().map(|node| (node.parent, node.depth)), area.dim_in_pixel(), MARGIN);
+        let pixel = |node| layout.pixel(node);
         let is_on_the_way = |node| self.ray.as_ref().is_none_or(|(ray, _)| enters(ray, node));
         for (i, node) in nodes.iter().enumerate() {
             if let Some(parent) = node.parent {
@@ -289,20 +280,29 @@ impl StructurePicture<'_> {
                 area.draw(&PathElement::new([pixel(parent), pixel(i)], style))?;
             }
         }
+        let names = if self.named { shown.names() } else { Vec::new() };
         let most = nodes.iter().map(|node| node.polygons).max().unwrap_or(1).max(2);
         for (i, node) in nodes.iter().enumerate() {
             // The radius grows with the logarithm of the number of polygons, as far as there is room.
             let share = (node.polygons.max(1) as f32).ln() / (most as f32).ln();
-            let radius = (2.0 + 8.0 * share).min(step_x.max(3.0) * 0.45) as i32;
+            let radius = (2.0 + 8.0 * share).min(layout.step_x().max(3.0) * 0.45) as i32;
             let (x, y) = pixel(i);
             let opacity = if is_on_the_way(node) { 1.0 } else { 0.25 };
-            area.draw(&Circle::new((x, y), radius, color_of_depth(node.depth).mix(opacity).filled()))?;
-            if places <= MOST_LABELS {
-                let mut label = thousands(node.polygons as u64);
+            let style = color_of_depth(node.depth).mix(opacity);
+            // Only a tree whose nodes exist beforehand has empty ones.
+            let style = if node.polygons == 0 { style.stroke_width(1) } else { style.filled() };
+            area.draw(&Circle::new((x, y), radius, style))?;
+            if layout.places <= MOST_LABELS {
+                let mut lines = vec![thousands(node.polygons as u64)];
                 if node.left_out > 0 {
-                    let _ = write!(label, " (+{})", thousands(node.left_out as u64));
+                    let _ = write!(lines[0], " (+{})", thousands(node.left_out as u64));
                 }
-                area.draw(&Text::new(label, (x + radius + 3, y - 6), ("sans-serif", 13)))?;
+                lines.extend(node.fields.map(|fields| fields.label()));
+                lines.extend(names.get(i).filter(|name| !name.is_empty()).map(|name| format!("#{name}")));
+                for (line, text) in lines.into_iter().enumerate() {
+                    let at = (x + radius + 3, y - 6 + 14 * line as i32);
+                    area.draw(&Text::new(text, at, ("sans-serif", 13)))?;
+                }
             }
         }
         Ok(())
@@ -327,9 +327,6 @@ impl Picture for StructurePicture<'_> {
 fn enters(ray: &Ray, node: &StructureNode) -> bool {
     ray.enter_box(&node.bounds, f32::INFINITY).is_some()
 }
-
-/// A line of a legend: its colour, if it has one, and its text.
-type LegendLine = (Option<HSLColor>, String);
 
 fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) -> Vec<LegendLine> {
     let plural =
@@ -357,7 +354,8 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     let deepest = depths.iter().copied().max().unwrap_or(0);
     for depth in (0..=deepest).take(MOST_LEGEND) {
         let count = depths.iter().filter(|&&d| d == depth).count();
-        lines.push((Some(color_of_depth(depth)), format!("level {depth}: {}", plural(count, what))));
+        lines
+            .push((Some(color_of_depth(depth).to_rgba()), format!("level {depth}: {}", plural(count, what))));
     }
     if deepest as usize >= MOST_LEGEND {
         lines.push((None, format!("and levels {MOST_LEGEND} to {deepest}")));
@@ -365,24 +363,17 @@ fn legend_lines(shown: &Structure, splits: &[SplitOutline], colors: CellColors) 
     lines
 }
 
-fn legend<B: DrawingBackend>(lines: &[LegendLine], area: &DrawingArea<B, Shift>) -> Result<(), Box<dyn Error>>
-where
-    B::ErrorType: 'static,
-{
-    const LINE: i32 = 17;
-    let height = area.dim_in_pixel().1 as i32;
-    let top = height - 8 - LINE * lines.len() as i32;
-    let widest = lines.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0) as i32;
-    let back = [(4, top - 4), (34 + widest * 8, height - 4)];
-    area.draw(&Rectangle::new(back, WHITE.mix(0.85).filled()))?;
-    for (i, (color, text)) in lines.iter().enumerate() {
-        let y = top + LINE * i as i32;
-        if let Some(color) = color {
-            area.draw(&Rectangle::new([(10, y + 2), (22, y + 12)], color.filled()))?;
-        }
-        area.draw(&Text::new(text.clone(), (28, y), ("sans-serif", 14)))?;
-    }
-    Ok(())
+/// Meaning of the marks in a tree whose nodes exist beforehand.
+fn field_lines(shown: &Structure) -> Vec<LegendLine> {
+    let empty = shown.nodes().iter().filter(|node| node.polygons == 0).count();
+    let (shown, empty) = (thousands(shown.nodes().len() as u64), thousands(empty as u64));
+    let lines = [
+        format!("{empty} of the {shown} nodes shown are empty: hollow circles"),
+        "x, y, z: the plane that halves a node; to the left what is behind it".to_owned(),
+        "L: IsLeaf, P: IsPolygon (cut polygons stay here), S: IsSubnode (polygons below)".to_owned(),
+        "numbers: polygons here and below, (+) nodes below, # own polygons".to_owned(),
+    ];
+    lines.into_iter().map(|text| (None, text)).collect()
 }
 
 fn color_of_depth(depth: u32) -> HSLColor {

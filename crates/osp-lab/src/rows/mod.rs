@@ -134,7 +134,8 @@ impl Rows {
     pub fn to_csv(&self) -> String {
         let mut csv = "part,recording,index,figure,unit,value,low,high\n".to_owned();
         for Row { part, recording, index, figure, unit, value, low, high } in &self.rows {
-            let [part, recording, index, figure] = [part, recording, index, figure].map(|text| quoted(text));
+            let [part, recording, index, figure] =
+                [part, recording, index, figure].map(|text| csv_cell(text));
             let [low, high] = [low, high].map(|end| end.map_or(String::new(), |end| end.to_string()));
             // Writing to a string never fails.
             let _ = writeln!(csv, "{part},{recording},{index},{figure},{unit},{value},{low},{high}");
@@ -143,8 +144,8 @@ impl Rows {
     }
 }
 
-/// A cell of CSV: in quotes if it contains a separator.
-fn quoted(text: &str) -> String {
+/// Returns a cell of CSV: in quotes if it contains a separator.
+pub fn csv_cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),

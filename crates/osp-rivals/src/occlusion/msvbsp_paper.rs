@@ -88,6 +88,11 @@ impl MsvbspPaper {
         }
     }
 
+    /// The tree as it was last built.
+    pub fn tree(&self) -> &ShadowTree {
+        &self.tree
+    }
+
     fn group_of(&self, mut occluder: u32) -> u32 {
         while self.group[occluder as usize] != occluder {
             occluder = self.group[occluder as usize];

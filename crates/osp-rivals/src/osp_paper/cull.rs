@@ -8,7 +8,7 @@ use crate::{
 };
 use osp::{
     index::{DrawList, Node, Visit, Visitor, WorkCounts},
-    math::{Aabb, Containment, Frustum, PlaneMask},
+    math::{Containment, Frustum, PlaneMask},
     polygon::PolygonId,
 };
 
@@ -183,7 +183,7 @@ impl OspPaper {
     }
 
     fn visit_outside(&self, frustum: &Frustum, visitor: &mut dyn Visitor, work: &mut WorkCounts) {
-        let bounds = self.outside.iter().fold(Aabb::EMPTY, |all, &id| all.union(&self.boxes.get(id)));
+        let (_, bounds) = self.outside();
         let containment = frustum.classify(&bounds);
         if self.outside.is_empty() || containment == Containment::Outside {
             return;

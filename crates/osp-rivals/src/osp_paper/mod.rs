@@ -42,12 +42,14 @@
 //! * *Whether empty nodes are visited when culling.* They are not: `IsPolygon` and `IsSubnode` mark them.
 
 mod cull;
+mod fields;
 mod grid;
 mod node;
 mod placement;
 mod state;
 mod tree;
 
+pub use fields::OspPaperNode;
 pub use grid::{DEFAULT_MAX_DEPTH, MAX_MAX_DEPTH, OspGrid};
 pub use placement::OspPlace;
 pub use tree::OspPaper;

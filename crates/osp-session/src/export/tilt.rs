@@ -58,7 +58,7 @@ pub fn write_tilt(
 ) -> Result<TiltCounts, ExportError> {
     let mut counts = TiltCounts::default();
     let mut stand_ins = BTreeMap::<&str, u64>::new();
-    let mut lost = 0;
+    let (mut lost, mut opaque) = (0, 0);
     let mut strokes = Vec::new();
     for (stroke, motion) in kept.iter() {
         let Some(ready) = TiltStroke::new(stroke, motion) else {
@@ -67,6 +67,7 @@ pub fn write_tilt(
         };
         if let Some(name) = ready.stand_in {
             *stand_ins.entry(name).or_default() += 1;
+            opaque += u64::from(stroke.color.3 < 1.0);
         }
         strokes.push((stroke.id, ready));
     }
@@ -96,7 +97,7 @@ pub fn write_tilt(
         }
     }
     let (metadata, rewritten) = metadata(header, kept.scene(), brushes, &layers);
-    counts.notes = notes(kept, lost, &stand_ins);
+    counts.notes = notes(kept, [opaque, lost], &stand_ins);
     counts.notes.extend(rewritten);
     let mut zip = ZipWriter::new(Cursor::new(Vec::with_capacity(sketch.len() + 4096)));
     let thumbnail = thumbnail.map(|png| ("thumbnail.png", png));
@@ -138,7 +139,7 @@ impl SketchGroups {
 }
 
 /// Returns one line for each kind of data that the file lacks or holds in another form.
-fn notes(kept: &KeptStrokes, lost: u64, stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
+fn notes(kept: &KeptStrokes, [opaque, lost]: [u64; 2], stand_ins: &BTreeMap<&str, u64>) -> Vec<String> {
     let many = |count: u64, one: &str, many: &str| match count {
         1 => format!("1 {one}"),
         _ => format!("{count} {many}"),
@@ -151,6 +152,12 @@ fn notes(kept: &KeptStrokes, lost: u64, stand_ins: &BTreeMap<&str, u64>) -> Vec<
             "strokes without a brush of Tilt Brush are",
         );
         notes.push(format!("{strokes} written with the brush {name}"));
+    }
+    if opaque > 0 {
+        let strokes = many(opaque, "transparent stroke", "transparent strokes");
+        notes.push(format!(
+            "{strokes} without a brush will be opaque: the brushes above have no transparency"
+        ));
     }
     let polygons = kept.finished_polygons();
     let left_out = [

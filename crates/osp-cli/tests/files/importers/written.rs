@@ -119,7 +119,7 @@ fn edits_of_the_session_are_in_the_sketch() {
         stroke: StrokeId(stroke),
         tool,
         width: 0.02,
-        color: (1.0, 0.0, 0.0, 1.0),
+        color: (1.0, 0.0, 0.0, 0.5),
         normal: NormalRule::LocalX,
         thinnest: 0.5,
         paint: paint.map(Box::new),
@@ -173,6 +173,7 @@ fn edits_of_the_session_are_in_the_sketch() {
     assert_eq!((counts.strokes, counts.points), (4, 11));
     let notes = [
         "1 stroke without a brush of Tilt Brush is written with the brush Marker",
+        "1 transparent stroke without a brush will be opaque: the brushes above have no transparency",
         "1 polygon that no stroke drew is left out: .tilt has no place for it",
         "1 recorded pose of a head is left out: .tilt has no place for it",
     ];

@@ -41,10 +41,10 @@ fn costs_are_those_of_the_exported_model_and_add_up() {
     assert_eq!(blended.map(|row| number(&row["triangles"])).sum::<u64>(), number(&cost["blended_triangles"]));
     let layers = cost["blended_layers"].as_f64().expect("a number");
     assert!(layers > 0.0 && layers < 1.0, "two thin ribbons cover a part of the picture: {layers}");
-    let dearest = cost["dearest_strokes"].as_array().expect("a list");
-    assert_eq!((&dearest[0]["stroke"], &dearest[0]["brush"]), (&2.into(), &"Wire".into()));
-    let shares: f64 = dearest.iter().map(|row| row["share"].as_f64().expect("a number")).sum();
-    assert!((shares - 1.0).abs() < 1.0e-9 && dearest.len() == 4, "{shares}");
+    let expensive = cost["most_expensive_strokes"].as_array().expect("a list");
+    assert_eq!((&expensive[0]["stroke"], &expensive[0]["brush"]), (&2.into(), &"Wire".into()));
+    let shares: f64 = expensive.iter().map(|row| row["share"].as_f64().expect("a number")).sum();
+    assert!((shares - 1.0).abs() < 1.0e-9 && expensive.len() == 4, "{shares}");
 
     let text = |budget: &str| {
         stdout(&OSP.run_in(folder.path(), ["info", "a.ron", "--cost", "--budget-triangles", budget]))

@@ -30,10 +30,12 @@ fn a_legend_names_the_levels_and_leaves_have_colours_of_their_own() {
 }
 
 #[test]
-fn two_indexes_stand_side_by_side() {
+fn indexes_stand_side_by_side() {
     let folder = tempfile::tempdir().expect("a folder");
     let one = drawn(folder.path(), &["--index", "osp"]);
-    let both = drawn(folder.path(), &["--index", "osp", "--beside", "bvh-sah"]);
+    let both = drawn(folder.path(), &["--index", "osp,bvh-sah"]);
+    let three = drawn(folder.path(), &["--index", "osp,bvh-sah,kd-tree"]);
+    assert!(three.contains(r#"width="3840""#) && three.contains(", kd-tree: "));
     assert!(one.contains(r#"width="1280""#) && both.contains(r#"width="2560""#));
     assert!(!one.contains(", bvh-sah: ") && both.contains(", osp: ") && both.contains(", bvh-sah: "));
 }
@@ -60,6 +62,8 @@ fn planes_of_a_bsp_are_drawn_level_by_level() {
     let planes = drawn(folder.path(), &["--index", "bsp", "--planes"]);
     assert!(planes.contains("level 0: 1 plane\n") && planes.contains("level 1: 2 planes\n"));
     let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "other.svg", "--planes"]);
+    let paper = drawn(folder.path(), &["--index", "osp-paper", "--planes", "--levels", "3"]);
+    assert!(paper.contains("level 2: 4 planes\n") && !paper.contains("level 3: "));
     assert!(refused.contains("--index bsp") && !folder.path().join("other.svg").exists());
 }
 
@@ -74,4 +78,53 @@ fn graphviz_labels_say_where_a_node_is() {
         !labels.is_empty()
             && labels.iter().all(|label| label.contains(" to\\n") && label.ends_with(" m\"];"))
     );
+}
+
+#[test]
+fn the_papers_tree_shows_empty_nodes_planes_flags_and_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = osp_testkit::at("docs/figures/vanish.ron");
+    let session = session.to_str().expect("a name in UTF-8");
+    let tree = [
+        "draw-index",
+        session,
+        "tree.svg",
+        "--index",
+        "osp-paper",
+        "--as",
+        "tree",
+        "--levels",
+        "4",
+        "--names",
+    ];
+    let said = OSP.done_in(folder.path(), tree);
+    assert!(said.contains("osp-paper: 65,535 nodes, 16 levels, 68 polygons"), "{said}");
+    let svg = fs::read_to_string(folder.path().join("tree.svg")).expect("a picture");
+    let (circles, hollow) = (svg.matches("<circle").count(), svg.matches(r#"fill="none" stroke"#).count());
+    assert_eq!(circles, 15, "a circle for each node of four levels");
+    let said = format!("\n{hollow} of the 15 nodes shown are empty: hollow circles\n");
+    assert!(hollow > 0 && svg.contains(&said), "{hollow}");
+    // The square ends in the plane x = 0, and that plane cuts the triangle.
+    assert!(svg.contains("\nx = 0.00, PS\n") && svg.contains("\n#0 1"), "the root");
+    let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "n.svg", "--names"]);
+    assert!(refused.contains("room.ron"));
+    OSP.done_in(folder.path(), ["synth", "room", "room.ron", "--polygons", "900"]);
+    let refused = OSP.refused_in(folder.path(), ["draw-index", "room.ron", "n.svg", "--names"]);
+    assert!(refused.contains("at most 500 polygons; found "), "{refused}");
+}
+
+#[test]
+fn a_film_of_insertions_counts_planes_and_filed_polygons() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = osp_testkit::at("docs/figures/fall.ron");
+    let session = session.to_str().expect("a name in UTF-8");
+    let said = OSP.done_in(folder.path(), ["draw-insertion", session, "fall.gif", "--polygons", "4"]);
+    // Polygon 3 is cut by the first plane, polygon 4 by the fourth, two fall past all five.
+    assert!(
+        said.contains("4 polygons: osp-paper tests 15 planes and moves none; octree-paper tests "),
+        "{said}"
+    );
+    assert!(said.contains(" and files 10 polygons -> fall.gif, "), "{said}");
+    let film = fs::read(folder.path().join("fall.gif")).expect("a film");
+    assert!(film.starts_with(b"GIF89a") && film.len() < 300_000, "{}", film.len());
 }

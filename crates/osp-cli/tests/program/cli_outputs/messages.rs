@@ -275,6 +275,8 @@ fn names_and_titles_do_not_command_the_terminal() {
             0,
         ),
         (vec!["draw-index", &file, &svg], 0),
+        (vec!["draw-insertion", &file, "o.gif"], 0),
+        (vec!["draw-occlusion", &file, &svg, "--force"], 0),
         (vec!["race", &file], 0),
         (vec!["pick", &file], 0),
         (vec!["import", &file, "o.ron"], 0),

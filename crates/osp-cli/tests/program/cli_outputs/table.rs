@@ -42,6 +42,10 @@ fn ways() -> Vec<Way> {
         way(&["draw-index", "in.ron", "@"], "o.svg", true, false),
         way(&["draw-index", "in.ron", "@"], "o.png", true, false),
         way(&["draw-index", "in.ron", "--as", "tree", "@"], "o.dot", true, false),
+        way(&["draw-insertion", "in.ron", "@", "--polygons", "1", "--levels", "1"], "o.gif", true, true),
+        way(&["draw-occlusion", "in.ron", "@"], "o.svg", true, false),
+        way(&["draw-occlusion", "in.ron", "--occluders", "0", "@"], "o.gif", true, false),
+        way(&["draw-occlusion", "in.ron", "@"], "o.dot", true, false),
         way(
             &["bake", "in.ron", "@", "--cells", "1", "--samples", "1", "--pixels", "16"],
             "o.pvs",

@@ -1,0 +1,182 @@
+//! `osp draw-occlusion`: pictures of a view's occluders, their shadows, and the tree of their planes.
+
+use anyhow::{Context, anyhow, ensure};
+
+use super::{
+    draw_index_args::From,
+    draw_occlusion_args::{DrawOcclusionArgs, Form},
+    gif_file::GifFile,
+    outcome::Outcome,
+    output::{complain, file_name, one_line, say},
+    outputs::{Output, Outputs},
+    played::Played,
+    progress,
+};
+use osp::{
+    occlusion::{SelectConfig, kernels::ShadowTree},
+    view::View,
+};
+use osp_lab::{
+    oracle::OracleConfig,
+    report::{ShadowForm, ShadowLook, ShadowPicture, Side, occluder_name, thousands},
+};
+use osp_rivals::IndexKind;
+use osp_session::{
+    output_file::OutputKind,
+    replay::{CameraChoice, CameraPath, Moment},
+};
+
+/// Time of a film and of its end, hundredths of a second, and the longest time of a picture before the end.
+const GROWING: u16 = 1500;
+const END: u16 = 300;
+const LONGEST: u16 = 80;
+/// Pixels by which the truth is found; smaller polygons are found by rays.
+const TRUTH: OracleConfig = OracleConfig { width: 1280, height: 720 };
+
+pub(super) fn run(args: &DrawOcclusionArgs) -> anyhow::Result<Outcome> {
+    let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let kind = match ending.as_str() {
+        "svg" => OutputKind::Svg,
+        "png" => OutputKind::Png,
+        "gif" => OutputKind::Gif,
+        "dot" => OutputKind::Dot,
+        _ => {
+            return Err(anyhow!(
+                "{}: expected a name that ends in .svg, .png, .gif or .dot",
+                args.out.display()
+            ));
+        }
+    };
+    let forms: &[ShadowForm] = match args.form {
+        Form::Sound => &[ShadowForm::Sound],
+        Form::Paper => &[ShadowForm::Paper],
+        Form::Both => &[ShadowForm::Sound, ShadowForm::Paper],
+    };
+    ensure!(
+        kind != OutputKind::Dot || forms.len() == 1,
+        "{}: a .dot holds one tree: expected --form sound or paper",
+        args.out.display()
+    );
+    ensure!(args.every.is_none() || kind == OutputKind::Gif, "--every: expected a name that ends in .gif");
+    let output = Outputs::new(args.force).reads([&args.session.file]).add("OUT", &args.out, kind)?;
+    let Played { header, summary, scene, moment, .. } = Played::up_to(&args.session, IndexKind::BruteForce)?;
+    let view = match args.view {
+        // Without a head: nothing comes before the fixed camera.
+        Some(_) => CameraPath::new(CameraChoice::Auto, args.view, &summary.bounds).view(&Moment::default()),
+        None => CameraPath::new(args.camera, header.camera, &summary.bounds).view(&moment),
+    };
+    let select = SelectConfig { occluders: args.occluders, score: args.score, ..SelectConfig::default() };
+    let title = format!("{}, frame {}", file_name(&args.session.file), moment.frame);
+    let look = ShadowLook::new(&scene, &view, select, TRUTH)
+        .ok_or_else(|| anyhow!("{title}: the camera has no view"))?;
+    let trees: Vec<(ShadowForm, ShadowTree)> = forms.iter().map(|&form| (form, look.tree(form))).collect();
+    let side = side_of(args.from, &view);
+    let picture = |planes| ShadowPicture {
+        title: title.clone(),
+        look: &look,
+        panels: trees.iter().map(|(form, tree)| look.panel(*form, tree, planes)).collect(),
+        side,
+    };
+    let whole = picture(usize::MAX);
+    let failed = |error: Box<dyn std::error::Error>| anyhow!("{}: {error}", output.path().display());
+    match kind {
+        OutputKind::Gif => film(&output, most_planes(&trees), args.every.unwrap_or(1) as usize, &picture)?,
+        OutputKind::Dot => {
+            let panel = &whole.panels[0];
+            let name = format!("{title}, {}", panel.form.name());
+            output.write(panel.structure.to_dot(&name).as_bytes())?;
+        }
+        _ => {
+            output.check()?;
+            whole.write(output.path()).map_err(failed)?;
+        }
+    }
+    if look.occluders().is_empty() {
+        complain("warning: no polygon of this view is an occluder");
+    }
+    for (i, occluder) in look.occluders().iter().enumerate() {
+        let (share, corners) = (100.0 * look.share(occluder), occluder.corners().len());
+        let (name, away_m) = (occluder_name(i), occluder.cap_distance_m());
+        say(&format!("occluder {name}: {share:.2} % of the window, {corners} corners, {away_m:.2} m away"))?;
+    }
+    for panel in &whole.panels {
+        let counts = look.counts(panel);
+        say(&format!(
+            "{}, {}: {} planes, {} levels, hides {} of {} hidden polygons and {} visible ones -> {}",
+            one_line(&title),
+            panel.form.name(),
+            thousands(panel.planes_in_all as u64),
+            panel.structure.levels(),
+            thousands(counts.hidden_culled as u64),
+            thousands(look.hidden() as u64),
+            thousands(counts.visible_culled as u64),
+            one_line(&args.out.to_string_lossy())
+        ))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn most_planes(trees: &[(ShadowForm, ShadowTree)]) -> usize {
+    trees.iter().map(|(_, tree)| tree.node_count()).max().unwrap_or(0)
+}
+
+/// The side from which the shadows are seen. From above, an eye that looks down would hide its shadows below itself.
+fn side_of(asked: Option<From>, view: &View) -> Side {
+    match asked {
+        Some(From::Front) => Side::Front,
+        Some(From::Top) => Side::Top,
+        Some(From::Right) => Side::Right,
+        None => {
+            let along = view.forward_in_world().abs();
+            if along.y <= along.x.max(along.z) {
+                Side::Top
+            } else if along.z <= along.x {
+                Side::Front
+            } else {
+                Side::Right
+            }
+        }
+    }
+}
+
+/// Writes a film of a tree that grows by `every` planes a picture.
+fn film<'a>(
+    output: &Output,
+    planes: usize,
+    every: usize,
+    picture: &dyn Fn(usize) -> ShadowPicture<'a>,
+) -> anyhow::Result<()> {
+    let name = || output.path().display().to_string();
+    let steps = planes.div_ceil(every);
+    let delay = (GROWING / u16::try_from(steps.max(1)).unwrap_or(u16::MAX)).clamp(4, LONGEST);
+    let mut file = GifFile::begin(output.create()?, picture(0).size()).with_context(name)?.of_drawings();
+    let progress = progress::bar(steps as u64, "pictures", &name());
+    for step in 0..=steps {
+        let rgb =
+            picture((step * every).min(planes)).rgb().map_err(|error| anyhow!("{}: {error}", name()))?;
+        file.add(&rgb, if step == steps { END } else { delay }).with_context(name)?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    output.commit(file.finish().with_context(name)?)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use osp::view::Projection;
+
+    #[test]
+    fn shadows_are_seen_from_a_side_that_the_eye_does_not_look_along() {
+        let side = |to: Vec3| {
+            side_of(None, &View::look_at(Vec3::ZERO, to, Projection::symmetric(60.0, 1.0, 0.1, 9.0)))
+        };
+        assert_eq!(side(Vec3::new(1.0, -0.5, 2.0)), Side::Top);
+        assert_eq!(side(Vec3::new(0.6, -2.0, 0.5)), Side::Front);
+        assert_eq!(side(Vec3::new(0.1, 2.0, 0.5)), Side::Right);
+        let down = View::look_at(Vec3::ZERO, Vec3::NEG_Y, Projection::symmetric(60.0, 1.0, 0.1, 9.0));
+        assert_eq!(side_of(Some(From::Top), &down), Side::Top);
+    }
+}

@@ -1,0 +1,71 @@
+//! The arguments of `osp draw-occlusion`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    draw_index_args::From, numbers, occlusion_test_args::score_parser, parsers::camera_parser,
+    played::FrameArgs,
+};
+use osp::occlusion::Score;
+use osp_session::{recording::Camera, replay::CameraChoice};
+
+/// Draw the occlusion culling of a frame: the occluders with their shadows, and the MSVBSP tree plane by plane.
+///
+/// The picture shows what the eye sees through the window, where each plane of the tree is a line. Below are the shadows in
+/// parallel projection and the tree. The tree tests the bounding box of each polygon in view. The truth is that of `osp verify`.
+/// The command also prints the occluders, best first.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  osp draw-occlusion recordings/room.ron room.png
+  osp draw-occlusion docs/figures/vanish.ron vanish.png --form both --occluders 2
+  osp draw-occlusion recordings/room.ron planes.gif --occluders 3
+  osp draw-occlusion recordings/room.ron tree.dot   (for Graphviz)
+
+A .gif shows the tree as it grows: each picture has --every N planes more than the one before, and
+what these planes prove. A plane that divides nothing of its cell is a node of the tree, but no line.")]
+pub(super) struct DrawOcclusionArgs {
+    #[command(flatten)]
+    pub(super) session: FrameArgs,
+    /// File of the picture: .svg, .png or .gif, or .dot for the tree.
+    #[arg(value_name = "OUT")]
+    pub(super) out: PathBuf,
+    /// Form of the tree: the `sound` one (`msvbsp`), that of the `paper` (`msvbsp-paper`), which hides visible polygons, or
+    /// `both` side by side.
+    #[arg(long, value_enum, default_value_t = Form::Sound)]
+    pub(super) form: Form,
+    /// Place of the eye: `auto` is the recorded head path, else the session's own camera, else `orbit`. `orbit` circles
+    /// around the model, `follow` is behind the hand, `inside` turns in the middle of the model.
+    #[arg(long, default_value = "auto", value_parser = camera_parser())]
+    pub(super) camera: CameraChoice,
+    /// Position of the eye, in place of --camera, in the form of a recording's header: `(p: (x, y, z), q: (x, y, z, w),
+    /// fov_degrees: 60)` is the eye in metres, the turn from view to world, and the vertical field of view.
+    #[arg(long, conflicts_with = "camera")]
+    pub(super) view: Option<Camera>,
+    /// Largest number of occluders.
+    #[arg(long, default_value = "6", value_name = "N", value_parser = numbers::occluders)]
+    pub(super) occluders: usize,
+    /// Score of an occluder: the `solid-angle` of its part in view, or equation (1) of the `paper`.
+    #[arg(long, default_value = "solid-angle", value_parser = score_parser())]
+    pub(super) score: Score,
+    /// The side from which the shadows are seen [default: top, or a side if the eye looks up or down].
+    #[arg(long, value_enum)]
+    pub(super) from: Option<From>,
+    /// Planes that each picture of a .gif adds [default: 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) every: Option<u32>,
+    /// Let the picture replace a file of another kind, but never the session.
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Form {
+    /// The conservative form.
+    Sound,
+    /// The paper's form.
+    Paper,
+    /// Both, side by side.
+    Both,
+}

@@ -1,0 +1,50 @@
+use super::tree::OspPaper;
+use osp::{math::Aabb, polygon::PolygonId};
+
+/// Fields of a node of [`OspPaper`] as the paper's Fig. 3 names them, for whoever draws the tree.
+#[derive(Clone, Copy, Debug)]
+pub struct OspPaperNode<'a> {
+    /// `OSPBox`, metres.
+    pub bounds: Aabb,
+    /// `Depth`: 0 at the root.
+    pub depth: u32,
+    /// `state`: the axis that its plane cuts; 0 is x, 1 is y, 2 is z.
+    pub axis: usize,
+    /// `Spliter`: the place of its plane on that axis, metres.
+    pub plane_m: f32,
+    /// `IsLeaf`: it is at the maximum depth.
+    pub is_leaf: bool,
+    /// `IsPolygon`: it holds polygons.
+    pub is_polygon: bool,
+    /// `IsSubnode`: there are polygons below.
+    pub is_subnode: bool,
+    /// `TriName`: the polygons that no child holds.
+    pub polygons: &'a [PolygonId],
+    /// Polygons here and below.
+    pub polygons_in_all: usize,
+}
+
+impl OspPaper {
+    /// A node by its number: 0 is the root; behind the plane of node `i` is node `2 i + 1`, in front of it `2 i + 2`. `None`
+    /// beyond the deepest level.
+    pub fn node(&self, number: usize) -> Option<OspPaperNode<'_>> {
+        let node = self.nodes.get(number)?;
+        Some(OspPaperNode {
+            bounds: node.bounds(),
+            depth: node.depth,
+            axis: node.state.axis(),
+            plane_m: -node.splitter.d,
+            is_leaf: node.is_leaf,
+            is_polygon: node.is_polygon,
+            is_subnode: node.is_subnode,
+            polygons: &node.tri_names,
+            polygons_in_all: node.polygons as usize,
+        })
+    }
+
+    /// The polygons that are not wholly inside the cube, and their common box.
+    pub fn outside(&self) -> (&[PolygonId], Aabb) {
+        let bounds = self.outside.iter().fold(Aabb::EMPTY, |all, &id| all.union(&self.boxes.get(id)));
+        (&self.outside, bounds)
+    }
+}

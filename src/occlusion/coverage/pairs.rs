@@ -1,0 +1,126 @@
+//! Joining neighbouring triangles to quads: half as many facets, for the same surface.
+//!
+//! A quad has the outline of its two triangles, so the same degree at each point. The proof in [`super`] holds for it, also if
+//! the triangles are not in one plane.
+
+use super::{
+    super::raster::Raster,
+    facet::{Facet, SHARED},
+    facets::{Facets, Seen},
+    surfaces::Surfaces,
+    table::NONE,
+};
+
+/// Triangles are joined only if this share of their reciprocal depth remains: two in one plane lose nothing.
+const LEAST_LEFT: f64 = 0.995;
+
+/// A triangle beside another one: a side, and the same side of the other.
+#[derive(Clone, Copy)]
+struct Pair {
+    side: usize,
+    mate: usize,
+    mate_side: usize,
+}
+
+impl Facets {
+    /// Joins triangles in pairs, each along its longest side that allows it.
+    pub(super) fn join_triangles(&mut self, surfaces: &Surfaces, raster: &Raster) {
+        for i in 0..self.taken {
+            if self.facets[i].is_triangle() {
+                let mut sides = [0, 1, 2];
+                sides.sort_unstable_by_key(|&side| std::cmp::Reverse(self.facets[i].length_squared(side)));
+                let pair = sides.into_iter().find_map(|side| self.pair(i, side));
+                if let Some(pair) = pair {
+                    self.join(i, pair, surfaces, raster);
+                }
+            }
+        }
+    }
+
+    /// The neighbour at a side, if both have a convex outline together.
+    fn pair(&self, i: usize, side: usize) -> Option<Pair> {
+        let own = &self.facets[i];
+        let mate = own.mates[side];
+        let other = self.facets.get(mate as usize).filter(|other| other.is_triangle())?;
+        let mates = &other.mates[..3];
+        let mate_side = mates.iter().position(|&mate| mate as usize == i)?;
+        let is_once = mates.iter().filter(|&&mate| mate as usize == i).count() == 1;
+        let at = |facet: &Facet, corner: usize| facet.at[corner % 3].map(i64::from);
+        let (from, to) = (at(own, side), at(own, side + 1));
+        let (apex, other_apex) = (at(own, side + 2), at(other, mate_side + 2));
+        let is_convex = turn(other_apex, to, apex) >= 0 && turn(apex, from, other_apex) >= 0;
+        (is_once && is_convex).then_some(Pair { side, mate: mate as usize, mate_side })
+    }
+
+    /// Joins a pair to a quad in the place of the first triangle, unless its depth becomes too imprecise.
+    fn join(&mut self, i: usize, pair: Pair, surfaces: &Surfaces, raster: &Raster) {
+        let Pair { side, mate, mate_side } = pair;
+        let (own, other) = (self.facets[i], self.facets[mate]);
+        let mut quad = own;
+        if own.has_plane || other.has_plane {
+            // The plane of one is pushed back to the corner of the other.
+            let (plane_of, beyond) = if own.has_plane {
+                (own, self.start_of(&other, mate_side + 2, surfaces))
+            } else {
+                (other, self.start_of(&own, side + 2, surfaces))
+            };
+            let left = plane_of.share_before(beyond, raster);
+            if left < LEAST_LEFT {
+                return;
+            }
+            quad.plane = plane_of.plane.map(|v| v * left);
+            quad.has_plane = true;
+        }
+        quad.end = own.end.min(other.end);
+        let parts = [(own, side + 1), (own, side + 2), (other, mate_side + 1), (other, mate_side + 2)];
+        for (k, (facet, corner)) in parts.into_iter().enumerate() {
+            quad.at[k] = facet.at[corner % 3];
+            quad.edges[k] = facet.edges[corner % 3];
+            quad.mates[k] = facet.mates[corner % 3];
+        }
+        quad.len = 4;
+        self.facets[i] = quad;
+        self.facets[mate].len = 0;
+        // What it hides counts for both.
+        self.facets[mate].half = i as u32;
+        for k in [mate_side + 1, mate_side + 2] {
+            if let Some(next) = self.facets.get_mut(other.mates[k % 3] as usize) {
+                next.mates
+                    .iter_mut()
+                    .filter(|other| **other as usize == mate)
+                    .for_each(|other| *other = i as u32);
+            }
+        }
+    }
+
+    /// The corner at which a side of a triangle begins.
+    fn start_of(&self, facet: &Facet, side: usize, surfaces: &Surfaces) -> &Seen {
+        let corner = surfaces.directed(facet.edges[side % 3])[usize::from(facet.is_turned)];
+        &self.seen[self.seen_of[corner as usize] as usize]
+    }
+}
+
+impl Facet {
+    /// Whether it is a polygon of three sides that nothing has cut.
+    fn is_triangle(&self) -> bool {
+        self.len == 3 && self.half == NONE && self.edges[..3].iter().all(|&edge| edge < SHARED)
+    }
+
+    fn length_squared(&self, side: usize) -> i64 {
+        let [a, b] = [side, (side + 1) % 3].map(|corner| self.at[corner].map(i64::from));
+        (a[0] - b[0]).pow(2) + (a[1] - b[1]).pow(2)
+    }
+
+    /// The share of its plane's reciprocal depth that is not before a corner; 1 if all of it is not.
+    fn share_before(&self, seen: &Seen, raster: &Raster) -> f64 {
+        let at = raster.flat_in_pixels(seen.eye.x / seen.eye.z, seen.eye.y / seen.eye.z);
+        let [base, by_x, by_y] = self.plane;
+        let plane = base + by_x * at.x + by_y * at.y + self.slack(at.x, at.y);
+        if plane > 0.0 { (seen.nearness / plane).min(1.0) } else { 0.0 }
+    }
+}
+
+/// Twice the area to the left of the way over three points, in steps.
+fn turn(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
+    (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+}
