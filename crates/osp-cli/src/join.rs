@@ -52,7 +52,7 @@ impl JoinArgs {
 pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let address = args.server.address(&args.address)?;
     if args.until_empty && !args.watch && args.play.is_none() {
-        bail!("--until-empty: expected --watch or --play; a member that stays is there itself");
+        bail!("--until-empty: expected --watch or --play; the session is never empty while another member stays");
     }
     let playing = match &args.play {
         Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
@@ -281,7 +281,7 @@ fn shut_out(address: &Address, status: &Status) -> Option<String> {
             "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
         )),
         (Connection::Full, Some(_)) => {
-            Some(format!("{address} is full, nothing more is taken: go on in a session of another name"))
+            Some(format!("{address} is full and accepts no more events: continue in a session with another name"))
         }
         _ => None,
     }
@@ -303,7 +303,7 @@ pub(super) fn described(address: &Address, status: &Status) -> String {
         Connection::Crowded => {
             format!("{address}: too many have joined before this member, which joins once there is room")
         }
-        Connection::Full => format!("{address} holds as much as a session may: nothing more is taken"),
+        Connection::Full => format!("{address} is full: no more events are accepted"),
     };
     if let Some(trouble) = &status.trouble {
         // Writing to a string does not fail.

@@ -89,7 +89,7 @@ impl Played {
         for _ in 0..=last {
             progress.inc(1);
             if !player.step()? {
-                bail!("{}: it has become shorter while it was read", file.display());
+                bail!("{}: it became shorter while it was read", file.display());
             }
             pipeline.skip(player.scene(), player.changes());
             each(player.events(), player.scene());

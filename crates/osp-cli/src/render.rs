@@ -64,7 +64,7 @@ pub(super) fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     if !args.order.is_empty() && args.occlusion.is_while_drawing() {
         let name = args.occlusion.name();
-        bail!("--order is of frames that the CPU culls: --occlusion {name} has an order of its own");
+        bail!("--order needs frames that the CPU culls: --occlusion {name} has its own order");
     }
     let gpu = Arc::new(Gpu::headless()?);
     let Looked { header, summary, model, backwards } =

@@ -129,7 +129,7 @@ fn in_window(args: &ReplayArgs, outputs: &ReplayOutputs) -> anyhow::Result<Outco
         Autosaves, Command, OpenError, Reading, Session, Settings, Studio, Waited, WindowOptions, run,
     };
     if args.rig.room == RoomMotion::Stands {
-        bail!("--room stands is not for --window: there the room goes along with the replay's camera");
+        bail!("--room stands does not work with --window: there the room follows the replay's camera");
     }
     let room = args.rig.screens.room()?;
     let [file] = &args.files[..] else { anyhow::bail!("a window plays one session") };

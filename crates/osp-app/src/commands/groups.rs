@@ -46,7 +46,7 @@ impl Studio {
         let Some(&parent) = parents.first() else { return };
         if parents.len() > 1 {
             self.say(
-                "the selection takes parts of several groups: select whole groups, or strokes of one"
+                "the selection has parts of several groups: select whole groups, or strokes of one"
                     .to_owned(),
             );
             return;

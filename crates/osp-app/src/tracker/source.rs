@@ -76,7 +76,7 @@ impl TrackerAddress {
         let Self::Udp(address) = self else { return None };
         let advice = match options.key {
             None => "--tracker-key-file requires a key, udp://127.0.0.1 listens to this machine only",
-            Some(_) => "only senders with the key are read, but the key is sent as it is",
+            Some(_) => "only senders with the key are read, but the key is sent unencrypted",
         };
         let everybody = address.ip().is_unspecified();
         everybody.then(|| format!("udp://{address} listens to every machine that reaches this one: {advice}"))

@@ -82,7 +82,7 @@ impl Calibrating {
                     let can_take = heard.is_some() && self.points.len() < CORNERS.len();
                     let take = ui.add_enabled(can_take, egui::Button::new("Take this point (Enter)"));
                     let take = take.on_disabled_hover_text(
-                        "no pose of a hand has come in the last half second, or all three points are there",
+                        "no pose of a hand was received in the last half second, or all three points are set",
                     );
                     if let (true, true, Some(heard)) = (can_take, take.clicked() || takes_by_key, heard) {
                         self.points.push(heard.in_tracker.0);
@@ -119,7 +119,7 @@ fn result(ui: &mut egui::Ui, found: &Calibration, wishes: &mut Wishes) -> bool {
     };
     if (found.scale - 1.0).abs() > 0.05 {
         let text = format!(
-            "Distances of the tracker are {:.2} times those of the room: does it send metres, and is it this screen?",
+            "Distances of the tracker are {:.2} times those of the room. Does the tracker send metres, and is this the right screen?",
             found.scale
         );
         ui.colored_label(ui.visuals().error_fg_color, text);

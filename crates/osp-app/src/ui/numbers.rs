@@ -242,7 +242,7 @@ fn layers(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     if layers.pyramid {
         ui.add(Slider::new(&mut layers.pyramid_level, 1..=13).text("level"));
         if studio.culling().occlusion() != Method::Hzb {
-            ui.weak("there is one with hzb alone: choose it under occlusion");
+            ui.weak("only hzb has one: choose hzb under occlusion");
         }
     }
     if layers != studio.layers() {

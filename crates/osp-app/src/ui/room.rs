@@ -85,12 +85,12 @@ fn state(ui: &mut Ui, studio: &Studio, tracker: &Tracker) {
         ui.weak("latency");
         let latency = watch.latency().map_or("–".to_owned(), |time| duration(time.as_secs_f32()));
         ui.label(latency).on_hover_text(
-            "from the arrival of a pose to the handing over of the picture that shows it (median); the tracker's own time and the display's come on top",
+            "from the arrival of a pose to the submission of the picture that shows it (median); the delays of the tracker and the display come on top",
         );
         ui.weak("lost");
         let lost = counts.lost.map_or("not numbered".to_owned(), count);
         ui.label(lost)
-            .on_hover_text("frames that a sender has numbered (`frame N`, DTrack's `fr N`) and that never came");
+            .on_hover_text("numbered frames of a sender (`frame N`, DTrack's `fr N`) that were lost");
         ui.end_row();
     });
     let not_read =

@@ -137,7 +137,7 @@ fn width(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
     let label = ui.horizontal(|ui| {
         let label = ui.label("width ([ and ])");
         let toggle = ui.toggle_value(&mut is_on_screen, "px");
-        if toggle.on_hover_text("as wide on the screen, however near the model is (J)").clicked() {
+        if toggle.on_hover_text("constant width on the screen at any distance (J)").clicked() {
             Action::ToggleScreenWidth.perform(studio, wishes);
         }
         label
