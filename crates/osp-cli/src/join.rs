@@ -52,7 +52,9 @@ impl JoinArgs {
 pub(super) fn run(args: &JoinArgs) -> anyhow::Result<Outcome> {
     let address = args.server.address(&args.address)?;
     if args.until_empty && !args.watch && args.play.is_none() {
-        bail!("--until-empty: expected --watch or --play; the session is never empty while another member stays");
+        bail!(
+            "--until-empty: expected --watch or --play; the session is never empty while another member stays"
+        );
     }
     let playing = match &args.play {
         Some(path) => Some(Playing::open(path, &args.reading, args.pace, args.speed, args.play_author)?),
@@ -280,9 +282,9 @@ fn shut_out(address: &Address, status: &Status) -> Option<String> {
         (Connection::Full, None) => Some(format!(
             "{address} is full, nobody can join it: watch it with --watch, or begin a session of another name"
         )),
-        (Connection::Full, Some(_)) => {
-            Some(format!("{address} is full and accepts no more events: continue in a session with another name"))
-        }
+        (Connection::Full, Some(_)) => Some(format!(
+            "{address} is full and accepts no more events: continue in a session with another name"
+        )),
         _ => None,
     }
 }

@@ -101,7 +101,10 @@ impl Report {
             self.recording.hash
         )];
         match self.shape() {
-            Ok(None) => lines = vec![format!("no event of the session {} was received: no file is written", self.address)],
+            Ok(None) => {
+                lines =
+                    vec![format!("no event of the session {} was received: no file is written", self.address)]
+            }
             Ok(Some(shape)) => lines.push(format!(
                 "  {:<11} {} strokes, {} polygons, fingerprint {}",
                 "holds",

@@ -30,7 +30,10 @@ pub(super) fn text(report: &WallReport) -> String {
     lines.extend(report.trouble.as_deref().map(|trouble| one_line(trouble).into_owned()));
     lines.push(format!("frame (from the hub's message to the swap): {}", times(&report.frame)));
     lines.push(format!("between two swaps: {}", times(&report.period)));
-    lines.push(format!("skew (from the first to the last node that reports a frame): {}", times(&report.skew)));
+    lines.push(format!(
+        "skew (from the first to the last node that reports a frame): {}",
+        times(&report.skew)
+    ));
     if report.garbage > 0 {
         lines.push(format!("{} messages did not belong to a wall", thousands(report.garbage)));
     }

@@ -22,8 +22,7 @@ pub(super) fn show(ui: &mut Ui, studio: &Studio, wishes: &mut Wishes) {
             let layers = studio.layers();
             let mut is_shown = layers.authors;
             let choice = ui.checkbox(&mut is_shown, "colour by author");
-            if choice.on_hover_text("show every stroke in the colour of its author").changed()
-            {
+            if choice.on_hover_text("show every stroke in the colour of its author").changed() {
                 wishes.commands.push(Command::Layers(LayerChoice { authors: is_shown, ..layers }));
             }
             for (author, info) in scene.authors().take(MOST_SHOWN) {
